@@ -44,15 +44,15 @@ def test_pieces_are_the_swing_in_as_few_parts_as_may_be(count: int, longest: flo
 
 
 def test_pieces_lie_side_by_side() -> None:
-    """Of a swing of 3 s, in halves, and of one of 1 s, every second sample: what is missing is NaN at the last time."""
-    whole = batch([swing(301), swing(101)], 1.6, thin=2)
+    """Of a swing of 3 s, in halves, and of one of 1 s: what is missing is NaN at the last time."""
+    whole = batch([swing(301), swing(101)], 1.6)
     assert whole.swing.tolist() == [0, 0, 1]
     lengths = (~np.isnan(whole.y[:, 0])).sum(0)
-    assert lengths.tolist() == [75, 76, 51] or lengths.tolist() == [76, 75, 51]
-    assert whole.y[: lengths[0], 0, 0].tolist() == list(range(0, 2 * lengths[0], 2))
-    assert whole.y[:51, 0, 2].tolist() == list(range(0, 102, 2))
+    assert lengths.tolist() == [150, 151, 101] or lengths.tolist() == [151, 150, 101]
+    assert whole.y[: lengths[0], 0, 0].tolist() == list(range(lengths[0]))
+    assert whole.y[:101, 0, 2].tolist() == list(range(101))
     for k, length in enumerate(lengths):
-        np.testing.assert_allclose(np.diff(whole.t[:length, k]), 0.02, rtol=1e-9)
+        np.testing.assert_allclose(np.diff(whole.t[:length, k]), 0.01, rtol=1e-9)
         assert (whole.t[length:, k] == whole.t[length - 1, k]).all()
         assert np.isnan(whole.y[length:, 0, k]).all()
 

@@ -132,14 +132,14 @@ def test_pieces_are_the_swing(samples: int, longest: float) -> None:
 def test_a_batch_is_padded_with_nothing() -> None:
     """Pieces side by side: where one is over, its last time again and no number."""
     swings = [swing_of(20), swing_of(9, 0.02)]
-    found = batch(swings, np.inf, 2)
+    found = batch(swings, np.inf)
     assert found.swing.tolist() == [0, 1]
-    assert found.t.shape == (10, 2)
-    assert found.y.shape == (10, 2, 2)
-    assert found.t[:, 0].tolist() == swings[0].t[::2].tolist()
-    assert found.t[:, 1].tolist() == [*swings[1].t[::2], *[swings[1].t[8]] * 5]
-    assert found.y[:5, :, 1].tolist() == swings[1].y[::2].tolist()
-    assert np.isnan(found.y[5:, :, 1]).all()
+    assert found.t.shape == (20, 2)
+    assert found.y.shape == (20, 2, 2)
+    assert found.t[:, 0].tolist() == swings[0].t.tolist()
+    assert found.t[:, 1].tolist() == [*swings[1].t, *[swings[1].t[8]] * 11]
+    assert found.y[:9, :, 1].tolist() == swings[1].y.tolist()
+    assert np.isnan(found.y[9:, :, 1]).all()
 
 
 def test_many_samples_are_spared_only_as_far_as_they_follow_the_motion() -> None:

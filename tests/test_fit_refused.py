@@ -8,9 +8,8 @@ import pytest
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of
 from pendpin.effects import DryFriction
-from pendpin.fitting.data import read_swings
+from pendpin.fitting.data import read_swings, sensors_of
 from pendpin.fitting.parameters import free_parameters
-from pendpin.fitting.sensors import sensors_of
 from pendpin.model.build import build
 from pendpin.scene import Data
 

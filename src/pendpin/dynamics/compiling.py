@@ -94,19 +94,19 @@ def look_up(key: Hashable, record: Callable[[], Recording], parameters: Paramete
     return equations
 
 
-def differentiate_equations(variation: Variation, start: float, by_rod: bool) -> Block:
+def differentiate_equations(variation: Variation, start: float, by_rod: bool, still: tuple[int, ...] = ()) -> Block:
     """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
 
-    Raises MissingLibrary without llvmlite.
+    The places `still` of the state are 0. Raises MissingLibrary without llvmlite.
     """
     llvm.require("what takes derivatives")
-    engine, effects, parameters, masks = variation[:4]
+    engine, effects, asked, parameters, masks = variation[:5]
     directions = variation.directions or (STATE,)
 
     def write() -> Recording:
-        return add_tangents(record(engine, effects, start, by_rod=by_rod, masks=masks), directions)
+        return add_tangents(record(engine, effects, start, still, asked, by_rod, masks), directions)
 
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
-    key = ("derivatives", parameters.structure, len(parameters.values), places)
+    key = ("derivatives", parameters.structure, still, len(parameters.values), places)
     values = Values(variation.shared, variation.of_rods, parameters.tables)
     return look_up(key, write, parameters).function.block(values)

@@ -125,7 +125,8 @@ class Contacts:
         """y' (n, size) and holding torques (n, nv) in machine code."""
         assert self.block
         self.enter(mode)
-        return self.block.evaluated(t, y)
+        rates, holding = self.block.evaluated(t, y)
+        return rates, holding[:, : len(mode.held)]  # their derivatives may follow (varied.py)
 
     def enter(self, mode: Mode) -> None:
         """Pass a mode to the equations in machine code."""

@@ -5,17 +5,21 @@ The equations are those of the run on angles, recorded on a tape and differentia
 """
 
 from collections.abc import Sequence
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.compiling import differentiate_equations
+from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.symbols import records_by_rod
 from pendpin.dynamics.varied import vary
 from pendpin.effects import ContactEffect, Effect, Idle
+from pendpin.engines import AngleEngine
 from pendpin.engines.machine_code import Block
 from pendpin.equations.chain.angles import POLE
 from pendpin.errors import InputError
@@ -39,20 +43,31 @@ class Variational:
     w_k = dy/d(number k), and w_k' = df/dy w_k + df/d(number k). Without keys there is one direction, that of a change w of
     the state itself. Times are since the scene's start, in s. Use one in each thread.
 
+    Friction and stops are left out: they act at events. `contacts` keeps friction, between two events: `self.contacts` then
+    says what is held. The places `still` of the state (2 nv,) are 0.
+
     Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
     without llvmlite.
     """
 
-    def __init__(self, scene: Scene, keys: Sequence[str] = ()) -> None:
+    def __init__(
+        self, scene: Scene, keys: Sequence[str] = (), contacts: bool = False, still: tuple[int, ...] = ()
+    ) -> None:
         self.model = build(scene.model)
         self.keys, self.scene = tuple(keys), scene
-        effects = differentiable(scene)
-        engine = choose_engine(self.model, Binding(self.model, effects, start=scene.start.time).loads, "auto", "angles")
-        by_rod = records_by_rod(engine, effects)
+        effects, start = differentiable(scene, contacts), scene.start.time
+        engine = choose_engine(self.model, Binding(self.model, effects, start=start).loads, "auto", "angles")
+        touching = any(isinstance(effect, ContactEffect) for effect in effects)
+        by_rod = not still and not touching and records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
         self.block: Block = differentiate_equations(
-            self.variation, scene.start.time, by_rod
+            self.variation, start, by_rod, still
         )  # its state is (y, w_1, ..., w_K)
+        self.contacts: Contacts | None = None
+        if touching and isinstance(engine, AngleEngine):
+            bound = bind_contacts(self.model, self.variation.effects, engine)
+            moving = np.isin(np.arange(len(bound.static)), still, invert=True)
+            self.contacts = replace(bound, static=bound.static * moving, block=self.block)
         self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
         self.nv = len(self.model.joints)
 
@@ -76,8 +91,8 @@ def refuse_poles(model: Model, q: Array) -> None:
         raise InputError(f"{rod} is thin and at phi = ±90 degrees, where its angles are singular: give it a radius")
 
 
-def differentiable(scene: Scene) -> tuple[Effect, ...]:
-    """The effects of a scene, with `Idle` in place of friction and stops.
+def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
+    """The effects of a scene, with `Idle` in place of friction and stops unless `contacts` are kept.
 
     Raises InputError for one that does not run on symbols.
     """
@@ -85,4 +100,4 @@ def differentiable(scene: Scene) -> tuple[Effect, ...]:
     for i, effect in enumerate(acts):
         if not effect.symbolic:
             raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
-    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) else e for e in acts)
+    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) and not contacts else e for e in acts)

@@ -13,10 +13,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import parameters_of
-from pendpin.effects import Effect, Idle
-from pendpin.engines import Engine, LongChain
+from pendpin.dynamics.symbols import MOTION, Asked, parameters_of
+from pendpin.effects import ContactEffect, Effect, Idle
+from pendpin.engines import AngleEngine, Engine, LongChain
 from pendpin.engines.tangents import Direction
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.ground.arrays import Array, Mask
@@ -40,12 +41,14 @@ class Variation(NamedTuple):
 
     engine: Engine  # on angles
     effects: tuple[Effect, ...]  # that act, or would with other numbers
+    asked: Asked  # the contacts of these, if there are any
     parameters: Parameters  # with a place for each number that is not 0 or changes
     masks: Sequence[Mask]
     shared: list[float]  # values of parameters, those of the rates behind them
     of_rods: Array  # (k, n), the same of the parameters of rods
     directions: tuple[Direction, ...]  # (K,)
     start: Array  # (K, 2 nv), of q and v at the start
+    static: Array  # (K, nv) N m, of what can hold each joint
 
 
 def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Variation:
@@ -55,27 +58,39 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
     """
     model = engine.model
     places = [parsed(key) for key in keys]
-    changes = [_changed(scene, path) for path in places]
+    changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
     lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
     active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
     pairs: list[tuple[Engine, tuple[Effect, ...]]] = []
     for chain, effects in [(None, scene.effects), *changes]:
         chosen = (e if acts else Idle(kind=e.kind) for e, acts in zip(effects, active, strict=True))
         pairs.append((_engine_of(model, engine, chain), tuple(chosen)))
-    start = scene.start.time
-    masks: list[Mask] = []
-    for one in (parameters_of(*pair, start, by_rod=by_rod) for pair in pairs):
-        masks = [a | b for a, b in zip(masks, one.masks, strict=True)] if masks else list(one.masks)
-    base, *others = (parameters_of(*pair, start, by_rod=by_rod, masks=masks) for pair in pairs)
-    shared, rods = list(base.values), list(base.values_of_rods)
-    directions = []
-    for key, one in zip(places, others, strict=True):
+    asked = [_contacts_of(model, *pair) for pair in pairs]
+    cases = [(*pair, scene.start.time, one, by_rod) for pair, one in zip(pairs, asked, strict=True)]
+    first = [parameters_of(*case) for case in cases]
+    masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
+    same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
+    base, *others = first if same else [parameters_of(*case, masks) for case in cases]
+    shared, rods, changed = list(base.values), list(base.values_of_rods), iter(zip(others, asked[1:], strict=True))
+    directions, static = [], []
+    for key in places:
+        one, its = (base, asked[0]) if key[0] == "start" else next(changed)
         rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
         time = 1.0 if key == ("start", "time") else 0.0
         directions.append(Direction(_appended(shared, rates), _appended(rods, of_rods), time))
+        static.append(np.imag(its.contacts.static) / _STEP if its.contacts else np.zeros(len(model.joints)))
     starts = np.array([_start_rate(scene, model, path) for path in places]).reshape(len(keys), 2 * len(model.joints))
     columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
-    return Variation(*pairs[0], base, masks, shared, columns, tuple(directions), starts)
+    holding = np.array(static).reshape(len(keys), len(model.joints))
+    return Variation(*pairs[0], asked[0], base, masks, shared, columns, tuple(directions), starts, holding)
+
+
+def _contacts_of(model: Model, engine: Engine, effects: Sequence[Effect]) -> Asked:
+    """What the equations hold beside the motion: the contacts, if any act."""
+    if not any(isinstance(effect, ContactEffect) for effect in effects):
+        return MOTION
+    assert isinstance(engine, AngleEngine)
+    return Asked(contacts=bind_contacts(model, effects, engine))
 
 
 def _appended(values: list[Any], rates: Array) -> dict[int, int]:
@@ -106,8 +121,6 @@ def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:
 
 def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, ...]]:
     """The chain, None where it does not change, and the effects with an imaginary part in the number at a path."""
-    if path[0] == "start":
-        return None, scene.effects
     model, effects = scene.model, scene.effects
     if path[0] == "effects" and (changed := _step_numbers(effects, path, 1)):
         return None, changed

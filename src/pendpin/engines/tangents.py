@@ -38,20 +38,21 @@ STATE = Direction({}, {})  # the state alone
 def add_tangents(recording: Recording, directions: Sequence[Direction]) -> Recording:
     """The recording with its derivatives in these directions: results f, then f_1, ..., f_k, of states y, w_1, ..., w_k.
 
-    `more` is left as it is. Of a chain by rods, results that are of no rod have no derivative.
+    So has `more`. Of a chain by rods, results that are of no rod, and `more`, have no derivative.
     """
     tape, chain = recording.tape, bool(recording.parts)
-    places = [tape.placed(x) for x in (recording.of_rod if chain else recording.results)]
+    places = [tape.placed(x) for x in (recording.of_rod if chain else [*recording.results, *recording.more])]
     count = -(-len(directions) // LANES)
     groups = [directions[i * len(directions) // count : (i + 1) * len(directions) // count] for i in range(count)]
     derivatives = _Tangents(recording, groups).of(places)
-    new = [_term(tape, place) for place in places]
+    rows = [[_term(tape, place) for place in places]]
     for group, changes in zip(groups, derivatives, strict=True):
-        new += [tape.lane(x, i) for i in range(len(group)) for x in changes]
-    times = 1 + len(directions)
+        rows += [[tape.lane(x, i) for x in changes] for i in range(len(group))]
     if chain:
-        return recording._replace(of_rod=new, parts=times * recording.parts)
-    return recording._replace(results=new, width=times * recording.width)
+        return recording._replace(of_rod=[x for row in rows for x in row], parts=len(rows) * recording.parts)
+    own = len(recording.results)
+    results, more = ([x for row in rows for x in row[part]] for part in (slice(own), slice(own, None)))
+    return recording._replace(results=results, more=more, width=len(rows) * recording.width)
 
 
 class _Tangents:

@@ -8,8 +8,7 @@ import numpy as np
 
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
-from pendpin.fitting.data import batch
-from pendpin.fitting.fitting import Setting, Solution, change_scene, restart, search_thin
+from pendpin.fitting.fitting import Setting, Solution, change_scene, restart
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.report import Fit, predict
 from pendpin.fitting.search import Search, Solved, Starts
@@ -105,9 +104,7 @@ def _compare_all(fit: Fit, now: _Model, others: Iterable[_Other], progress: Call
 def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
     setting, p = change_scene(fit.setting, scene, keys), fit.solution.problem
-    pieces = batch(setting.swings, p.batch.longest, search_thin(setting))
-    share = p.share[:1] if isinstance(p.share, np.ndarray) else p.share
-    problem = restart(setting, replace(p, batch=pieces, share=share))
+    problem = restart(setting, p)
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
     x, solved, _ = Search(problem, Starts(x, near.solved.starts)).run(MOST)
     return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))
@@ -184,8 +181,8 @@ def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
 
 def _separate_frictions(now: _Model, keys: list[str]) -> Iterator[_Other]:
     """With a friction for each of the joints that move, in place of one for several."""
-    scene, equations = now.scene, now.setting.equations
-    moving = [equations.model.joints[place] for place in equations.joints]
+    scene, pendulum = now.scene, now.setting.pendulum
+    moving = [pendulum.model.joints[joint] for joint in pendulum.moving]
     for i, effect in enumerate(scene.effects):
         if not isinstance(effect, Viscous | DryFriction):
             continue

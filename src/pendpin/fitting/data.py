@@ -11,9 +11,13 @@ import numpy as np
 from pendpin.errors import InputError, choices, did_you_mean, inside, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import csv_table, read_whole
+from pendpin.model import kinematics
+from pendpin.model.build import Model, find
 from pendpin.scene import Data
 
 MOST_BYTES = 200_000_000
+_AXES = ("x", "y", "z")
+SENSITIVE = 1e-9  # m/rad: a joint that moves a tip by less does not
 FEWEST = 8  # samples of a segment
 MOST_SAMPLES = 20_000  # of a segment that says no more with more of them
 ONE_PERCENT = 0.01  # of the spread of a column: samples that differ by less are at rest
@@ -104,9 +108,9 @@ def cut_pieces(swings: Sequence[Swing], longest: float) -> tuple[Swing, ...]:
     return tuple(pieces)
 
 
-def batch(swings: Sequence[Swing], longest: float, thin: int = 1) -> Batch:
-    """The swings in pieces of at most `longest` s, every `thin`-th sample of them, side by side."""
-    cut = [(k, piece.part(slice(None, None, thin))) for k, s in enumerate(swings) for piece in cut_pieces([s], longest)]
+def batch(swings: Sequence[Swing], longest: float) -> Batch:
+    """The swings in pieces of at most `longest` s, side by side."""
+    cut = [(k, piece) for k, s in enumerate(swings) for piece in cut_pieces([s], longest)]
     most = max(len(piece.t) for _, piece in cut)
     t = np.array([np.pad(piece.t, (0, most - len(piece.t)), mode="edge") for _, piece in cut]).T
     pads = [((0, most - len(piece.t)), (0, 0)) for _, piece in cut]
@@ -215,3 +219,58 @@ def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[in
                 f"{place_of(at)}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
                 "unwrap the angle, or check data.unit"
             )
+
+
+# --- what the columns measure ---------------------------------------------------------------------------------------
+
+
+class Sensors(NamedTuple):
+    """Columns as sums of joint angles (columns, nv) and of tip coordinates (columns, 3 bodies)."""
+
+    angles: Array
+    tips: Array
+    joints: list[int]  # those that columns measure, in model order: of tips, those that move one from the zero position
+
+
+def sensors_of(table: Data, model: Model) -> Sensors:
+    """What the columns of a scene's [data] table measure. Raises InputError for joints and links the model lacks."""
+    angles = np.zeros((len(table.columns), len(model.joints)))
+    tips = np.zeros((len(table.columns), 3 * len(model.bodies)))
+    for row, (name, measured) in enumerate(table.columns.items()):
+        where = f"data.columns.{name}"
+        if isinstance(measured, str):
+            tips[row, _tip(measured, model, where)] = 1.0
+        elif not measured:
+            raise InputError(f"{where}: it names no joint")
+        elif len(set(measured)) < len(measured):
+            raise InputError(f"{where}: it names a joint twice")
+        else:
+            for joint in measured:
+                angles[row, model.index(joint, where)] += 1.0
+    measured = angles.any(0) | (np.abs(tips @ _tips_by_joints(model)) > SENSITIVE).any(0)
+    return Sensors(angles, tips, np.flatnonzero(measured).tolist())
+
+
+def tips_at(model: Model, q: Array) -> Array:
+    """The tips (M, 3 bodies) in m of a model at q (M, nv)."""
+    ends = np.array([[*body.tip, 1.0] for body in model.bodies])
+    return (kinematics.poses(model, q) @ ends[:, :, None])[:, :, :3, 0].reshape(len(q), -1)
+
+
+def _tips_by_joints(model: Model) -> Array:
+    """The derivatives (3 bodies, nv) of the tips by the joints' positions, at zero."""
+    step = 1e-6
+    plus, minus = (tips_at(model, side * step * np.eye(len(model.joints))) for side in (1.0, -1.0))
+    return (plus - minus).T / (2 * step)
+
+
+def _tip(text: str, model: Model, where: str) -> int:
+    link, dot, axis = text.rpartition(".")
+    if not dot or axis not in _AXES:
+        raise InputError(
+            f"{where}: {shown(text)} is not a coordinate of a tip; write a link and {choices(_AXES)}, such as rod_1.y, "
+            f"or a joint in brackets: [{shown(text)}]"
+        )
+    links = tuple(body.link for body in model.bodies)
+    alias = {"rod_1": "rod"} if links == ("rod",) else {}
+    return 3 * find(links, alias.get(link, link), f"{where}: link") + _AXES.index(axis)

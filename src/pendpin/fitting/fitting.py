@@ -3,33 +3,32 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.errors import InputError
-from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.equations import Equations, compile_equations
+from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, sensors_of, spread_of, thin_out
 from pendpin.fitting.guess import (
     Regression,
+    bind_regression,
     first_state,
     joint_angles,
     natural_scale,
     nearest_to_guess,
     regress,
-    regression,
     time_scale,
 )
 from pendpin.fitting.parameters import Free, free_parameters
+from pendpin.fitting.problem import Pendulum, Problem, bind_pendulum
 from pendpin.fitting.robust import huber_scale, huber_weights, pseudo_residuals
-from pendpin.fitting.search import MOST_START_STEPS, Problem, Search, Solved, Starts, solve_starts
-from pendpin.fitting.sensors import sensors_of
+from pendpin.fitting.search import MOST_START_STEPS, Search, Solved, Starts, solve_starts
 from pendpin.fitting.uncertainty import Certainty, certainty, sensor_noise
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
 
-STEP = 0.3  # of the time scale: the longest step of a search; a quarter of that for what is reported
+FINEST = 0.075  # of the time scale: samples farther apart than this are all used
 SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
 FAR, LAST = 20, 3  # steps at most, of the search and over all samples
@@ -39,6 +38,7 @@ MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is
 ROUGHLY = 100.0  # times its size: how far a friction may be from its guess, where a body may be by its size
 OFFSET = 0.01  # rad or m: natural scale of a zero
 NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
+SURE = 0.1  # of the square of these: with less, nobody asks whether the guess itself is nearer
 MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
 MOST_WEIGHT = 10.0  # between the best and the worst explained piece
 NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
@@ -53,8 +53,7 @@ class Setting:
     scene: Scene
     table: Data
     free: Free
-    equations: Equations
-    sensors: Array  # (columns, outputs)
+    pendulum: Pendulum
     swings: tuple[Swing, ...]
     pace: float  # s, the time scale of the data
     noise: Array  # (columns,) rad or m
@@ -64,19 +63,19 @@ class Setting:
     @property
     def shift(self) -> Array:
         """How the zeros of the columns shift joint angles, (n, columns); tips' zeros are left out."""
-        n = len(self.equations.joints)
-        angles = self.sensors[:, :n]
-        return np.linalg.pinv(angles) if self.sensors.shape[1] == n else np.zeros((n, len(angles)))
+        sensors = self.pendulum.sensors
+        angles = sensors.angles[:, list(self.pendulum.moving)]
+        return np.linalg.pinv(angles) * (not sensors.tips.any())
 
     @cached_property
     def angles(self) -> tuple[Swing, ...]:
         """The swings of the joints that move (n,), from the columns."""
-        return joint_angles(self.equations, self.sensors, self.swings, self.free.start)
+        return joint_angles(self.pendulum, self.swings, self.free.start)
 
     @cached_property
     def regression(self) -> Regression:
         """The accelerations that the data show, for equation error."""
-        return regression(self.equations, self.shift, self.angles, SMOOTHING * self.pace)
+        return bind_regression(self.pendulum, self.shift, self.angles, SMOOTHING * self.pace)
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,7 +111,6 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     sensors = sensors_of(table, model)
     swings = read_swings(data, table)
     parameters = free_parameters(scene, free)
-    equations = compile_equations(scene, parameters, sensors.joints)
     seen, spread = sensor_noise(swings), spread_of(swings)
     least = np.where(spread > RESTS * spread.max(), 1e-12, spread)  # else a column that rests outweighs those that move
     noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, least)
@@ -123,16 +121,22 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
         raise InputError(
             "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
         )
-    names = tuple(table.columns)
-    outputs, swings = sensors.of(equations.joints), thin_out(swings, STEP / 4 * pace)
-    return Setting(scene, table, parameters, equations, outputs, swings, pace, noise, names, robust)
+    swings = thin_out(swings, FINEST * pace)
+    pendulum = bind_pendulum(scene, parameters, sensors, *_span(swings))
+    return Setting(scene, table, parameters, pendulum, swings, pace, noise, tuple(table.columns), robust)
+
+
+def _span(swings: Sequence[Swing]) -> tuple[float, float]:
+    """The first and the last time of some swings, s."""
+    return float(min(swing.t[0] for swing in swings)), float(max(swing.t[-1] for swing in swings))
 
 
 def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:
     """The same data with another scene and other free numbers."""
     parameters = free_parameters(scene, free)
-    equations = compile_equations(scene, parameters, sensors_of(setting.table, build(scene.model)).joints)
-    return replace(setting, scene=scene, free=parameters, equations=equations)
+    sensors = sensors_of(setting.table, build(scene.model))
+    pendulum = bind_pendulum(scene, parameters, sensors, *_span(setting.swings))
+    return replace(setting, scene=scene, free=parameters, pendulum=pendulum)
 
 
 def fixed_offsets(setting: Setting) -> Array:
@@ -151,17 +155,17 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     progress("a start by equation error")
     p = _rescale(setting, problem, problem.prior)
     x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
-    guesses = (x, problem.prior)  # noise spoils accelerations first
-    near = next((guess for guess in guesses if _follows(setting, problem, guess)), None)
-    if near is not None:
-        x = near
-    else:
+    near = _near(setting, problem, x)
+    if not near.misfit < SURE and (other := _near(setting, problem, problem.prior)).misfit < near.misfit:
+        near = other  # noise spoils accelerations first
+    if not near.misfit < 1:
         progress("short pieces")
-        problem = _rescale(setting, problem, x)
-        x, _, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
+        problem = _rescale(setting, problem, near.x)
+        x, _, _ = Search(problem, Starts(near.x, _states(setting, problem, near.x))).run(FAR, COARSE)
+        near = _near(setting, problem, x)
     progress("whole swings")
-    problem = _rescale(setting, _whole_swings(setting, problem, x), x)
-    x, solved, _ = Search(problem, Starts(x, _states(setting, problem, x))).run(FAR, COARSE)
+    x, problem = near.x, _rescale(setting, replace(problem, batch=near.whole.batch), near.x)
+    x, solved, _ = Search(problem, Starts(x, near.starts)).run(FAR, COARSE)
     problem = replace(_rescale(setting, problem, x), still=np.zeros(len(x), bool))
     problem = _count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
     x, solved, _ = Search(problem, Starts(x, solved.starts)).run(FAR)
@@ -187,9 +191,8 @@ def _problem(setting: Setting) -> Problem:
     many = count if setting.table.offsets == "free" else 0
     free, none = setting.free, np.full(many, np.inf)
     return Problem(
-        setting.equations,
-        setting.sensors,
-        batch(setting.swings, SHORT * setting.pace, search_thin(setting)),
+        setting.pendulum,
+        batch(setting.swings, SHORT * setting.pace),
         1 / setting.noise,
         np.concatenate([np.where(free.positive | (free.start == 0), 1.0, np.abs(free.start)), np.full(many, OFFSET)]),
         np.concatenate([free.lower, -none]),
@@ -197,7 +200,6 @@ def _problem(setting: Setting) -> Problem:
         np.concatenate([free.start, np.zeros(many)]),
         HOLD,
         fixed_offsets(setting),
-        STEP * setting.pace * 1.01,
         np.pad(free.speeds, (0, many)),
     )
 
@@ -214,19 +216,11 @@ def restart(setting: Setting, problem: Problem) -> Problem:
     return _rescale(setting, replace(fresh, **kept), fresh.prior)
 
 
-def search_thin(setting: Setting) -> int:
-    """Every how many samples the search looks at: samples a step apart say as much as all."""
-    spacing = np.median(np.concatenate([np.diff(swing.t) for swing in setting.swings]))
-    return max(1, int(STEP * setting.pace / spacing))
-
-
 def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
     """The problem with natural scales at unknowns x (nx,); those that change nothing keep the one they have."""
-    z, offsets = problem.split(x)
-    natural = natural_scale(setting.regression, z, offsets)
-    scale = problem.scale.copy()
-    scale[: len(z)] = np.where(natural > 0, natural, scale[: len(z)])
-    positive = np.pad(setting.free.positive, (0, len(x) - len(z)))
+    natural, scale = natural_scale(setting.regression, x), problem.scale.copy()
+    scale[: problem.nz] = np.where(natural > 0, natural, scale[: problem.nz])
+    positive = np.pad(setting.free.positive, (0, len(x) - problem.nz))
     scale = np.where(positive, np.minimum(scale, MOST_CHANGE), scale)
     return replace(problem, scale=scale)
 
@@ -242,22 +236,31 @@ def _guess_sizes(setting: Setting, problem: Problem) -> Array:
     return sizes
 
 
-def _follows(setting: Setting, problem: Problem, x: Array) -> bool:
-    """Whether the motions at unknowns x (nx,) follow whole swings well enough for a search to begin there."""
+class _Near(NamedTuple):
+    """Unknowns from which whole swings may be searched."""
+
+    x: Array  # (nx,)
+    whole: Problem  # in whole swings
+    starts: Array  # (2n, P), those that explain the data best
+    misfit: float  # the mean square of the residuals: 1 where a search can just begin there
+
+
+def _near(setting: Setting, problem: Problem, x: Array) -> _Near:
+    """Whole swings at unknowns x (nx,), and how far they are from the data."""
     spread = spread_of(setting.swings)
     whole = replace(_whole_swings(setting, problem, x), weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
-    r = solve_starts(whole, x, _states(setting, whole, x)).r
-    return bool((r**2).sum() < (~np.isnan(whole.batch.y)).sum())
+    solved = solve_starts(whole, x, _states(setting, whole, x))
+    return _Near(x, whole, solved.starts, float((solved.r**2).sum() / (~np.isnan(whole.batch.y)).sum()))
 
 
 def _whole_swings(setting: Setting, problem: Problem, x: Array) -> Problem:
     """The problem with whole swings, cut where a motion has forgotten its start at unknowns x (nx,)."""
     longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
     while True:
-        whole = replace(problem, batch=batch(setting.swings, longest, search_thin(setting)))
-        _, J = whole.by_starts(x, _states(setting, whole, x))
+        whole = replace(problem, batch=batch(setting.swings, longest))
+        J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _states(setting, whole, x)).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
-        growth[..., len(setting.equations.joints) :] /= 2 * setting.pace
+        growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pace
         if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
             return whole
         longest /= 2
@@ -285,28 +288,27 @@ def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: A
     if not setting.robust:
         return problem
     M, columns, P = problem.batch.y.shape
-    r = problem.residuals(x, starts).reshape(P, M, columns).transpose(1, 2, 0)
-    return replace(problem, share=problem.share * huber_weights(r))
+    r = problem.evaluate(problem.pendulum.at(problem.split(x)[0]), x, starts).r
+    return replace(problem, share=problem.share * huber_weights(r.reshape(P, M, columns).transpose(1, 2, 0)))
 
 
 def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
-    """The solution over all samples, in finer steps, from unknowns x (nx,), and what is known of it.
+    """The solution with weights by what is left over, from unknowns x (nx,), and what is known of it.
 
     Errors of a robust fit are those of least squares over its pseudo-residuals, with even weights.
     """
-    pieces = batch(setting.swings, problem.batch.longest)
-    full = replace(problem, batch=pieces, share=1.0, largest_step=STEP / 4 * setting.pace)
+    full = replace(problem, share=1.0)
     solved = solve_starts(full, x, solved.starts, 0 if setting.robust else MOST_START_STEPS)
     full = _weigh(setting, full, solved)
     search = _count_outliers_less(setting, full, x, solved.starts)
-    x, solved, J = Search(search, Starts(x, solved.starts)).run(LAST, central=True)
-    seen = ~np.isnan(pieces.y.transpose(2, 0, 1))
+    x, solved, J = Search(search, Starts(x, solved.starts)).run(LAST)
+    seen = ~np.isnan(full.batch.y.transpose(2, 0, 1))
     if setting.robust:
         solved = solve_starts(full, x, solved.starts, 0)
-        J = solved.rest(full.by_unknowns(x, solved.starts, solved.r, central=True))
+        J = solved.rest(solved.J)
         solved = replace(solved, r=pseudo_residuals(solved.r, seen.reshape(len(J), -1)))
     shape = (len(J), -1, len(setting.columns))
     rest = solved.rest(solved.r[..., None]).reshape(shape)
     Q = solved.Q.reshape(*shape, solved.Q.shape[-1])
-    worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, pieces.swing, pieces.t, seen)
+    worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, full.batch.swing, full.batch.t, seen)
     return Solution(full, x, solved, worth)

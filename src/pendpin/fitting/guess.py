@@ -6,9 +6,10 @@ from typing import NamedTuple
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
-from pendpin.fitting.data import Swing
-from pendpin.fitting.equations import Equations
+from pendpin.fitting.data import Sensors, Swing, tips_at
+from pendpin.fitting.problem import Pendulum
 from pendpin.ground.arrays import Array, Mask
+from pendpin.model.build import Model
 
 MOST_POINTS = 1_000  # of the regression
 ONE_PERCENT = 0.01
@@ -17,6 +18,10 @@ INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between th
 SAME = 1e7
 REACH = 3.0  # natural scales: a step within which accelerations are nearly linear
 NEAREST = 30  # steps at most towards the guess
+UNSEEN = 1e-6  # of the accelerations, by a change of a number by its own size: it does not change them
+FAR_OFF = 1e3  # times the accelerations: an error, or none that is a number
+ENOUGH = 1e-3  # of the sum of squares: what a step gains that still pays
+PULL = 1e-3  # weight of the guess
 STARTS = 12  # of the search for angles, for each sample of tips
 
 
@@ -86,95 +91,101 @@ def _cubics(swing: Swing, at: Array, rows: Array) -> Smoothed:
 class Regression(NamedTuple):
     """Smoothed states of all swings, for equation error: model accelerations less measured ones."""
 
-    equations: Equations
+    pendulum: Pendulum
     shift: Array  # (n, columns): joint angles are those of the points less shift times the offsets
     points: Smoothed  # joint angles
 
-    def accelerations(self, z: Array, offsets: Array) -> Array:
-        """What the equations say, (n, N), at search coordinates (nz,) and offsets (columns,)."""
+    def accelerations(self, x: Array) -> tuple[Array, Array]:
+        """What the equations say, (n N,), at unknowns (nx,), and its derivatives (n N, nx)."""
+        nz = len(self.pendulum.free.start)
+        offsets = x[nz:] if len(x) > nz else np.zeros(self.shift.shape[1])
         q, v = self.points.y.T - (self.shift @ offsets)[:, None], self.points.rate.T
-        way = np.sign(v[list(self.equations.rubbing)])
-        pars = np.concatenate([np.repeat(z[:, None], q.shape[1], 1), way])
-        return self.equations.rate(np.vstack([q, v, self.points.t]), pars)
+        with np.errstate(all="ignore"):
+            a, by = self.pendulum.at(x[:nz]).accelerate(self.points.t, q, v)
+        of_offsets = -np.einsum("jnN,jc->cnN", by[nz : nz + len(q)], self.shift)
+        J = np.concatenate([by[:nz], of_offsets[: len(x) - nz]])
+        return a.reshape(-1), J.reshape(len(x), -1).T
 
     @property
     def measured(self) -> Array:
-        """The accelerations (n, N) by local polynomials."""
-        return self.points.acceleration.T
+        """The accelerations (n N,) by local polynomials."""
+        return self.points.acceleration.T.reshape(-1)
 
 
-def regression(equations: Equations, shift: Array, swings: Sequence[Swing], width: float) -> Regression:
+def bind_regression(pendulum: Pendulum, shift: Array, swings: Sequence[Swing], width: float) -> Regression:
     """Smoothed states of swings of joint angles; shift (n, columns), width in s."""
     each = max(8, MOST_POINTS // len(swings))
     parts = zip(*(smoothed(swing, width, each) for swing in swings), strict=True)
     points = Smoothed(*(np.concatenate(part) for part in parts))
     some = np.isfinite(points.acceleration).all(1)
-    return Regression(equations, shift, Smoothed(*(part[some] for part in points)))
+    return Regression(pendulum, shift, Smoothed(*(part[some] for part in points)))
 
 
-def joint_angles(equations: Equations, sensors: Array, swings: Sequence[Swing], z: Array) -> tuple[Swing, ...]:
+def joint_angles(pendulum: Pendulum, swings: Sequence[Swing], z: Array) -> tuple[Swing, ...]:
     """The swings of the joints that move (n,), from the columns without offsets; z (nz,) gives the rods' lengths."""
-    if sensors.shape[1] == len(equations.joints):
-        inverse = np.linalg.pinv(sensors)
+    sensors, moving = pendulum.sensors, list(pendulum.moving)
+    if not sensors.tips.any():
+        inverse = np.linalg.pinv(sensors.angles[:, moving])
         return tuple(s._replace(y=s.y @ inverse.T) for s in swings)
-    return tuple(s._replace(y=_angles_from_tips(equations, sensors, s, z)) for s in swings)
+    model = pendulum.at(z).variations.equations.model
+    return tuple(s._replace(y=_angles_from_tips(model, sensors, moving, s)) for s in swings)
 
 
-def _angles_from_tips(equations: Equations, sensors: Array, swing: Swing, z: Array) -> Array:
+def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: Swing) -> Array:
     """Joint angles (m, n) that bring tips where they were measured: Gauss-Newton from several starts, sample by sample."""
-    n, m, draw = len(equations.joints), len(swing.t), np.random.default_rng(0)
-    y = np.repeat(np.nan_to_num(swing.y.T), STARTS, 1)  # (columns, m STARTS)
-    q = np.tile(draw.uniform(-np.pi, np.pi, (n, STARTS)), m)
-    pars = np.repeat(z[:, None], q.shape[1], 1)
+    n, m, draw = len(moving), len(swing.t), np.random.default_rng(0)
+    y = np.repeat(np.nan_to_num(swing.y), STARTS, 0)  # (m STARTS, columns)
+    q = np.tile(draw.uniform(-np.pi, np.pi, (STARTS, n)), (m, 1))
 
     def off(q: Array) -> Array:
-        """Columns at joint angles (n, m STARTS) less the measured ones (columns, m STARTS), m."""
-        states = np.vstack([q, np.zeros_like(q), np.repeat(swing.t, STARTS)[None]])
-        return sensors @ equations.outputs(states, pars) - y
+        """Columns at joint angles (m STARTS, n) less the measured ones (m STARTS, columns), m."""
+        angles = np.zeros((len(q), sensors.angles.shape[1]))
+        angles[:, moving] = q
+        return angles @ sensors.angles.T + tips_at(model, angles) @ sensors.tips.T - y
 
     for _ in range(20):
         r = off(q)
-        J = np.stack([(off(q + 1e-6 * unit[:, None]) - r) / 1e-6 for unit in np.eye(n)], 1)  # (columns, n, C)
-        step = np.linalg.pinv(J.transpose(2, 0, 1), rcond=1e-6) @ r.T[..., None]
-        q = q - np.clip(step[..., 0].T, -1.0, 1.0)
-    best = (off(q) ** 2).sum(0).reshape(m, STARTS).argmin(1)
-    angles = q.T.reshape(m, STARTS, n)[np.arange(m), best]
+        J = np.stack([(off(q + 1e-6 * unit) - r) / 1e-6 for unit in np.eye(n)], -1)  # (C, columns, n)
+        step = np.linalg.pinv(J, rcond=1e-6) @ r[..., None]
+        q = q - np.clip(step[..., 0], -1.0, 1.0)
+    best = (off(q) ** 2).sum(1).reshape(m, STARTS).argmin(1)
+    angles = q.reshape(m, STARTS, n)[np.arange(m), best]
     angles[np.isnan(swing.y).any(1)] = np.nan
     whole = ~np.isnan(angles).any(1)
     angles[whole] = np.unwrap((angles[whole] + np.pi) % (2 * np.pi) - np.pi, axis=0)
     return angles
 
 
-def natural_scale(samples: Regression, z: Array, offsets: Array) -> Array:
+def natural_scale(samples: Regression, x: Array) -> Array:
     """The changes of the search coordinates (nz,) that change accelerations by one hundredth; 0 where none does."""
+    nz = len(samples.pendulum.free.start)
+    a, J = samples.accelerations(x)
     with np.errstate(all="ignore"):
-        base = samples.accelerations(z, offsets)
-        size = np.sqrt(np.nanmean(base**2)) or 1.0
-        scale = np.where(z != 0, np.abs(z), 1.0) * 1e-3
-        for _ in range(2):
-            for j in range(len(z)):
-                step = np.eye(len(z))[j] * scale[j] * 0.1
-                change = np.sqrt(np.nanmean((samples.accelerations(z + step, offsets) - base) ** 2)) / 0.1
-                unseen = not change > 1e-9 * size
-                scale[j] = 0.0 if unseen else scale[j] * ONE_PERCENT * size / change
-    return scale
+        size, slope = np.sqrt(np.nanmean(a**2)) or 1.0, np.sqrt(np.nanmean(J[:, :nz] ** 2, axis=0))
+        unseen = ~(slope * np.where(x[:nz] != 0, np.abs(x[:nz]), 1.0) > UNSEEN * size)
+        return np.where(unseen, 0.0, ONE_PERCENT * size / np.where(unseen, 1.0, slope))
 
 
 def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:
     """The unknowns (nx,) that explain the measured accelerations best: robust least squares, a tenth of a second."""
-    nz, columns = samples.equations.nz, samples.shift.shape[1]
+    size, last = np.sqrt(np.mean(samples.measured**2)) or 1.0, {}
 
     def residuals(x: Array) -> Array:
         """At unknowns (nx,): accelerations less the measured ones (n N,), over their size, then the pull of the guess."""
-        x = np.where(still, prior, x)
-        offsets = x[nz:] if len(x) > nz else np.zeros(columns)
-        with np.errstate(all="ignore"):
-            off = ((samples.accelerations(x[:nz], offsets) - samples.measured) / size).reshape(-1)
-        return np.concatenate([np.where(np.isfinite(off), np.clip(off, -1e3, 1e3), 1e3), 1e-3 * (x - prior) / scale])
+        a, J = samples.accelerations(np.where(still, prior, x))
+        off = (a - samples.measured) / size
+        fine = np.abs(off) < FAR_OFF  # nor is it NaN
+        last[x.tobytes()] = np.where(fine[:, None] & ~still, np.nan_to_num(J) / size, 0.0)
+        return np.concatenate([np.where(fine, off, FAR_OFF), PULL * (x - prior) / scale])
 
-    size = np.sqrt(np.mean(samples.measured**2)) or 1.0
-    options = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40}
-    best = least_squares(residuals, np.clip(prior, lower, upper), bounds=(lower, upper), **options).x
+    def slopes(x: Array) -> Array:
+        """The derivatives (n N + nx, nx) of the residuals, which were evaluated at the same unknowns just before."""
+        J = last[x.tobytes()]
+        last.clear()
+        return np.concatenate([J, np.diag(PULL / scale)])
+
+    options = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
+    best = least_squares(residuals, np.clip(prior, lower, upper), slopes, bounds=(lower, upper), **options).x
     return np.where(still, prior, best)
 
 
@@ -186,23 +197,17 @@ def nearest_to_guess(
     They give the same motions too, and a fit cannot tell them apart. `scale` (nx,) are natural scales. x itself where the
     search fails.
     """
-    nz, columns = samples.equations.nz, samples.shift.shape[1]
-
-    def accelerations(x: Array) -> Array:
-        """At unknowns (nx,), (n N,)."""
-        return samples.accelerations(x[:nz], x[nz:] if len(x) > nz else np.zeros(columns)).reshape(-1)
-
-    aim, y, moves = accelerations(x), x, np.diag(1e-3 * scale)
+    aim, y = samples.accelerations(x)[0], x
     weight = SAME / (np.linalg.norm(aim) or 1.0)
     for _ in range(NEAREST):
-        J = np.array([(accelerations(y + h) - accelerations(y - h)) / (2 * h.sum()) for h in moves]).T * sizes
-        Q, R = np.linalg.qr(np.concatenate([weight * J, np.eye(len(x))]))
-        goal = Q.T @ np.concatenate([weight * (aim - accelerations(y)), (prior - y) / sizes])
+        a, J = samples.accelerations(y)
+        Q, R = np.linalg.qr(np.concatenate([weight * J * sizes, np.eye(len(x))]))
+        goal = Q.T @ np.concatenate([weight * (aim - a), (prior - y) / sizes])
         reach = np.minimum(REACH * scale, np.maximum(np.abs(y), sizes) / 2) / sizes
         bounds = np.clip((lower - y) / sizes, -reach, -1e-12), np.clip((upper - y) / sizes, 1e-12, reach)
         step = lsq_linear(R, goal, bounds, method="bvls").x
         y = np.clip(y + sizes * step, lower, upper)
         if np.abs(step).max() < 1e-9:
             break
-    same = np.linalg.norm(accelerations(y) - aim) * weight < 1.0
+    same = np.linalg.norm(samples.accelerations(y)[0] - aim) * weight < 1.0
     return y if same else x

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.errors import InputError
 from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.fitting import Setting, Solution, start_states
+from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
@@ -264,7 +264,7 @@ class Fit(Result):
 def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     """What the fit itself says of the swings that it was made from."""
     p, starts = solution.problem, solution.solved.starts
-    columns = p.columns(solution.x, starts, p.batch.t)
+    columns = p.show(solution.x, starts, p.batch.t)
     predicted = []
     for k, swing in enumerate(setting.swings):
         places = np.flatnonzero(p.batch.swing == k)
@@ -288,13 +288,13 @@ def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
 
 def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
     """As `Fit.predict`."""
-    swings = thin_out(swings, solution.problem.largest_step)
+    swings = thin_out(swings, FINEST * setting.pace)
     compared = compared_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
-    angles = joint_angles(setting.equations, setting.sensors, heads, solution.z)
+    angles = joint_angles(setting.pendulum, heads, solution.z)
     solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
     full = batch(swings, np.inf)
-    columns = problem.columns(solution.x, solved.starts, full.t)
+    columns = problem.show(solution.x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
     return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table)

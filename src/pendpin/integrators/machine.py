@@ -16,8 +16,8 @@ from pendpin.ground.arrays import Array, address
 from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import FREE, LEAST_RTOL, Segment, StepPlan, finite_part
-from pendpin.integrators.events import EventIntegrator, StateScales, Stepper, Steps
-from pendpin.scene import Method
+from pendpin.integrators.events import EventIntegrator, OnSciPy, StateScales, Stepper, Steps
+from pendpin.scene import METHODS, Method
 from pendpin.scene.methods import MULTISTEP
 
 _MEGABYTES = 2000  # that its output may take
@@ -122,6 +122,19 @@ class InMachineCode(Stepper):
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The last state (size,)."""
         return self.call.solved(y, t, end).states(y)[-1] if end > t else y
+
+
+def block_stepper(block: Block, rtol: float, atol: Array, first_step: float, longest: float) -> Stepper:
+    """The steps of DOP853 on the equations of a block up to events, within rtol and atol (size,): by CyRK, else by SciPy."""
+    if available():
+        call = Call(cyrk.METHODS["DOP853"], block.code().address, block, np.array([rtol]), atol, first_step, longest)
+        return InMachineCode(call, lambda: None)
+
+    def derivative(dy: Array, t: float, y: Array) -> None:
+        dy[:] = block.evaluated(np.array([t]), y[None])[0][0]
+
+    scales = StateScales(atol / rtol, np.ones(len(atol), bool))
+    return OnSciPy(METHODS["dop853"], rtol, scales, first_step, longest, derivative)
 
 
 class Call(NamedTuple):

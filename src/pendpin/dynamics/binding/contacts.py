@@ -22,19 +22,19 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     leave a joint no room.
     """
     nv = len(model.joints)
-    kinetic, static, falling = dict[str, Array](), np.zeros(nv), []
+    acts = [(effect, where) for effect, where in in_order(effects) if isinstance(effect, ContactEffect)]
+    none = np.zeros(nv, np.result_type(float, *(x for effect, _ in acts for x in effect.resistance())))  # varied.py
+    kinetic, static, falling = dict[str, Array](), none.copy(), []
     reach, restitution = np.full((2, nv), np.inf), np.zeros((2, nv))  # reach: minus the lower limit, and the upper one
     kinds, places = np.full((2, nv), "", dtype=object), np.full((2, nv), "", dtype=object)
-    for effect, where in in_order(effects):
-        if not isinstance(effect, ContactEffect):
-            continue
+    for effect, where in acts:
         joints = chosen_joints(model, effect.joints, f"{where}.joints")
         slide, hold = effect.resistance()
         static[joints] += hold
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
             falling.append((np.isin(np.arange(nv), joints).astype(float), effect))
-        if slide:
-            kinetic.setdefault(effect.kind, np.zeros(nv))[joints] += slide
+        if isinstance(effect, DryFriction):
+            kinetic.setdefault(effect.kind, none.copy())[joints] += slide
         low, high, back = effect.limits()
         for side, limit in enumerate((-low, high)):
             tighter = (limit < reach[side]) | ((limit == reach[side]) & (back < restitution[side]))
@@ -42,7 +42,7 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
             reach[side, at], restitution[side, at], kinds[side, at], places[side, at] = limit, back, effect.kind, where
     lower, upper = -reach[0], reach[1]
     _refuse_no_room(model, lower, upper, places)
-    total = sum(kinetic.values(), np.zeros(nv))
+    total = sum(kinetic.values(), none)
     limits = (lower, upper, restitution)
     lengths = np.where(model.slides, scale(model), 1.0)
     return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))

@@ -1,0 +1,244 @@
+"""What a fit solves: measured pieces, the scene that shall explain them, residuals and their exact derivatives.
+
+The motions are those of the scene, from stick to slip and back, and the derivatives are integrated beside them
+(pendpin.motions.variations). Joints that stay at rest, as phi does in a plane swing, are left out.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+from typing import NamedTuple
+
+import numpy as np
+
+from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.contacts import Mode
+from pendpin.dynamics.derivatives import differentiable
+from pendpin.dynamics.dynamics import choose_engine
+from pendpin.dynamics.symbols import staying_zero
+from pendpin.effects import ContactEffect, DryFriction
+from pendpin.engines import llvm
+from pendpin.errors import InputError, RunError
+from pendpin.fitting.data import Batch, Sensors, tips_at
+from pendpin.fitting.parameters import Free, replace_checked, replace_unchecked, substitute
+from pendpin.ground.arrays import Array, Mask
+from pendpin.model.build import Model, build, start_state
+from pendpin.motions.variations import Variations, list_state_keys
+from pendpin.scene import Scene, Solver, Start
+
+TOLERANCE = 1e-10  # of the motions; pieces magnify it a thousandfold at most, and sensors show 1e-5 rad
+LOST = 1e6  # a residual that is no number, in units of the weights
+AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may accelerate by and stay
+ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
+
+
+class Motion(NamedTuple):
+    """One motion of n moving joints at M times, and its derivatives by D directions: search coordinates, then the start."""
+
+    q: Array  # (M, nv)
+    by: Array  # (D, M, nv)
+
+
+@dataclass(frozen=True, eq=False)
+class Pendulum:
+    """A scene whose free numbers are search coordinates z (nz,), with its n joints that move."""
+
+    scene: Scene  # with the guesses; its start is at rest, at the first time of the data
+    free: Free
+    sensors: Sensors
+    moving: tuple[int, ...]  # joints, in model order
+
+    @cached_property
+    def model(self) -> Model:
+        """The model with the guesses."""
+        return build(self.scene.model)
+
+    @property
+    def keys(self) -> list[str]:
+        """The key paths of the directions: the K free numbers, then angles and rates of the start (2n)."""
+        starts = list_state_keys(len(self.model.joints))
+        return [*self.free.keys, *(starts[place] for place in self.places)]
+
+    @property
+    def places(self) -> list[int]:
+        """The places of the moving joints in a state: of their angles, then of their rates (2n,)."""
+        return [part * len(self.model.joints) + joint for part in range(2) for joint in self.moving]
+
+    @cached_property
+    def still(self) -> tuple[int, ...]:
+        """The places of a state that stay 0."""
+        return tuple(i for i in range(2 * len(self.model.joints)) if i not in self.places)
+
+    def at(self, z: Array) -> "Bound":
+        """The scene with its numbers at search coordinates (nz,)."""
+        values = [float(value) for value in self.free.values(z)]
+        scene = substitute(self.scene, self.free.keys, values, replace_checked)
+        return Bound(self, scene, z, Variations(scene, self.keys, self.still), self.free.gradients(z))
+
+
+@dataclass(frozen=True, eq=False)
+class Bound:
+    """A pendulum with certain numbers, ready to move."""
+
+    pendulum: Pendulum
+    scene: Scene
+    z: Array  # (nz,)
+    variations: Variations
+    gradients: Array  # (K, nz), of the free numbers by the search coordinates
+
+    def move(self, start: Array, times: Array) -> Motion:
+        """The motion from a start (2n,) at the first of some times (M,) in s. RunError where it cannot be integrated."""
+        nv, places = self.variations.nv, self.pendulum.places
+        y = np.zeros(2 * nv)
+        y[places] = start
+        w = self.variations.equations.starts
+        states, changes = self.variations.follow(
+            y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)
+        )
+        return Motion(states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv]))
+
+    def accelerate(self, t: Array, q: Array, v: Array) -> tuple[Array, Array]:
+        """Accelerations (n, N) of joints that slide, by q, v (n, N) at times (N,) in s, and derivatives (nz + 2n, n, N)."""
+        equations, places, nv, N = self.variations.equations, self.pendulum.places, self.variations.nv, len(t)
+        n, w = len(q), equations.starts
+        y = np.zeros((N, 1 + len(w), 2 * nv))
+        y[:, 0, places] = np.concatenate([q, v]).T
+        y[:, 1:] = w
+        y, rates = y.reshape(N, -1), np.empty((N, y[0].size))
+        ways = np.zeros((N, nv))
+        if equations.contacts is not None:
+            ways = np.sign(y[:, nv : 2 * nv]) * (equations.contacts.static > 0)
+        for way in np.unique(ways, axis=0):
+            some = (ways == way).all(1)
+            if equations.contacts is not None:
+                equations.contacts.enter(Mode(np.zeros(nv, bool), way, np.zeros(nv)))
+            rates[some] = equations.block.evaluated((t - self.scene.start.time)[some], y[some])[0]
+        a = rates.reshape(N, -1, 2 * nv)[..., places[n:]].transpose(1, 2, 0)
+        return a[0], self._by_coordinates(a[1:])
+
+    def measure(self, motion: Motion) -> tuple[Array, Array]:
+        """What the sensors show of a motion without their zeros (M, columns), and its derivatives (M, columns, D)."""
+        sensors = self.pendulum.sensors
+        values, slopes = motion.q @ sensors.angles.T, motion.by @ sensors.angles.T
+        if sensors.tips.any():
+            values = values + tips_at(self.variations.equations.model, motion.q) @ sensors.tips.T
+            slopes = slopes + np.array([self._tips_by(motion, d) for d in range(len(motion.by))]) @ sensors.tips.T
+        return values, slopes.transpose(1, 2, 0)
+
+    def _tips_by(self, motion: Motion, direction: int) -> Array:
+        """The derivatives (M, 3 bodies) of the tips by one direction: central differences in closed form."""
+        free, z, dz = self.pendulum.free, self.z, np.zeros(len(self.z))
+        change, size = motion.by[direction], np.abs(motion.by[direction]).max(initial=0.0)
+        if direction < len(z):
+            dz[direction], size = 1.0, max(size, 1 / abs(z[direction]) if z[direction] else 1.0)
+        h, sides = ASIDE / (size or 1.0), []
+        for side in (h, -h):
+            values = [float(x) for x in free.values(z + side * dz)]
+            moved = substitute(self.scene, free.keys, values, replace_unchecked)
+            sides.append(tips_at(build(moved.model), motion.q + side * change))
+        return (sides[0] - sides[1]) / (2 * h)
+
+    def _by_coordinates(self, by: Array) -> Array:
+        """Derivatives (D, ...) by search coordinates and start, from those (K + 2n, ...) by the free numbers and start."""
+        K = len(self.gradients)
+        return np.concatenate([np.tensordot(self.gradients, by[:K], (0, 0)), by[K:]])
+
+
+def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end: float) -> Pendulum:
+    """The pendulum of a scene, for data from `begin` to `end` in s.
+
+    Joints that no column measures and that start at rest at 0 are left out, if their accelerations then vanish whatever
+    the others do. Raises InputError for effects that a fit does not take, MissingLibrary without llvmlite.
+    """
+    llvm.require("a fit")
+    for i, effect in enumerate(scene.effects):
+        if isinstance(effect, ContactEffect) and not isinstance(effect, DryFriction):
+            raise InputError(f"effects[{i}]: a fit does not take {effect.kind}: measure swings that do not touch it")
+    scene = substitute(scene, free.keys, [float(x) for x in free.guess], replace_checked)
+    changes = {"start": Start(time=begin), "duration": end - begin, "solver": Solver(samples=2)}
+    model, moved = build(scene.model), replace_checked(scene, changes)
+    q, v = start_state(model, scene.start)
+    resting = [j for j in range(len(q)) if j not in sensors.joints and q[j] == v[j] == 0]
+    present = substitute(moved, free.keys, [float(x) or 1.0 for x in free.guess], replace_unchecked)  # none is 0
+    effects, some = differentiable(present), build(present.model)
+    engine = choose_engine(some, Binding(some, effects, start=begin).loads, "auto", "angles")
+    still = staying_zero(engine, effects, begin, [part * len(q) + j for part in range(2) for j in resting])
+    moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)
+    return Pendulum(moved, free, sensors, moving)
+
+
+class Residuals(NamedTuple):
+    """Weighted residuals of P pieces with M samples, and their derivatives; 0 where nothing was measured."""
+
+    r: Array  # (P, M columns)
+    by_start: Array  # (P, M columns, 2n)
+    by_unknowns: Array  # (P, M columns, nx), the starts being held
+
+
+@dataclass(frozen=True, eq=False)
+class Problem:
+    """Measured pieces, the pendulum that shall explain them, and what each residual counts.
+
+    The unknowns x (nx,) are the search coordinates z (nz,), then the offsets of the columns if these are free.
+    """
+
+    pendulum: Pendulum
+    batch: Batch
+    weights: Array  # (columns,) 1/rad or 1/m
+    scale: Array  # (nx,) natural sizes of the unknowns: they change accelerations by one hundredth
+    lower: Array  # (nx,)
+    upper: Array  # (nx,)
+    prior: Array  # (nx,) the guess, to which what the data do not determine is held
+    hold: float  # weight of the guess, in units of scale
+    offsets: Array  # (columns,) those of columns whose offsets are not free
+    still: Mask  # (nx,) unknowns that stay where they are
+    share: Array | float = 1.0  # (M, columns, P) of each residual
+
+    @property
+    def nz(self) -> int:
+        """How many search coordinates there are."""
+        return len(self.pendulum.free.start)
+
+    def split(self, x: Array) -> tuple[Array, Array]:
+        """The search coordinates (nz,) and the offsets (columns,)."""
+        return x[: self.nz], x[self.nz :] if len(x) > self.nz else self.offsets
+
+    def show(self, x: Array, starts: Array, t: Array) -> Array:
+        """What the sensors show at unknowns (nx,), (M, columns, C), from starts (2n, C) at times t (M, C)."""
+        bound, out = self.pendulum.at(self.split(x)[0]), np.full((len(t), len(self.weights), t.shape[1]), np.nan)
+        for piece, times in enumerate(t.T):
+            count = 1 + int((np.diff(times) > 0).sum())
+            try:
+                values, _ = bound.measure(bound.move(starts[:, piece], times[:count]))
+            except RunError:
+                continue
+            out[:count, :, piece] = values + self.split(x)[1]
+            out[count:, :, piece] = out[count - 1, :, piece]
+        return out
+
+    def evaluate(self, bound: Bound, x: Array, starts: Array, some: Mask | None = None) -> Residuals:
+        """The residuals at unknowns (nx,) from starts (2n, P), of some pieces (P,) or of all; `bound` has these numbers."""
+        z, offsets = self.split(x)
+        chosen = np.arange(starts.shape[1]) if some is None else np.flatnonzero(some)
+        M, columns, _ = self.batch.y.shape
+        r = np.zeros((len(chosen), M, columns))
+        J = np.zeros((len(chosen), M, columns, len(z) + len(starts)))
+        free = np.zeros((len(chosen), M, columns, len(x) - len(z)))
+        for row, piece in enumerate(chosen):
+            times, y = self.batch.t[:, piece], self.batch.y[..., piece]
+            count, seen = 1 + int((np.diff(times) > 0).sum()), ~np.isnan(y)
+            weight = (
+                seen * self.weights * (self.share[..., piece] if isinstance(self.share, np.ndarray) else self.share)
+            )
+            free[row] = weight[..., None] * np.eye(columns)[:, : len(x) - len(z)]
+            try:
+                values, slopes = bound.measure(bound.move(starts[:, piece], times[:count]))
+            except RunError:
+                r[row] = LOST * seen
+                continue
+            off = np.where(seen[:count], values + offsets - y[:count], 0.0) * weight[:count]
+            r[row, :count] = np.where(np.abs(off) < LOST, off, LOST)
+            J[row, :count] = slopes * weight[:count, :, None]
+        J, free = (part.reshape(len(chosen), M * columns, -1) for part in (np.nan_to_num(J), free))
+        by_unknowns = np.concatenate([J[..., : len(z)], free], -1)
+        by_unknowns[..., self.still] = 0.0
+        return Residuals(r.reshape(len(chosen), -1), J[..., len(z) :], by_unknowns)
