@@ -94,6 +94,31 @@ def test_a_force_is_linear_in_gravity_at_rest() -> None:
     np.testing.assert_allclose(found, np.tile([1.0, 9.81], (21, 1)), rtol=1e-11)
 
 
+@pytest.mark.parametrize("effect", [
+    fx.DryFriction(kinetic=0.4),
+    fx.DryFriction(kinetic=0.4, static=0.9),  # a joint that comes loose jumps
+    fx.DryFriction(kinetic=0.2, static=0.7, stribeck=0.5),
+], ids=["equal", "static", "falling"])  # fmt: skip
+def test_derivatives_pass_sticking_and_slipping(effect: fx.DryFriction) -> None:
+    """By a length, starts and the numbers of the friction: those of differences of runs that meet the same events.
+
+    A joint that is held forgets its rate; one that comes loose remembers by how much it came loose later.
+    """
+    chosen = scene(
+        effect, fx.Viscous(coefficient=0.1), q=(1.2, 0.0, -0.9, 0.0), duration=3.0, samples=31, tolerance=1e-12
+    )
+    run = pp.simulate(chosen)
+    assert {event.kind for event in run.events} >= {"stick", "slip"}
+    values = {"model.rods[0].length": 1.0, "start.positions[0]": 1.2, "effects[1].kinetic": effect.kinetic}
+    if effect.static is not None:
+        values["effects[1].static"] = effect.static
+    rows = run.sensitivity(list(values), of="theta_2")
+    for key, row in zip(values, rows.T, strict=True):
+        late, early = (pp.simulate(chosen.replace({key: values[key] + h}), tolerance=3e-14) for h in (1e-5, -1e-5))
+        right = (late["theta_2"] - early["theta_2"]) / 2e-5  # off by its square, and by 1e-13 / 1e-5
+        assert np.abs(row - right).max() < 1e-6 * np.abs(right).max(), key
+
+
 # --- periodic orbits ------------------------------------------------------------------------------------------------
 
 

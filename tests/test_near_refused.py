@@ -83,9 +83,13 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "exponents of a function": (lambda: pp.lyapunov(scene(FUNCTION)), r"effects\[1\]: torque has no derivative"),
     "exponents with friction": (lambda: pp.lyapunov(scene(FRICTION)), r"effects\[1\]: dry_friction acts at events"),
     "an orbit with a stop": (lambda: pp.periodic_orbit(scene(STOP), period=1.0), r"effects\[1\]: stop acts at events"),
-    "transition with friction": (
-        lambda: pp.simulate(scene(FRICTION, q=(1.0, 0.0))).state_transition(0.0, 1.0),
-        r"effects\[1\]: dry_friction acts at events",
+    "transition with a stop": (
+        lambda: pp.simulate(scene(STOP, q=(0.1, 0.0))).state_transition(0.0, 1.0),
+        r"effects\[1\]: stop acts at events",
+    ),
+    "a force by friction": (
+        lambda: pp.simulate(scene(FRICTION, q=(1.0, 0.0))).sensitivity("model.rods[0].mass", of="R3"),
+        "of: R3 jumps where a joint sticks or slips",
     ),
     "a period of 0": (lambda: pp.periodic_orbit(scene(), period=0), "period: 0 is not"),
     "a negative period": (lambda: pp.periodic_orbit(scene(), period=-1.0), "period: -1.0 is not"),

@@ -1,7 +1,7 @@
 """Fit: from measured swings to a scene with fitted numbers and their errors (docs/fit.md).
 
-May import: graphics, motions, runs and what is below them; no other tool. Reading: data, sensors; the free numbers:
-parameters; motion: equations, motion; search: guess, search, fitting; what the result is worth: uncertainty,
+May import: graphics, motions, runs and what is below them; no other tool. Reading: data; the free numbers:
+parameters; residuals: problem; search: guess, search, fitting; what the result is worth: uncertainty,
 correlated_noise, robust, combinations, alternatives; what is shown: report, figure.
 """
 
@@ -50,7 +50,7 @@ def fit(
 
     Raises:
         InputError: for a scene, data or keys that cannot be used.
-        MissingLibrary: without heyoka.
+        MissingLibrary: without llvmlite.
     """
     begin = time.perf_counter()
     chosen = chosen_scene(scene)

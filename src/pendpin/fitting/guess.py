@@ -1,7 +1,7 @@
 """Where a search starts: the time scale of the data, states by local polynomials, physics by equation error."""
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
@@ -184,8 +184,9 @@ def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper
         last.clear()
         return np.concatenate([J, np.diag(PULL / scale)])
 
+    jac: Any = slopes
     options = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
-    best = least_squares(residuals, np.clip(prior, lower, upper), slopes, bounds=(lower, upper), **options).x
+    best = least_squares(residuals, np.clip(prior, lower, upper), jac, bounds=(lower, upper), **options).x
     return np.where(still, prior, best)
 
 

@@ -18,7 +18,7 @@ from pendpin.errors import InputError, RunError, brief, is_number, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import build, start_state
 from pendpin.motions.simulate import simulate
-from pendpin.motions.variations import Variations, list_state_keys
+from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
 from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.trajectory import RunRecord
 
@@ -143,6 +143,7 @@ class Return(NamedTuple):
 
 def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None) -> Return:
     """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
+    refuse_contacts(scene)
     size = len(y)
     lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
     variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])

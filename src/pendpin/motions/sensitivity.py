@@ -17,6 +17,7 @@ from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
 
 TIGHT = 1e-10  # the tolerance beside a run with a fixed step, whose own error is larger
+OF_STATES = ("q", "v", "tips", "kinetic", "potential", "energy")  # what is a function of the state alone
 _STEP = 1e-3  # of differences, relative: their error is its fourth power, and rounding over it
 _CENTRAL = ((-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12))
 _FORWARD = ((0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4))  # where a number cannot be smaller, as a radius of 0
@@ -53,6 +54,10 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
         raise InputError('keys: none is given; name a number of the scene, as "model.rods[0].length"')
     name, statistic = _parts(run, of) if of is not None else ("", "")
     variations = Variations(scene_of(run), keys)
+    if of is not None and variations.equations.contacts and run.places[name][0] not in OF_STATES:
+        raise InputError(
+            f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
+        )
     times = run.t - variations.scene.start.time
     start = np.concatenate([run.q[0], run.v[0]])
     _, changes = variations.integrate(start, variations.equations.starts, times, _tolerance(run))

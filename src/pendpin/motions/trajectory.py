@@ -70,8 +70,8 @@ class Trajectory(RunRecord):
     def state_transition(self, t0: float, t1: float) -> Array:
         """The derivative of (q, v) at t1 by (q, v) at t0 (s, inside the run): (2 nv, 2 nv), to the accuracy of the run.
 
-        Integrated beside the motion by exact derivatives of the equations. Raises InputError for other times, for friction
-        and stops, which act at events, and for effects without derivatives; RunError where angles have no derivative.
+        Integrated beside the motion by exact derivatives of the equations, through sticking and slipping too. Raises
+        InputError for other times, for stops, and for effects without derivatives; RunError where angles have no derivative.
         """
         from pendpin.motions.sensitivity import state_transition
 

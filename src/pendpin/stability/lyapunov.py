@@ -15,7 +15,7 @@ from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
-from pendpin.motions.variations import Variations, list_state_keys
+from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
 from pendpin.scene import Scene, chosen_scene
 
 TOLERANCE = 1e-11
@@ -84,6 +84,7 @@ def lyapunov(
         scene = scene.replace(duration=float(duration))
     if not scene.duration:
         raise InputError("duration: a motion of 0 s has no exponents; give it a duration in s")
+    refuse_contacts(scene)
     unchanged = Variations(scene, [])
     places = _places_in_plane(unchanged) if planar else np.arange(2 * unchanged.nv)
     if count is not None and (type(count) is not int or not 1 <= count <= len(places)):
