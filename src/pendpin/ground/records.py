@@ -53,7 +53,11 @@ class FrozenDict(dict[str, Any]):
 
 
 class RecordType(type(BaseModel)):
-    """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path."""
+    """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path.
+
+    It is a metaclass because a class with an __init__ of its own is built by that __init__ inside other records too:
+    the error of an inner record would be raised there, without its place in the outer one.
+    """
 
     def __new__(mcs, name: str, bases: tuple[type, ...], body: dict[str, Any], **options: Any) -> Any:
         """The class. Raises InputError where a value stands in place of a property of its base, as smooth = False."""
@@ -87,7 +91,7 @@ class Record(BaseModel, metaclass=RecordType):
     """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-    __iter__ = None  # type: ignore  # a record is not a list of its fields
+    __iter__ = None  # type: ignore  # else list(rod) gives pairs of names and values, and a rod passes for a list of rods
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
     def given(self) -> dict[str, Any]:
