@@ -164,7 +164,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
 
 
 CSVS: dict[str, tuple[Content, str]] = {
-    "header only": ("t,x,y,z\n", "0 positions, where at least 2 are wanted"),
+    "header only": ("t,x,y,z\n", "0 rows, where at least 2 are wanted"),
     "null bytes": (b"\0" * 5000, "line 1: 1 values instead of 4"),
     "unit": ("0,0,0,0\n1,1m,0,0\n", "line 2: x: '1m' is not a number"),
     "from one end of time to the other": ("-1e308,0,0,0\n1e308,0,0,0\n", "line 1: t: '-1e308' is beyond 1e+150"),

@@ -47,6 +47,10 @@ EFFECTS = {
     "support": fx.Support(amplitude=(0.1, 0.2, -0.3), frequency=5.0, phase=0.3),
     "rotation": fx.Rotation(rate=(0.7, -1.1, 2.0)),
     "earth": fx.Rotation(latitude=48.85),
+    "bending": fx.Bending(stiffness=0.8),
+    "clamped bending": fx.Bending(stiffness=0.8, clamp=(0.3, -0.5, -2.0)),
+    "anchor": fx.Anchor(link="rod_1", point=(0.3, -0.2, -0.6), stiffness=4.0),
+    "damped anchor": fx.Anchor(link="rod_1", point=(0.3, -0.2, -0.6), stiffness=4.0, damping=0.5, at=0.2),
 }
 ZERO = {
     "viscous": fx.Viscous(coefficient=0),
@@ -56,6 +60,8 @@ ZERO = {
     "hold": fx.Motor(joint="theta_1", target=1.0, proportional=0, derivative=0),
     "push": fx.Push(link="rod_1"),
     "sinusoid push": fx.Push(link="rod_1", amplitude=(0, 0, 0), frequency=1.0, point=0.3),
+    "bending": fx.Bending(stiffness=0, clamp=(1, 0, 0)),
+    "anchor": fx.Anchor(link="rod_1", point=(9, 9, 9), stiffness=0),
     "drag without air": fx.Drag(density=0, wind=(9, 9, 9), buoyancy=True),
     "drag without coefficient": fx.Drag(coefficient=0, wind=(9, 9, 9)),
     "support": fx.Support(amplitude=(0, 0, 0), frequency=9.0),

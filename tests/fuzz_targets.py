@@ -130,7 +130,7 @@ def _csvs(folder: Path) -> Reader:
     from pendpin.effects.track import read_track
 
     def take(path: Path) -> None:
-        track = read_track(path)
+        track = read_track(path, ("t", "x", "y", "z"))
         times = np.linspace(track.start, track.end, 7)
         found = [read(times) for read in (track.position, track.velocity, track.acceleration)]
         if not np.isfinite(found).all():

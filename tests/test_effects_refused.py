@@ -77,8 +77,8 @@ EFFECTS = {
 }
 
 TRACKS = {
-    "empty": ("", "0 positions, where at least 2 are wanted"),
-    "one row": ("0, 0, 0, 0\n", "1 positions, where at least 2 are wanted"),
+    "empty": ("", "0 rows, where at least 2 are wanted"),
+    "one row": ("0, 0, 0, 0\n", "1 rows, where at least 2 are wanted"),
     "text": (TRACK.replace("0.3, 0, 0", "0.3, none, 0"), "line 5: x: 'none' is not a number"),
     "decimal comma": (TRACK.replace("0.3, 0, 0", "0,3, 0, 0"), "line 5: 5 values instead of 4: t, x, y, z"),
     "semicolons": (TRACK.replace(",", ";"), "line 1: 1 values instead of 4: t, x, y, z"),

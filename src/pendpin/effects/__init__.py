@@ -20,6 +20,7 @@ from pendpin.effects.base import (
     Motion,
     OnJoints,
 )
+from pendpin.effects.cables import Anchor, Bending
 from pendpin.effects.drag import Drag
 from pendpin.effects.fields import Gravity, Rotation, Support
 from pendpin.effects.friction_and_stops import AsWritten, ContactEffect, DryFriction, Stop
@@ -48,6 +49,8 @@ AnyEffect = Annotated[
     | Annotated[Viscous, Tag("~viscous")]
     | Annotated[Spring, Tag("~spring")]
     | Annotated[Motor, Tag("~motor")]
+    | Annotated[Bending, Tag("~bending")]
+    | Annotated[Anchor, Tag("~anchor")]
     | Annotated[Push, Tag("~push")]
     | Annotated[Drag, Tag("~drag")]
     | Annotated[Support, Tag("~support")]
@@ -67,7 +70,9 @@ def has_kind(effect: Effect) -> bool:
 
 
 __all__ = [
+    "Anchor",
     "AsWritten",
+    "Bending",
     "Bodies",
     "BodyEffect",
     "ContactEffect",

@@ -144,6 +144,13 @@ class JointEffect(Effect):
         """The names of the k joints that it acts on; all if None."""
         return None
 
+    def of_joints(self, lengths: Array) -> Array | None:
+        """Numbers of each joint, (2 n, m), that follow from the lengths (n,) in m of a chain's rods; None if it needs none.
+
+        Where it gives any, `torques` and `potential` get them as `each`, and the model has to be a chain of rods.
+        """
+        return None
+
     @abstractmethod
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """Torques (k,) in N m on these joints, from their positions (rad) and rates (rad/s), each (k,)."""
@@ -187,6 +194,7 @@ class Bodies(NamedTuple):
     inertia: Array  # (n, 3, 3) kg m², central
     tip: Array  # (n, 3) m, far end from the joint
     radius: Array  # (n,) m
+    payload_radius: Array = np.zeros(1)  # (n,) m, of the sphere at the tip; 0 of none
 
     def of(self, chosen: Array) -> "Bodies":
         """k of the bodies, by their indices (k,)."""

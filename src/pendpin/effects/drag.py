@@ -25,10 +25,12 @@ class Drag(BodyEffect):
     dF/ds = -(density coefficient diameter |u| / 2 + linear) u, with u the velocity of the rod's point relative to the
     air, the part normal to the rod (the cross-flow principle: Hoerner, Fluid-Dynamic Drag, 1965, chapter III). The
     wind is wind + gust sin(frequency t), over the ground: a moving support carries the rod through it. Buoyancy is
-    -density volume gravity at the middle of the rod, which displaces a cylinder.
+    -density volume gravity at the middle of the rod, which displaces a cylinder. A payload with a radius is a sphere at the
+    tip: F = -density payload_coefficient pi r² |u| u / 2, and it displaces its own volume.
 
     density kg/m³, coefficient 1 (1.1: a cylinder at Reynolds numbers of 10³ to 10⁵), linear N s/m per m of rod, wind
-    and gust m/s in W, frequency rad/s, diameter m (twice the radius of each rod).
+    and gust m/s in W, frequency rad/s, diameter m (twice the radius of each rod), payload_coefficient 1 (0.47: a sphere at
+    Reynolds numbers of 10³ to 10⁵).
     """
 
     parameters: ClassVar[tuple[str, ...]] = (
@@ -39,8 +41,9 @@ class Drag(BodyEffect):
         "gust",
         "frequency",
         "diameter",
+        "payload_coefficient",
     )
-    strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift")
+    strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift", "on_spheres")
     kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")
@@ -50,6 +53,7 @@ class Drag(BodyEffect):
     gust: Vector | None = Field(None, description="m/s, in W, times sin(frequency t)")
     frequency: Positive | None = Field(None, description="rad/s")
     diameter: Positive | None = Field(None, description="m; twice the radius of each rod if absent")
+    payload_coefficient: NotNegative = Field(0.47, description="of a payload's sphere, where it has a radius")
     buoyancy: Annotated[bool, Strict()] = Field(
         False, description="lift the rods by the weight of the air they displace"
     )
@@ -66,6 +70,11 @@ class Drag(BodyEffect):
         return self.density * self.coefficient
 
     @property
+    def on_spheres(self) -> float:
+        """Density times the coefficient of payloads, kg/m³; 0 where that is not given, as in a scene without spheres."""
+        return self.density * self.payload_coefficient * ("payload_coefficient" in self.model_fields_set)
+
+    @property
     def lift(self) -> float:
         """The density of the fluid that lifts the rods, kg/m³; 0 without buoyancy."""
         return self.density * self.buoyancy
@@ -78,7 +87,7 @@ class Drag(BodyEffect):
     @property
     def smooth(self) -> bool:
         """False with quadratic drag: |u| u has no second derivative where the flow across a rod vanishes."""
-        return self.quadratic == 0
+        return self.quadratic == 0 and self.on_spheres == 0
 
     @property
     def symbolic(self) -> bool:
@@ -115,7 +124,18 @@ class Drag(BodyEffect):
         if self.buoyancy:
             lift = -self.density * np.pi / 4 * width**2 * length * motion.fixed(motion.gravity)
             force, turn = force + lift, turn + 0.5 * lift
-        return force, length * cross(rod, turn) - cross(motion.levers(bodies.com), force)
+        moment = length * cross(rod, turn) - cross(motion.levers(bodies.com), force)
+        if not np.any(bodies.payload_radius):
+            return force, moment
+        ball = self._on_payload(bodies, motion, wind + cross(motion.spin, motion.levers(bodies.tip)), xp)
+        return force + ball, moment + cross(motion.levers(bodies.tip - bodies.com), ball)
+
+    def _on_payload(self, bodies: Bodies, motion: Motion, flow: Array, xp: Any) -> Array:
+        """The force (n, 3) N on the spheres at the tips, in a flow (n, 3) m/s."""
+        radius = bodies.payload_radius[:, None]
+        area, volume = np.pi * radius**2, 4 / 3 * np.pi * radius**3
+        force = -self.density * self.payload_coefficient / 2 * area * xp.sqrt(dot(flow, flow)) * flow
+        return force - self.density * volume * motion.fixed(motion.gravity) if self.buoyancy else force
 
 
 def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:

@@ -50,33 +50,17 @@ class Gravity(FieldEffect):
         return self.acceleration * (direction / np.sqrt(direction @ direction))
 
 
-# --- prescribed motion of the pivot ---------------------------------------------------------------------------------
+# --- what a CSV file holds over time --------------------------------------------------------------------------------
 
 
-class Support(FrameEffect):
-    """The pivot is moved: W, whose origin it is, travels over the ground without turning.
+class Tracked(Effect):
+    """An effect whose course may be a spline through the rows of a CSV file, which must cover the run."""
 
-    position(t) = amplitude sin(frequency t + phase), in m, rad/s, rad; or a spline through the rows t, x, y, z, in s and
-    m, of a CSV file, which must cover the run. Exact, by the equivalence of acceleration and gravity: everything feels
-    the field -position''. Positions, velocities and energies of a run are relative to the pivot.
-    """
-
-    parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
-    strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
-    kind: Literal["support"] = Field("support", description="which effect it is")
-    amplitude: Vector | None = Field(None, description="m, in W")
-    frequency: Positive | None = Field(None, description="rad/s")
-    phase: Number = Field(0.0, description="rad")
-    csv: FilePath | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
+    columns: ClassVar[tuple[str, ...]]
+    csv: FilePath | None = Field(None, description="a CSV file over t in s; relative to the scene file")
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        if (self.amplitude is None) == (self.csv is None):
-            raise ValueError("a support needs an amplitude and a frequency, or a csv")
-        if (self.amplitude is None) != (self.frequency is None):
-            raise ValueError("amplitude and frequency go together")
-        if self.phase and self.amplitude is None:
-            raise ValueError("a phase needs an amplitude and frequency")
+    def _readable(self) -> Self:
         try:
             self.track  # noqa: B018  what is wrong with the file is said when the scene is read
         except InputError as error:
@@ -85,11 +69,11 @@ class Support(FrameEffect):
 
     @cached_property
     def track(self) -> Track | None:
-        """The path of the csv. Raises InputError where the file does not hold one."""
+        """What the csv holds. Raises InputError where it does not hold these columns."""
         if self.csv is None:
             return None
         with inside(place_of(self.csv)):
-            return read_track(self.csv)
+            return read_track(self.csv, self.columns)
 
     @property
     def _rows(self) -> Array | None:
@@ -107,7 +91,7 @@ class Support(FrameEffect):
         return True
 
     def with_numbers(self, numbers: Any) -> Self:
-        """As `Effect.with_numbers`; the path of a csv becomes a table."""
+        """As `Effect.with_numbers`; what a csv holds becomes a table."""
         if self.track is None:
             return super().with_numbers(numbers)
         return self.model_copy(update={"track": self.track.looked_up(numbers)})
@@ -121,10 +105,41 @@ class Support(FrameEffect):
             )
 
     def since(self, start: float) -> tuple[Effect, float]:
-        """The support with its time counted from `start` in s: a track keeps all digits of its times."""
+        """The effect with its time counted from `start` in s: a track keeps all digits of its times."""
         if self.track is None:
             return super().since(start)
         return self.model_copy(update={"track": self.track.since(start)}), 0.0
+
+
+# --- prescribed motion of the pivot ---------------------------------------------------------------------------------
+
+
+class Support(Tracked, FrameEffect):
+    """The pivot is moved: W, whose origin it is, travels over the ground without turning.
+
+    position(t) = amplitude sin(frequency t + phase), in m, rad/s, rad; or a spline through the rows t, x, y, z, in s and
+    m, of a CSV file, which must cover the run. Exact, by the equivalence of acceleration and gravity: everything feels
+    the field -position''. Positions, velocities and energies of a run are relative to the pivot.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
+    strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
+    columns: ClassVar[tuple[str, ...]] = ("t", "x", "y", "z")
+    kind: Literal["support"] = Field("support", description="which effect it is")
+    amplitude: Vector | None = Field(None, description="m, in W")
+    frequency: Positive | None = Field(None, description="rad/s")
+    phase: Number = Field(0.0, description="rad")
+    csv: FilePath | None = Field(None, description="columns t, x, y, z in s and m; relative to the scene file")
+
+    @model_validator(mode="after")
+    def _one_of_two(self) -> Self:
+        if (self.amplitude is None) == (self.csv is None):
+            raise ValueError("a support needs an amplitude and a frequency, or a csv")
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
+        if self.phase and self.amplitude is None:
+            raise ValueError("a phase needs an amplitude and frequency")
+        return self
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:
         """How fast it changes with time from `begin` to `end`, in s."""
@@ -159,33 +174,52 @@ class Support(FrameEffect):
 # --- a world that turns: the Earth, or a centrifuge -----------------------------------------------------------------
 
 
-class Rotation(BodyEffect):
-    """W turns at the constant rate Omega about an axis through its origin at rest: Coriolis and centrifugal forces.
+class Rotation(Tracked, BodyEffect):
+    """W turns at the rate Omega about an axis through its origin at rest: Coriolis and centrifugal forces.
 
     The force on a mass element is -(2 Omega x v + Omega x (Omega x r)) dm. The sum over a rigid body is exact: F = -m (2
     Omega x v_G + Omega x (Omega x r_G)) and, about the centre of mass, M = (Omega + 2 omega) x (E Omega). The spread of
-    mass is E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it).
+    mass is E = integral of r r^T dm = tr(I) / 2 - I (docs/effects.md derives it). Where the rate changes, Euler's force
+    -m Omega' x r_G and the moment -I Omega' are added.
 
     latitude is in degrees, north positive, for the Earth with x east, y north, z up. In its place rate is Omega (3,) in
-    rad/s in W. Gravity turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and
+    rad/s in W; or csv has the rate about `axis` over time, in s and rad/s, and a spline goes through it, as for a crane that
+    slews. Gravity turns with W. On the Earth, the centrifugal force at the pivot is part of the local gravity, and
     is not added again.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("latitude", "rate")
-    strengths: ClassVar[tuple[str, ...]] = ("vector",)
+    strengths: ClassVar[tuple[str, ...]] = ("vector", "_rows")
+    columns: ClassVar[tuple[str, ...]] = ("t", "rate")
     kind: Literal["rotation"] = Field("rotation", description="which effect it is")
     sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
     rate: Vector | None = Field(None, description="rad/s, in W")
+    axis: Vector | None = Field(None, description="direction in W of the rate in a csv, of any length but 0")
 
     @model_validator(mode="after")
-    def _one_of_two(self) -> Self:
-        if (self.latitude is None) == (self.rate is None):
-            raise ValueError("a rotation needs a latitude or a rate, one of them")
+    def _one_of_three(self) -> Self:
+        if sum(given is not None for given in (self.latitude, self.rate, self.csv)) != 1:
+            raise ValueError("a rotation needs a latitude, a rate or a csv, one of them")
+        if (self.axis is None) != (self.csv is None):
+            raise ValueError("csv and axis go together: a rate over time, and the direction in W about which W turns")
+        if self.axis is not None and not any(self.axis):
+            raise ValueError("an axis of length 0 has no direction")
         return self
+
+    @cached_property
+    def track(self) -> Track | None:
+        """Omega, (3,) rad/s, over time. Raises InputError where the csv does not hold a rate."""
+        track = super().track
+        if track is None or self.axis is None:
+            return track
+        axis = np.array(self.axis) / np.abs(self.axis).max()  # so that no square overflows
+        return track.along(axis / np.linalg.norm(axis))
 
     def with_numbers(self, numbers: Any) -> Self:
         """The effect with Omega mapped by `numbers`."""
+        if self.track is not None:
+            return super().with_numbers(numbers)
         return self.model_copy(update={"latitude": None, "rate": numbers(self.vector)})
 
     @property
@@ -194,9 +228,9 @@ class Rotation(BodyEffect):
         return False
 
     @property
-    def vector(self) -> Array:
-        """Omega, (3,) in rad/s, in W."""
-        return self._vector(np)
+    def vector(self) -> Array | None:
+        """Omega, (3,) in rad/s, in W; None where it changes with time."""
+        return self._vector(np) if self.track is None else None
 
     def _vector(self, xp: Any) -> Array:
         if self.latitude is None:
@@ -209,19 +243,27 @@ class Rotation(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega, lever = motion.fixed(self._vector(xp)), motion.levers(bodies.com)
+        omega = motion.fixed(self._vector(xp) if self.track is None else self.track.position(t))
+        lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
         force = -bodies.mass[:, None] * cross(omega, 2 * v + cross(omega, r))
-        return force, cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
+        moment = cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
+        if self.track is None:
+            return force, moment
+        rising = motion.fixed(self.track.velocity(t))  # Omega', on which I = tr(E) - E acts
+        half_trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)[:, None] / 2
+        moment = moment - half_trace * rising + _spread(bodies, motion, rising)
+        return force - bodies.mass[:, None] * cross(rising, r), moment
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """Time makes no difference: the rate is constant."""
-        return STEADY
+        """How fast the rate changes with time from `begin` to `end`, in s; a constant one does not."""
+        return self.track.pace(begin, end, negligible) if self.track else STEADY
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
-        """J, of the centrifugal force: minus half the integral of |Omega x r|² dm."""
-        omega = self.vector
+        """J, of the centrifugal force: minus half the integral of |Omega x r|² dm; None where the rate changes."""
+        if (omega := self.vector) is None:
+            return None
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
         in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
         spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))

@@ -16,7 +16,6 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, text_of
 from pendpin.ground.records import LARGEST
 
-COLUMNS = ("t", "x", "y", "z")
 MAX_BYTES = 5_000_000  # more takes seconds
 DEGREE = 5  # of the spline: accelerations with two continuous derivatives
 ROUNDING = 2e-13  # of positions: what it makes of their differences, with a margin
@@ -47,6 +46,12 @@ class Track:
     def end(self) -> float:
         """The time of the last row in s."""
         return float(self.first + Decimal(self.length))
+
+    def along(self, axis: Array) -> "Track":
+        """A course of one number, in m or another unit, along an axis (3,)."""
+        from scipy.interpolate import PPoly
+
+        return replace(self, spline=PPoly(self.spline.c * axis, self.spline.x))
 
     def since(self, start: float) -> "Track":
         """The same track with its time counted from `start` in s."""
@@ -146,15 +151,15 @@ class LookedUp:
         return out
 
 
-def read_track(path: Path) -> Track:
-    """The path in a CSV file: columns t, x, y, z in s and m, under a line with these names or none.
+def read_track(path: Path, columns: tuple[str, ...]) -> Track:
+    """The course in a CSV file: columns such as t, x, y, z in s and m, under a line with these names or none.
 
     The spline through the positions is of degree 5, with fewer than six positions the polynomial through all of them.
     Blank lines and lines that start with # are skipped. Raises InputError with the line where the file is not a track.
     """
-    rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV of positions"), "CSV")))
+    rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV over time"), "CSV"), columns))
     if len(rows) < 2:
-        raise InputError(f"{len(rows)} positions, where at least 2 are wanted")
+        raise InputError(f"{len(rows)} rows, where at least 2 are wanted")
     first = rows[0][0]
     with localcontext(prec=DIGITS):
         t = np.array([float(time - first) for time, *_ in rows])
@@ -162,20 +167,20 @@ def read_track(path: Path) -> Track:
     return Track(first, float(t[-1]), _splined(t, np.array([position for _, *position in rows])))
 
 
-def _rows(text: str) -> Iterator[tuple[Any, ...]]:
-    """The time of each row, with all its digits, and x, y, z."""
+def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
+    """The time of each row, with all its digits, and its other numbers."""
     before, heading = None, True
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
         cells = tuple(cell.strip() for cell in line.split(","))
-        if heading and cells == COLUMNS:
+        if heading and cells == columns:
             heading = False
             continue
         heading = False
-        if len(cells) != len(COLUMNS):
-            raise InputError(f"line {number}: {len(cells)} values instead of 4: t, x, y, z")
-        _, *position = (_value(number, name, cell) for name, cell in zip(COLUMNS, cells, strict=True))
+        if len(cells) != len(columns):
+            raise InputError(f"line {number}: {len(cells)} values instead of {len(columns)}: {', '.join(columns)}")
+        _, *position = (_value(number, name, cell) for name, cell in zip(columns, cells, strict=True))
         time = Decimal(cells[0])
         if before is not None and not float(time - before) > 0:
             raise InputError(f"line {number}: t = {time:.15g} does not come after {before:.15g}")

@@ -69,7 +69,7 @@ def _ratios(scene: Scene, free: Free, unsure: set[str]) -> list[tuple[str, str, 
 def _moments(scene: Scene) -> tuple[Array, Array]:
     """Each rod's inertia about its joint (kg m²) and first moment (kg m), with the masses that hang on its tip."""
     assert isinstance(scene.model, Chain)
-    rods = scene.model.rods * scene.model.copies
+    rods = scene.model.all_rods
     below, inertia, first = 0.0, [], []
     for rod in reversed(rods):
         m, h, I1, _, _ = rod.properties

@@ -31,6 +31,7 @@ class Body:
     inertia: Array  # (3, 3) kg m², central, in the link frame
     tip: Array  # (3,) m, its far end, in the link frame; 0 for a body that has none
     radius: float = 0.0  # m
+    payload_radius: float = 0.0  # m, of the sphere at the tip; 0 where there is none
 
 
 @dataclass(frozen=True, eq=False)

@@ -213,7 +213,7 @@ def chain_bodies(rods: Sequence[Rod], links: Sequence[str]) -> tuple[Body, ...]:
     for i, (rod, link) in enumerate(zip(rods, links, strict=True)):
         m, h, *principal = rod.properties
         com, tip = np.array([0, 0, -h]), np.array([0, 0, -rod.length])
-        bodies.append(Body(link, 2 * i + 1, m, com, np.diag(principal), tip, rod.radius))
+        bodies.append(Body(link, 2 * i + 1, m, com, np.diag(principal), tip, rod.radius, rod.payload_radius))
     return tuple(bodies)
 
 

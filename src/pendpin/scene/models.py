@@ -47,7 +47,9 @@ class Rod(Record):
     inertia: tuple[Size, Size, Size] | None = Field(
         None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
     )
-    payload: Size = Field(0.0, description="point mass at the tip, kg")
+    payload: Size = Field(0.0, description="mass at the tip, kg")
+    payload_radius: Size = Field(0.0, description="m, of the payload, a sphere about the tip; 0 is a point")
+    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(1, description="how many such rods in a row")
 
     @cached_property
     def properties(self) -> RodInertia:
@@ -58,8 +60,9 @@ class Rod(Record):
         I1, I2, I3 = self.inertia or (transverse, transverse, m * self.radius**2 / 2)
         if not p:
             return RodInertia(m, h, I1, I2, I3)
+        ball = 2 / 5 * p * self.payload_radius**2
         lever = m * (p / (m + p)) * (length - h) ** 2  # the reduced mass at the distance between the two
-        return RodInertia(m + p, h + (length - h) * (p / (m + p)), I1 + lever, I2 + lever, I3)
+        return RodInertia(m + p, h + (length - h) * (p / (m + p)), I1 + lever + ball, I2 + lever + ball, I3 + ball)
 
     @property
     def impossible(self) -> str | None:
@@ -68,6 +71,12 @@ class Rod(Record):
         if large <= (small + middle) * (1 + 1e-12):
             return None
         return f"no real body has this inertia, {large:g} > {small:g} + {middle:g}; the equations hold all the same"
+
+    @model_validator(mode="after")
+    def _radius_of_a_payload(self) -> Self:
+        if self.payload_radius and not self.payload:
+            raise ValueError("payload_radius is of a payload, and there is none: give payload, in kg")
+        return self
 
     @model_validator(mode="after")
     def _has_inertia(self) -> Self:
@@ -97,12 +106,12 @@ class Chain(Record):
     @property
     def count(self) -> int:
         """How many rods there are with the copies."""
-        return len(self.rods) * self.copies
+        return sum(rod.copies for rod in self.rods) * self.copies
 
     @property
     def all_rods(self) -> tuple[Rod, ...]:
         """The rods with the copies written out."""
-        return self.rods * self.copies
+        return tuple(rod for rod in self.rods for _ in range(rod.copies)) * self.copies
 
     @model_validator(mode="after")
     def _not_too_many(self) -> Self:

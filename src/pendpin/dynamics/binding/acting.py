@@ -7,7 +7,7 @@ from pydantic import BaseModel
 
 from pendpin.dynamics.as_written import expand_as_written
 from pendpin.dynamics.held_torques import HeldTorque
-from pendpin.effects import BodyEffect, ContactEffect, Effect, Idle, JointEffect, Torque
+from pendpin.effects import BodyEffect, ContactEffect, Drag, Effect, Idle, JointEffect, Torque
 from pendpin.errors import InputError, find, shown
 from pendpin.ground.arrays import Indices
 from pendpin.model.build import Model
@@ -23,6 +23,8 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     acts = list(expand_as_written(model, effects))
     for i, effect in enumerate(acts):
         where = f"effects[{i}]"
+        if isinstance(effect, Drag) and any(body.payload_radius for body in model.bodies):
+            acts[i] = effect = effect.model_copy(update={"payload_coefficient": effect.payload_coefficient})
         if isinstance(effect, Torque) and effect.every is not None:
             acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where))
         elif effect.idle:

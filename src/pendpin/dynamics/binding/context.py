@@ -118,5 +118,5 @@ def _shared(vector: Array) -> Array:
 
 def bodies_of(model: Model) -> Bodies:
     """The bodies of a model as arrays, one row each."""
-    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius) for body in model.bodies]
+    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius, body.payload_radius) for body in model.bodies]
     return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))

@@ -1,7 +1,7 @@
 """Torques about the joints' axes, forces along those of slides."""
 
 from collections.abc import Callable
-from functools import cached_property
+from functools import cached_property, partial
 from typing import Any
 
 import numpy as np
@@ -11,6 +11,7 @@ from pendpin.dynamics.binding.context import Bound, Potential, Power
 from pendpin.dynamics.binding.laws import law, readable, since
 from pendpin.effects import JointEffect, Motion
 from pendpin.equations.passes import total
+from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 
 Torque = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> (nv,)
@@ -30,6 +31,8 @@ class BoundTorque(Bound[JointEffect]):
         """Its law, which knows its own joints, on those of the model."""
         model, numbers = self._context.model, self._context.numbers
         torques, nv = law(self.effect, "torques", self._context.xp, numbers), len(model.joints)
+        if self._each is not None:
+            torques = partial(torques, each=numbers.joints(self._each))
         if self.effect.on is None:
             return torques
         chosen = chosen_joints(model, self.effect.on, self._where)
@@ -45,6 +48,15 @@ class BoundTorque(Bound[JointEffect]):
 
         return torque
 
+    @cached_property
+    def _each(self) -> Array | None:
+        """What the law takes from the rods' lengths, a row for each joint; None if it takes nothing. Raises InputError."""
+        chain = self._context.model.chain
+        each = self.effect.of_joints(np.ones(1) if chain is None else chain.l)
+        if each is not None and chain is None:
+            raise InputError(f"{self._where}: {self.effect.kind} acts between the rods of a chain; this model is none")
+        return each
+
     def power(self) -> Power:
         """As `Bound`."""
         torque, xp = self.at, self._context.xp
@@ -53,7 +65,8 @@ class BoundTorque(Bound[JointEffect]):
     def potential(self) -> Potential | None:
         """As `Bound`."""
         chosen = chosen_joints(self._context.model, self.effect.on, self._where)
-        return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen]))
+        given = {} if self._each is None else {"each": self._each}
+        return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen], **given))
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
         """As `Bound`."""
