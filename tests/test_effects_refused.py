@@ -67,10 +67,10 @@ EFFECTS = {
     "support by no file": ('"support"\ncsv = "gone.csv"', "gone.csv: cannot be read: No such file or directory"),
     "support by a folder": ('"support"\ncsv = "."', ": cannot be read: it is a folder, not a file"),
     "support by a number": ('"support"\ncsv = 3', "effects[1].csv: 3 is not a path"),
-    "no rotation": ('"rotation"', "effects[1]: a rotation needs a latitude or a rate, one of them"),
+    "no rotation": ('"rotation"', "effects[1]: a rotation needs a latitude, a rate or a csv, one of them"),
     "rotation twice": (
         '"rotation"\nlatitude = 4\nrate = [0, 0, 1]',
-        "effects[1]: a rotation needs a latitude or a rate",
+        "effects[1]: a rotation needs a latitude, a rate or a csv, one of them",
     ),
     "beyond the pole": ('"rotation"\nlatitude = 91', "effects[1].latitude: 91 is above 90"),
     "rate as number": ('"rotation"\nrate = 3', "effects[1].rate: 3 is not a list of 3 numbers"),

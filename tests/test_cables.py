@@ -1,0 +1,314 @@
+"""Cables: bending stiffness against beams and elasticas, anchors against catenaries, spheres as payloads, slewing.
+
+The closed forms are those of Euler and Bernoulli (S. P. Timoshenko, History of Strength of Materials, 1953), of the
+inextensible catenary, and of a world that turns at a changing rate, in which a thin rod moves as in one at rest.
+"""
+
+import math
+from pathlib import Path
+
+import numpy as np
+import pytest
+from hypothesis import given
+from hypothesis import strategies as st
+from scipy.integrate import solve_bvp
+from scipy.optimize import brentq
+
+import pendpin as pp
+from pendpin import effects as fx
+from pendpin.dynamics.dynamics import bind
+from pendpin.effects.cables import _asin_over_x
+from pendpin.model import kinematics
+from pendpin.model.build import build
+
+EI, LENGTH, MASS = 3.0, 2.0, 0.5  # N m², m, kg/m
+MIXED = pp.Chain(
+    rods=[
+        pp.Rod(length=0.5, mass=0.4, radius=0.02, copies=2),
+        pp.Rod(length=0.7, mass=0.3, radius=0.03, payload=0.5, payload_radius=0.1),
+        pp.Rod(length=0.4, mass=0.2, radius=0.01),
+    ]
+)
+
+
+def beam(n: int, radius: float = 1e-3) -> pp.Chain:
+    """A beam in n rods."""
+    return pp.Chain(rods=[pp.Rod(length=LENGTH / n, mass=MASS * LENGTH / n, radius=radius, copies=n)])
+
+
+def still(model: pp.Chain, *effects: fx.Effect, **positions: float) -> pp.Scene:
+    """A scene of a second, from these positions."""
+    return pp.Scene(duration=1.0, model=model, effects=effects, start=pp.Start(positions=positions))
+
+
+def at_rest(scene: pp.Scene) -> pp.Trajectory:
+    """The scene at its equilibrium, one sample."""
+    return pp.simulate(scene.replace(start=pp.Start.at_rest(scene)), duration=0.0, samples=1)
+
+
+angles = st.lists(st.floats(-1.3, 1.3), min_size=8, max_size=8)
+
+
+@given(angles, st.sampled_from([None, (0.3, -0.5, -2.0), (1.0, 0.0, 0.0)]))
+def test_bending_is_a_moment_about_the_normal_of_both_axes(q: list[float], clamp: tuple | None) -> None:
+    """Torques about the joints, from moments EI alpha / l on the rods; axes and directions from the poses alone.
+
+    Where the axes are almost parallel, their angle by arctan2 has the rounding error of the cross product.
+    """
+    model, effect = build(MIXED), fx.Bending(stiffness=EI, clamp=clamp)
+    state = np.array([q])
+    poses = kinematics.poses(model, state)[0]
+    along = -poses[:, :3, 2]
+    lengths = np.array([rod.length for rod in MIXED.all_rods])
+    moments = np.zeros((4, 3))
+    for rod in range(4):
+        before = np.array(clamp) / np.linalg.norm(clamp) if rod == 0 and clamp else along[rod - 1]
+        span = lengths[0] / 2 if rod == 0 else (lengths[rod - 1] + lengths[rod]) / 2
+        if rod or clamp:
+            normal = np.cross(along[rod], before)
+            size = np.linalg.norm(normal)
+            angle = math.atan2(size, along[rod] @ before)
+            moment = EI * angle / span * normal / size if size else np.zeros(3)
+            moments[rod] += moment
+            if rod:
+                moments[rod - 1] -= moment
+    expected = []
+    for joint in range(8):
+        axis = kinematics.joint_frame(model, state, joint)[0, :3, joint % 2]
+        expected.append(-axis @ moments[joint // 2 :].sum(0))
+    each = effect.of_joints(lengths)
+    np.testing.assert_allclose(
+        effect.torques(0.0, state[0], 0 * state[0], each=each), expected, rtol=0, atol=1e-12 * EI * 20
+    )
+
+
+def test_the_angle_is_that_of_fifty_digits() -> None:
+    """asin(x)/x from straight to folded back, to rounding."""
+    mpmath = pytest.importorskip("mpmath")
+    x = np.concatenate([np.logspace(-12, -1, 23), np.linspace(0.1, 1, 400)])
+    with mpmath.workdps(50):
+        exact = np.array([float(mpmath.asin(mpmath.mpf(a)) / mpmath.mpf(a)) for a in x])
+        cos2 = np.array([float(1 - mpmath.mpf(a) ** 2) for a in x])
+    np.testing.assert_allclose(_asin_over_x(x**2, cos2, np), exact, rtol=2e-15)
+
+
+def test_a_rod_that_is_folded_back_has_a_finite_moment() -> None:
+    """Straight, folded exactly, and near both."""
+    effect, each = fx.Bending(stiffness=EI), fx.Bending(stiffness=EI).of_joints(np.ones(2))
+    for theta in (0.0, 1e-300, 1e-9, 1.0, 3.0, math.pi - 1e-5):
+        torque = effect.torques(0.0, np.array([0.0, 0.0, theta, 0.0]), np.zeros(4), each=each)[2]
+        assert torque == pytest.approx(-EI * theta, rel=1e-7)
+    assert np.isfinite(effect.torques(0.0, np.array([0.0, 0.0, math.pi, 0.0]), np.zeros(4), each=each)).all()
+
+
+@pytest.mark.parametrize("n", [8, 16, 32, 64])
+def test_a_cantilever_bends_as_a_beam_but_for_a_part_of_its_rods(n: int) -> None:
+    """P L³ / (3 EI) (1 + 1/(2 n²)): the rods integrate the moment by the trapezoidal rule, whose error this is."""
+    load = 1e-6  # N; the angle is then 1e-6, and its square is lost in 1e-11
+    rest = still(
+        beam(n),
+        fx.Bending(stiffness=EI, clamp=(0, 0, -1)),
+        fx.Push(link=f"rod_{n}", force=(load, 0, 0), point=LENGTH / n),
+    )
+    tip = at_rest(rest).tips[0, -1, 0]
+    assert tip / (load * LENGTH**3 / (3 * EI)) == pytest.approx(1 + 1 / (2 * n**2), rel=1e-9)
+
+
+def test_a_cantilevers_frequencies_converge_with_the_square_of_the_rods() -> None:
+    """To (1.8751, 4.6941)² sqrt(EI / (mu L⁴)), from roots of cos x cosh x = -1."""
+    roots = np.array([brentq(lambda x: math.cos(x) * math.cosh(x) + 1, *ends) for ends in ((1, 3), (4, 6))])
+    exact = roots**2 * math.sqrt(EI / (MASS * LENGTH**4)) / (2 * math.pi)
+    errors = []
+    for n in (8, 16, 32):
+        found = pp.modes(still(beam(n, 1e-5), fx.Bending(stiffness=EI, clamp=(0, 0, -1)))).hertz
+        errors.append(np.array([found[0], found[2]]) / exact - 1)  # each swings in two planes
+    order = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(order - 2) < 0.1), order
+
+
+def test_a_heavy_elastica() -> None:
+    """A clamped beam that sags by 76 % of its length, against SciPy's boundary value problem: second order."""
+    weight = MASS * 9.81
+    solved = solve_bvp(
+        lambda s, y: np.array([y[1], -weight * (LENGTH - s) * np.cos(y[0]) / EI]),
+        lambda a, b: np.array([a[0], b[1]]),
+        np.linspace(0, LENGTH, 201),
+        np.zeros((2, 201)),
+        tol=1e-10,
+        max_nodes=10**5,
+    )
+    s = np.linspace(0, LENGTH, 20001)
+    slope = solved.sol(s)[0]
+    exact = np.array([-np.trapezoid(np.cos(slope), s), -abs(np.trapezoid(np.sin(slope), s))])
+    bent = fx.Bending(stiffness=EI, clamp=(0, -1, 0))
+    errors = [at_rest(still(beam(n), fx.Gravity(), bent, theta_1=1.4)).tips[0, -1, 1:] - exact for n in (8, 16, 32)]
+    order = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(order - 2) < 0.05), order
+
+
+def test_a_rope_between_two_points_is_a_catenary() -> None:
+    """H = mu g a with 2 a sinh(D / (2 a)) = L, V = mu g L / 2, as the anchor grows stiff: second order in the rods."""
+    apart, weight = 1.4, MASS * 9.81
+    a = brentq(lambda a: 2 * a * math.sinh(apart / (2 * a)) - LENGTH, 0.1, 50)
+    errors = []
+    for n in (8, 16, 32):
+        anchor = fx.Anchor(link=f"rod_{n}", point=(0, -apart, 0), stiffness=1e7)
+        up = math.acos(apart / LENGTH)
+        start = {"theta_1": math.pi / 2 - up, f"theta_{n // 2 + 1}": 2 * up}  # a V
+        run = at_rest(still(beam(n), fx.Gravity(), anchor, **start))
+        force = anchor.stiffness * (np.array(anchor.point) - run.tips[0, -1])
+        assert force[2] == pytest.approx(weight * LENGTH / 2, rel=1e-6)  # the anchor gives by 5e-7 m
+        assert (
+            np.allclose(run.wrench[0, 0, :3] + force, [0, 0, weight * LENGTH], atol=1e-6) or n
+        )  # in the joint's frame
+        errors.append(-force[1] / (weight * a) - 1)
+    order = np.log2(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(order - 2) < 0.05), order
+
+
+def test_an_anchor_is_a_spring_and_a_damper() -> None:
+    """Its force on the accelerations, through tips differentiated by hand: M (a - a without) = J^T F."""
+    random = np.random.default_rng(5)
+    q, v = random.uniform(-1, 1, (2, 8))
+    point, lengths = np.array([0.3, -0.4, -1.0]), [rod.length for rod in MIXED.all_rods]
+    held = fx.Anchor(link="rod_3", point=tuple(point), stiffness=20.0, damping=3.0, at=0.6)
+    with_it, without = (bind(still(MIXED, fx.Gravity(), *more)).acceleration(0.0, q, v) for more in ((held,), ()))
+    model = build(MIXED)
+
+    def place(q: np.ndarray) -> np.ndarray:
+        poses = kinematics.poses(model, q[None])[0]
+        return (poses[2] @ [0, 0, -0.6, 1])[:3]
+
+    step = 1e-6
+    J = np.array([(place(q + d) - place(q - d)) / (2 * step) for d in step * np.eye(8)]).T
+    force = 20.0 * (point - place(q)) - 3.0 * J @ v
+    pin = pytest.importorskip("pinocchio")
+    data = pin.Data(model.pin)
+    M = pin.crba(model.pin, data, q)
+    M = np.triu(M) + np.triu(M, 1).T
+    assert len(lengths) == 4
+    np.testing.assert_allclose(M @ (with_it - without), J.T @ force, rtol=0, atol=1e-7 * np.abs(J.T @ force).max())
+
+
+@pytest.mark.parametrize("effect", [
+    fx.Bending(stiffness=EI, clamp=(0.2, -0.3, -1)),
+    fx.Anchor(link="rod_4", point=(0.4, 0.5, -1.0), stiffness=30.0),
+    fx.Anchor(link="rod_4", point=(0.4, 0.5, -1.0), stiffness=30.0, damping=2.0),
+    fx.Drag(density=1000.0, wind=(0.5, 0, 0), buoyancy=True),
+], ids=lambda effect: f"{effect.kind}")  # fmt: skip
+def test_work_and_energy_balance(effect: fx.Effect) -> None:
+    """To 1e-9 of the energy exchanged, and by two methods."""
+    random = np.random.default_rng(2)
+    scene = pp.Scene(duration=1.0, model=MIXED, effects=(fx.Gravity(), effect),
+                     start=pp.Start(positions=list(random.uniform(-0.5, 0.5, 8))))  # fmt: skip
+    run = pp.simulate(scene, tolerance=1e-11, method="dop853", samples=9, energy_balance=True)
+    energy = run.energy()
+    exchanged = sum(np.abs(np.diff(run.work[kind])).sum() for kind in run.work) + np.ptp(run.kinetic)
+    gained = run.kinetic + run.potential - run.kinetic[0] - run.potential[0]
+    losses = sum(run.work[kind] for kind in run.work if kind == effect.kind and not _is_conservative(effect))
+    assert np.abs(gained - losses).max() < 1e-9 * exchanged, energy
+    other = pp.simulate(scene, tolerance=1e-10, method="radau", samples=9)
+    assert np.abs(other.tips - run.tips).max() < 1e-5
+
+
+def _is_conservative(effect: fx.Effect) -> bool:
+    return isinstance(effect, fx.Bending) or (isinstance(effect, fx.Anchor) and not effect.damping)
+
+
+def test_taylor_takes_bending_and_anchors() -> None:
+    """Both are smooth: the same motion as by dop853."""
+    scene = pp.Scene(
+        duration=1.0,
+        model=pp.Chain(rods=[pp.Rod(length=0.5, mass=0.4, radius=0.02, copies=2)]),
+        effects=(fx.Gravity(), fx.Bending(stiffness=0.5), fx.Anchor(link="rod_2", point=(0.2, 0, -0.8), stiffness=9.0)),
+        start=pp.Start(positions={"theta_1": 0.4, "phi_2": 0.6}),
+    )
+    pytest.importorskip("heyoka")
+    taylor, other = (pp.simulate(scene, method=m, tolerance=1e-13, samples=5) for m in ("taylor", "dop853"))
+    assert np.abs(taylor.q - other.q).max() < 1e-10
+
+
+# --- payloads -------------------------------------------------------------------------------------------------------
+
+
+def test_a_sphere_falls_through_water_with_the_speed_of_its_drag() -> None:
+    """A light rod drags a sphere: at rest in a stream, its angle is that of drag and weight less buoyancy."""
+    radius, mass, speed, water = 0.1, 30.0, 0.8, 1000.0
+    rod = pp.Rod(length=2.0, mass=0.0, payload=mass, payload_radius=radius)
+    scene = still(pp.Chain(rods=[rod]), fx.Gravity(), fx.Drag(density=water, wind=(speed, 0, 0), buoyancy=True))
+    tip = at_rest(scene).tips[0, 0]
+    drag = water * 0.47 * math.pi * radius**2 * speed**2 / 2
+    weight = (mass - water * 4 / 3 * math.pi * radius**3) * 9.81
+    assert tip[0] / -tip[2] == pytest.approx(drag / weight, rel=1e-10)
+
+
+def test_a_sphere_has_its_own_inertia() -> None:
+    """2/5 m r² about all axes, on top of a point mass."""
+    point, sphere = (pp.Rod(length=1.0, mass=0.5, radius=0.02, payload=2.0, payload_radius=r) for r in (0.0, 0.3))
+    more = np.subtract(sphere.properties, point.properties)
+    np.testing.assert_allclose(more, [0, 0, *[2 / 5 * 2.0 * 0.3**2] * 3], atol=1e-15)
+
+
+def test_copies_of_a_rod_are_rods() -> None:
+    """The same model as one that is written out."""
+    short, long = pp.Rod(length=0.5, mass=0.4, radius=0.02), pp.Rod(length=0.7, mass=0.3, radius=0.03)
+    written = pp.Chain(rods=[short, short, short, long], copies=2)
+    copied = pp.Chain(rods=[short.model_copy(update={"copies": 3}), long], copies=2)
+    assert copied.count == 8
+    assert [rod.length for rod in copied.all_rods] == [rod.length for rod in written.all_rods]
+    q, v = np.random.default_rng(3).uniform(-1, 1, (2, 16))
+    one, other = (bind(still(model, fx.Gravity())).acceleration(0.0, q, v) for model in (written, copied))
+    assert np.array_equal(one, other)
+
+
+# --- slewing --------------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_a_world_that_slews_is_a_world_at_rest(method: str, tmp_path: Path) -> None:
+    """Thin rods, whose joints feel no twist: the motion in a frame that turns by the integral of the rate, turned back."""
+    t = np.linspace(0, 2, 401)
+    rows = np.stack([t, 1.2 * np.sin(2 * t) ** 2], 1)
+    (tmp_path / "rate.csv").write_text("t,rate\n" + "".join(f"{a!r},{b!r}\n" for a, b in rows.tolist()))
+    model = pp.Chain(rods=[pp.Rod(length=0.6, mass=0.5), pp.Rod(length=0.4, mass=0.3, payload=0.2)])
+    start = pp.Start(positions={"theta_1": 0.5, "phi_2": 0.3}, velocities={"theta_2": 0.7})
+    slews = fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 2))
+    rest, turning = (
+        pp.simulate(
+            pp.Scene(duration=2.0, model=model, start=start, effects=effects), tolerance=1e-11, method=method, samples=9
+        )
+        for effects in ([fx.Gravity()], [fx.Gravity(), slews])
+    )
+    angle = 1.2 * (rest.t / 2 - np.sin(4 * rest.t) / 8)
+    s, c = np.sin(angle), np.cos(angle)
+    back = np.stack([[c, -s, 0 * s], [s, c, 0 * s], [0 * s, 0 * s, 1 + 0 * s]]).transpose(2, 0, 1)
+    assert np.abs(np.einsum("nij,nrj->nri", back, turning.tips) - rest.tips).max() < 1e-8
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize(
+    ("make", "says"),
+    [
+        (lambda: fx.Bending(stiffness=-1.0), "stiffness: -1.0 is below 0"),
+        (lambda: fx.Bending(stiffness=1.0, clamp=(0, 0, 0)), "no direction"),
+        (lambda: fx.Bending(stiffness=math.inf), "stiffness"),
+        (lambda: fx.Anchor(link="rod_1", point=(math.inf, 0, 0), stiffness=1.0), "point"),
+        (lambda: fx.Anchor(link="rod_1", point=(0, 0, 0), stiffness=-1.0), "stiffness: -1.0 is below 0"),
+        (lambda: pp.Rod(length=1.0, mass=1.0, payload=1.0, payload_radius=-0.1), "payload_radius: -0.1 is below 0"),
+        (lambda: pp.Rod(length=1.0, mass=1.0, payload_radius=0.1), "there is none"),
+        (lambda: pp.Rod(length=1.0, mass=1.0, copies=0), "copies: 0 is below 1"),
+        (lambda: pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, copies=60_000)], copies=2), "are more than"),
+        (lambda: bind(still(MIXED, fx.Anchor(link="rod_9", point=(0, 0, 0), stiffness=1.0))), "rod_9"),
+        (lambda: bind(pp.Scene(duration=1.0, model=pp.UrdfModel("ur5"), effects=[fx.Bending(stiffness=1.0)])), "chain"),
+        (lambda: fx.Rotation(csv="nowhere.csv", axis=(0, 0, 1)), "nowhere.csv"),
+        (lambda: fx.Rotation(rate=(0, 0, 1), axis=(0, 0, 1)), "csv and axis go together"),
+    ],
+)  # fmt: skip
+def test_what_no_cable_has_is_refused(make, says: str) -> None:
+    """One line with the key path."""
+    with pytest.raises(pp.InputError) as refused:
+        make()
+    assert says in str(refused.value)
+    assert "\n" not in str(refused.value)
