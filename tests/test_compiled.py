@@ -3,8 +3,9 @@
 import operator
 import signal
 import time
+import warnings
 from _thread import interrupt_main
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
@@ -56,14 +57,32 @@ def test_the_same_rates(model: str, effects: tuple) -> None:
         assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # light rods on heavy: condition 1e3
 
 
-def test_another_llvmlite_is_as_if_it_were_not_there(monkeypatch: pytest.MonkeyPatch) -> None:
-    """The functions of its library may take other arguments."""
-    monkeypatch.setattr(llvm, "installed", llvm.installed.__wrapped__)
-    monkeypatch.setattr(llvm, "SERIES", "0.0.")
-    model = build(MODELS["one rod"])
-    assert not compilable(model, [fx.Gravity()])
-    with pytest.raises(pp.MissingLibrary, match=r"pip install 'llvmlite==0.0"):
-        Dynamics(model, (fx.Gravity(),), "compiled")
+@pytest.fixture
+def libraries_are_looked_at_again() -> Iterator[None]:
+    """What a process remembers of its libraries is forgotten, before and after."""
+    for known in (llvm.installed, cyrk.library):
+        known.cache_clear()
+    yield
+    for known in (llvm.installed, cyrk.library):
+        known.cache_clear()
+
+
+@pytest.mark.usefixtures("libraries_are_looked_at_again")
+@pytest.mark.parametrize(("module", "name", "found"), [(llvm, "llvmlite", "0.49.1"), (cyrk, "CyRK", "0.21.0")])
+def test_another_series_is_noted_once(module, name: str, found: str, monkeypatch: pytest.MonkeyPatch) -> None:
+    """Its functions may take other arguments: slower ways take over, and one note a process says what brings the fast ones."""
+    monkeypatch.setattr(module, "version", lambda name: found)
+    model, looks = build(MODELS["one rod"]), range(3)
+    with warnings.catch_warnings(record=True) as notes:
+        warnings.simplefilter("always")
+        seen = [compilable(model, [fx.Gravity()]) if module is llvm else cyrk.library() for _ in looks]
+    assert not any(seen)
+    (note,) = notes
+    assert f"{name} {found} is not used, and runs take about 8 times as long" in str(note.message)
+    assert f"pip install '{name}=={module.SERIES}*'" in str(note.message)
+    if module is llvm:
+        with pytest.raises(pp.MissingLibrary, match=r"pip install 'llvmlite==0.50"):
+            Dynamics(model, (fx.Gravity(),), "compiled")
 
 
 def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:

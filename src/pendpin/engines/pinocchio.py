@@ -31,13 +31,17 @@ class Revolute(AngleEngine):
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
         self._com, self._places = centres_of(model.bodies), joints_of(model.bodies)
-        self._no_torque, self._aba = np.zeros(len(model.joints)), pinocchio().aba
+        self._no_torque = np.zeros(len(model.joints))
         self._loaded = any((loads.varying, loads.torque, loads.wrench))
 
     @cached_property
     def _pin(self) -> Any:
         """The model in the constant fields, made where it is used: on compiled equations that may be nowhere."""
         return with_gravity(self.model.pin, self.loads.constant)
+
+    @cached_property
+    def _aba(self) -> Any:
+        return pinocchio().aba
 
     @cached_property
     def _data(self) -> Any:

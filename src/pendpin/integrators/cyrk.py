@@ -1,15 +1,19 @@
-"""CyRK's solver in C++, without importing CyRK: that imports Numba, which takes longer than most runs.
+"""CyRK's solver in C++, without importing CyRK: that imports Numba, 0.17 to 0.3 s where a first run takes 0.1 s.
 
-Its functions are found by their C++ names. These spell out the types of the arguments, so that a CyRK with another
-interface is as if it were not there; the numbers of the methods are those of the versions named in SERIES.
+CyRK documents nbsolve2_ivp, which Numba compiles for each caller, and no way to its solver without that import (0.20: the
+module that holds the addresses imports the package). So its functions are found by their C++ names, which spell out the
+types of the arguments: a CyRK with another interface is not taken, and a note says so. The numbers of the methods are
+those of the versions named in SERIES.
 """
 
+from contextlib import suppress
 from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
 from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
 from pendpin.engines import llvm
+from pendpin.errors import say_note
 from pendpin.ground.libraries import c_functions
 from pendpin.ground.versions import version
 
@@ -42,17 +46,19 @@ _NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the
 
 @cache
 def library() -> Any:
-    """The functions by the names above; None if this CyRK, or this processor, does not have them."""
-    if not installed() or not version("CyRK").startswith(SERIES):
+    """The functions by the names above; None if this CyRK, or this processor, does not have them: with a note, once."""
+    if not installed():
         return None
-    if b"-avx2" in llvm.processor().features.split(
+    found, reason = version("CyRK"), "this processor has no AVX2"
+    if b"-avx2" not in llvm.processor().features.split(
         b","
     ):  # which CyRK for x86 needs; others have no such feature to lack
-        return None
-    try:
-        return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
-    except (OSError, AttributeError, ValueError):
-        return None
+        reason = f"pendpin uses CyRK {SERIES}x: pip install 'CyRK=={SERIES}*'"
+        with suppress(OSError, AttributeError, ValueError):
+            if found.startswith(SERIES):
+                return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
+    say_note(f"CyRK {found} is not used, and runs take about 8 times as long: {reason}", stacklevel=3)
+    return None
 
 
 def installed() -> bool:
