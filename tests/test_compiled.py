@@ -70,7 +70,7 @@ def libraries_are_looked_at_again() -> Iterator[None]:
 @pytest.mark.usefixtures("libraries_are_looked_at_again")
 @pytest.mark.parametrize(("module", "name", "found"), [(llvm, "llvmlite", "0.49.1"), (cyrk, "CyRK", "0.21.0")])
 def test_another_series_is_noted_once(module, name: str, found: str, monkeypatch: pytest.MonkeyPatch) -> None:
-    """Its functions may take other arguments: slower ways take over, and one note a process says what brings the fast ones."""
+    """Its functions may take other arguments: slower ways take over, and one note says what brings the fast ones."""
     monkeypatch.setattr(module, "version", lambda name: found)
     model, looks = build(MODELS["one rod"]), range(3)
     with warnings.catch_warnings(record=True) as notes:

@@ -6,7 +6,10 @@ numbers a state has, and how many unit vectors it begins with, is in the cells S
 
 import ctypes
 
+from pendpin.engines.machine_lines import number
 from pendpin.engines.machine_text import MORE, STATE, UNITS
+
+OFF = 1e-14  # of the square of a direction: below, it is left as it is, and the divisions' rounding does not add up
 
 # The first argument is the address of the function; then
 # y, t, h, steps, block, work (5 size): moves y on from t by `steps` steps of h; its directions stay unit vectors
@@ -92,8 +95,8 @@ next:
   %xy = fadd double %xx, %yy
   %xyz = fadd double %xy, %zz
   %off = fsub double %xyz, 1.0
-  %above = fcmp ogt double %off, 0x3D06849B86A12B9B                          ; 1e-14: below, rounding would add up
-  %below = fcmp olt double %off, 0xBD06849B86A12B9B
+  %above = fcmp ogt double %off, {number(OFF)}
+  %below = fcmp olt double %off, {number(-OFF)}
   %far = or i1 %above, %below
   %root = call double @llvm.sqrt.f64(double %xyz)
   %length = select i1 %far, double %root, double 1.0

@@ -1,9 +1,8 @@
 """The text of a function in LLVM's intermediate language: what is computed once, loops over the rods, what follows them."""
 
 from collections.abc import Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
-from pendpin.engines import machine_quadrature
 from pendpin.engines.machine_lines import (
     DECLARED,
     ROW,
@@ -26,7 +25,6 @@ EVERY = 4096  # calls between two of the progress callback; a power of 2
 # for later ones, where the numbers of the rods are, how long states and further results are, how many unit vectors there are
 CALLS, CALLBACK, RODS, SCRATCH, NUMBERS, STATE, MORE, UNITS = range(8)
 HEADER = 8  # how many these are
-QUADRATURES = ("roots", "inverse_roots")
 TABLE = 3  # cells of a table: addresses of its times and its rows, and how many there are
 
 
@@ -84,7 +82,6 @@ class Text:
         self._has_trigonometry = any(map(self.schedule.is_trigonometric, self.schedule.needed))
         stored = self._count(self._stored) + len(places.more_of_rod)
         self.scratch_of_rod = 2 * self._width * self._has_trigonometry + stored  # numbers in the scratch memory
-        self._quadratures: dict[Any, str] = {}  # names of functions, by points and weights
 
     def __str__(self) -> str:
         return "\n".join(self._lines())
@@ -107,9 +104,6 @@ class Text:
         tape, schedule = self.tape, self.schedule
         yield DECLARED
         yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
-        for place in schedule.needed:
-            if tape.operations[place][0] in QUADRATURES:  # here: in a loop the stack would grow
-                yield f"  %row{place} = alloca double, i64 {len(tape.operations[place][-1])}"
         yield _REPORTING
         begin = self.inputs_at - self._count(self.fixed)
         for place, cell in self.fixed.items():
@@ -125,10 +119,6 @@ class Text:
             yield ROW
         if self._has_trigonometry:
             yield f"declare void @{TRIGONOMETRY}(ptr, i64, ptr, ptr)"
-        if self._quadratures:
-            yield machine_quadrature.DECLARED
-        for rule, name in self._quadratures.items():
-            yield machine_quadrature.quadrature_code(name, *rule)
 
     def _results(self) -> Iterator[str]:
         """Store the results that are of no rod, behind those of the rods."""
@@ -246,10 +236,6 @@ class Text:
             yield from load(f"v{place}", "block", str(self.inputs_at + operands[0]))
         elif name == "row":
             yield from table_row(place, self._name(operands[0], loop), HEADER + TABLE * operands[1], operands[2])
-        elif name in QUADRATURES:
-            *terms, rule = *(self._name(x, loop) for x in operands[:3]), (*operands[3:], name == "inverse_roots")
-            quadrature = self._quadratures.setdefault(rule, f"quadrature{len(self._quadratures)}")
-            yield f"  call void @{quadrature}({', '.join(f'double {x}' for x in terms)}, ptr %row{place})"
         elif name == "entry":
             yield from load(f"v{place}", f"row{operands[0]}", str(operands[1]))
         elif name == "pack":

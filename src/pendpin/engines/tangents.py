@@ -110,10 +110,8 @@ class _Tangents:
             return self.tape.pack(
                 [self._differentiate_leaf(name, rest, direction, times) for times, direction in changes]
             )
-        if name == "entry":
-            return self._differentiate_entry(rest[0], rest[1], j)
-        if name in {"row", "roots", "inverse_roots"}:
-            return 0.0  # their entries have derivatives
+        if name in {"row", "entry"}:
+            return 0.0  # between the rows of a table nothing changes
         operands = self.tape.operands[place]
         terms, changes = [_term(self.tape, x) for x in operands], [self._tangents[j].get(x, 0.0) for x in operands]
         result = Term(self.tape, place)
@@ -145,20 +143,6 @@ class _Tangents:
             new = (direction.of_rods if rest[1] else direction.shared).get(rest[0])
             return 0.0 if new is None else self.tape.parameter(new, rest[1])
         return 0.0
-
-    def _differentiate_entry(self, source: int, i: int, j: int) -> Any:
-        """Of a sum of weights times sqrt(A + B x + C x²): (A_j + B_j x + C_j x²) / (2 sqrt(...)) in place of the root."""
-        name, *operation = self.tape.operations[source]
-        if name == "row":
-            return 0.0
-        assert name == "roots"
-        A, B, C, points, weights = operation
-        changes = [self._tangents[j].get(x, 0.0) for x in (A, B, C)]
-        x, w = np.array(points), np.array(weights)
-        rows = (w[:, None] * x ** np.arange(3)[:, None] / 2).reshape(-1, len(x))
-        a, b, c = (_term(self.tape, place) for place in (A, B, C))
-        sums = self.tape.weighted_inverse_roots(a, b, c, x, rows)
-        return sum((sums[3 * i + power] * change for power, change in enumerate(changes)), 0.0)
 
 
 def _differentiate_binary(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:

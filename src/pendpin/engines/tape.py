@@ -23,7 +23,7 @@ from pendpin.ground.arrays import Array
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
 # Where the operands of an operation end, if constants follow
-_OPERANDS = {"row": 2, "entry": 2, "roots": 4, "inverse_roots": 4, "lane": 2}
+_OPERANDS = {"row": 2, "entry": 2, "lane": 2}
 LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")  # operations without operands
 _NONE = np.empty((0, 1))
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
@@ -109,15 +109,8 @@ class Tape:
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
-        return self._entries(("row", self.placed(t), table, width), width)
-
-    def weighted_roots(self, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
-        """The sums (k,) of weights (k, p) times sqrt(A + B x + C x²) over points x (p,): one operation."""
-        return self._quadrature("roots", A, B, C, points, weights)
-
-    def weighted_inverse_roots(self, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
-        """The same with weights over the roots, 0 where a root is 0."""
-        return self._quadrature("inverse_roots", A, B, C, points, weights)
+        row = self._at(("row", self.placed(t), table, width)).place
+        return np.array([self._at(("entry", row, i)) for i in range(width)], dtype=object)
 
     def record(self, name: str, x: Any, y: Any = None) -> "Term":
         """An operation on one or two terms and numbers."""
@@ -180,17 +173,6 @@ class Tape:
     def placed(self, x: Any) -> int:
         """The place of a term or number."""
         return x.place if isinstance(x, Term) else self._at(("number", float(x)), fixed=True).place
-
-    def _quadrature(self, name: str, A: Any, B: Any, C: Any, points: Array, weights: Array) -> Array:
-        """The results (k,) of a quadrature with weights (k, p)."""
-        operands, constants = map(self.placed, (A, B, C)), (tuple(points), tuple(map(tuple, weights)))
-        return self._entries((name, *operands, *constants), len(weights))
-
-    def _entries(self, operation: tuple[Any, ...], width: int) -> Array:
-        """The results (width,) of an operation that has several."""
-        by_rod = any(self.by_rod[x] for x in _operands_of(operation))
-        first = self._at(operation, by_rod=by_rod).place
-        return np.array([self._at(("entry", first, i), by_rod=by_rod) for i in range(width)], dtype=object)
 
     def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
         place = self._places.get(operation)
@@ -356,7 +338,7 @@ def recorded() -> Any:
     recording["cos"] = lambda x: cosine(_unsigned(x))
     functions = {name: np.frompyfunc(function, 1, 1) for name, function in recording.items()}
     pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
-    return SimpleNamespace(asarray=np.asarray, weighted_roots=_weighted_roots, **functions, **pairs)
+    return SimpleNamespace(asarray=np.asarray, **functions, **pairs)
 
 
 def _recording(name: str) -> Callable[..., Any]:
@@ -373,15 +355,3 @@ def _unsigned(x: Any) -> Any:
         name, *operands = x.tape.operations[x.place]
         return Term(x.tape, operands[0]) if name == "neg" else x
     return x
-
-
-def _weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array) -> Array:
-    """As `pendpin.ground.arrays.weighted_roots`, with one operation for each of the terms."""
-    A, B, C = np.broadcast_arrays(A, B, C)
-    rows = []
-    for a, b, c in zip(A.flat, B.flat, C.flat, strict=True):  # terms or numbers
-        if terms := [x for x in (a, b, c) if isinstance(x, Term)]:
-            rows.append(terms[0].tape.weighted_roots(a, b, c, points, weights))
-        else:
-            rows.append(weights @ np.sqrt(a + points * (b + points * c)))
-    return np.stack(rows, -1).reshape(len(weights), *A.shape)

@@ -116,17 +116,6 @@ def gyroscopic(J: Array, omega: Array) -> Array:
     return applied(by_product, np.stack([x * x, y * y, z * z, y * z, x * z, x * y], -1))
 
 
-def weighted_roots(A: Array, B: Array, C: Array, points: Array, weights: Array, xp: Any = np) -> Array:
-    """The sums of weights (k, p) times sqrt(A + B x + C x²) over points x (p,), for A, B, C (..., 1): (k, ..., 1).
-
-    A namespace xp that has this function as an operation of its own does it.
-    """
-    if xp is not np and hasattr(xp, "weighted_roots"):
-        return xp.weighted_roots(A, B, C, points, weights)
-    sums = xp.sqrt(A + points * (B + points * C)) @ weights.T
-    return sums.transpose(-1, *range(sums.ndim - 1))[..., None]  # moveaxis takes as long as the root
-
-
 def _matrix(rows: list[list[Any]]) -> Array:
     """The matrix (..., r, c) with these rows of entries (...)."""
     return np.stack([np.stack(row, -1) for row in rows], -2)

@@ -50,9 +50,8 @@ def library() -> Any:
     if not installed():
         return None
     found, reason = version("CyRK"), "this processor has no AVX2"
-    if b"-avx2" not in llvm.processor().features.split(
-        b","
-    ):  # which CyRK for x86 needs; others have no such feature to lack
+    features = llvm.processor().features.split(b",")
+    if b"-avx2" not in features:  # which CyRK for x86 needs; others have no such feature to lack
         reason = f"pendpin uses CyRK {SERIES}x: pip install 'CyRK=={SERIES}*'"
         with suppress(OSError, AttributeError, ValueError):
             if found.startswith(SERIES):
