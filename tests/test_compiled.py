@@ -29,6 +29,7 @@ from pendpin.engines.machine_code import Block, Callback, Code, Function
 from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
+from pendpin.runs.preparation import Prepared
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
@@ -282,3 +283,39 @@ def test_ctrl_c_in_machine_code_stops_it(monkeypatch: pytest.MonkeyPatch) -> Non
 
 def with_engine(scene: pp.Scene, engine: str, **others: int) -> pp.Scene:
     return scene.model_copy(update={"solver": scene.solver.replaced(engine=engine, **others)})
+
+
+# --- what stays 0 in a motion -----------------------------------------------------------------------------------------
+
+TWO = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03)])
+PLANES = {
+    "two rods in a plane of theta": (TWO, {"theta_1": 2.0, "theta_2": -1.0}, {"theta_2": 0.5}, 4),
+    "two rods in a plane of phi": (TWO, {"phi_1": 0.7, "phi_2": -0.4}, {"phi_1": 0.5}, 4),
+    "thin rods in a plane": (pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)] * 2), {"theta_1": 2.0}, {}, 6),
+}
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau", "taylor"])
+@pytest.mark.parametrize("plane", PLANES)
+def test_what_stays_0_is_not_integrated(plane: str, method: str) -> None:
+    """A motion in a plane is that of a start 1e-200 beside the plane, by equations of half as many numbers."""
+    pytest.importorskip("heyoka" if method == "taylor" else "CyRK")
+    model, positions, velocities, size = PLANES[plane]
+    start = pp.Start(positions=positions, velocities=velocities)
+    scene = pp.Scene(duration=2.0, model=model, start=start, effects=[fx.Gravity()]).by(method, 1e-11)
+    prepared = Prepared.of(scene)
+    assert len(prepared.dynamics.engine.pack(prepared.q, prepared.v)) == size
+    beside = np.where(prepared.q == 0, 1e-200, prepared.q)
+    other = scene.replace(start=pp.Start(positions=beside.tolist(), velocities=prepared.v.tolist()))
+    assert len(Prepared.of(other).dynamics.engine.pack(beside, prepared.v)) > size
+    one, two = pp.simulate(scene), pp.simulate(other)
+    for name in ("q", "v", "a", "wrench", "tips"):
+        np.testing.assert_allclose(getattr(one, name), getattr(two, name), atol=2e-8, err_msg=name)
+
+
+def test_equations_of_a_plane_refuse_another_motion() -> None:
+    """Where a state leaves the plane, nothing is dropped in silence."""
+    scene = pp.Scene(duration=1.0, model=TWO, start=pp.Start(positions={"theta_1": 1.0}), effects=[fx.Gravity()])
+    engine = Prepared.of(scene).dynamics.engine
+    with pytest.raises(ValueError, match="leaves the plane"):
+        engine.pack(np.full(4, 0.1), np.zeros(4))

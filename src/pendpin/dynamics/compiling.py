@@ -9,22 +9,27 @@ from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from threading import Lock
 
+import numpy as np
+
 from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.chain_samples import Sampler, parameters_of_samples, record_samples
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod
+from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod, staying_zero
 from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine, Values, llvm
+from pendpin.engines import Compiled, CompiledEquations, Engine, Moving, Values, llvm
 from pendpin.engines.machine_code import Block
 from pendpin.engines.tangents import STATE, add_tangents
 from pendpin.engines.tape import Recording
 from pendpin.errors import InputError
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
 
 MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
+MOST_SHORTENED = 10  # joints, up to which equations are written out so that what stays 0 is left out of them
 _known: OrderedDict[Hashable, CompiledEquations] = OrderedDict()
+_still: OrderedDict[Hashable, tuple[int, ...]] = OrderedDict()  # by structure and zeros at the start
 _lock = Lock()
 
 
@@ -34,7 +39,7 @@ def compilable(model: Model, effects: Sequence[Effect]) -> bool:
     return few and plain_arithmetic(effects) and llvm.installed()
 
 
-def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
+def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
     """An engine with its equations compiled, at times since `start` in s.
 
     Raises InputError for what has no symbols, MissingLibrary without llvmlite.
@@ -47,7 +52,7 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
                 'use solver.engine = "auto"'
             )
     begin = time.perf_counter()
-    by_rod = records_by_rod(engine, effects)
+    by_rod = not isinstance(engine, Moving) and records_by_rod(engine, effects)
     if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
@@ -56,18 +61,35 @@ def compiled(engine: Engine, effects: Sequence[Effect], start: float, asked: Ask
     return Compiled(engine, equations, Values.of(parameters), time.perf_counter() - begin)
 
 
+def in_motion(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:
+    """The engine for motions from q, v (nv,): without the numbers of its state that stay 0, where there are such."""
+    zero = tuple(np.flatnonzero(engine.pack(q, v) == 0).tolist())
+    if not zero or len(q) > MOST_SHORTENED or not plain_arithmetic(effects):
+        return engine
+    key = parameters_of(engine, effects, start).structure, zero
+    with _lock:
+        still = _still.get(key)
+    if still is None:
+        still = staying_zero(engine, effects, start, zero)
+        with _lock:
+            _still[key] = still = () if len(still) == len(engine.pack(q, v)) else still  # at rest for good
+            while len(_still) > MOST_KNOWN:
+                _still.popitem(last=False)
+    return Moving(engine, still) if still else engine
+
+
 def equations_of(
     engine: Engine,
     effects: Sequence[Effect],
     start: float,
-    still: tuple[int, ...] = (),
     asked: Asked = MOTION,
     by_rod: bool = False,
 ) -> tuple[CompiledEquations, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
-    The places `still` of the state are 0. `by_rod`: those of one rod of a chain, which are loops as machine code.
+    `by_rod`: those of one rod of a chain, which are loops as machine code.
     """
+    engine, still = (engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())
     parameters = parameters_of(engine, effects, start, asked, by_rod)
     write = partial(record, engine, effects, start, still, asked, by_rod)
     return look_up((parameters.structure, still), write, parameters), parameters

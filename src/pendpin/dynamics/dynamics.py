@@ -15,7 +15,7 @@ from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting
 from pendpin.dynamics.binding.contacts import bind_contacts
 from pendpin.dynamics.chain_samples import Sampler
-from pendpin.dynamics.compiling import compilable, compile_sampler, compiled
+from pendpin.dynamics.compiling import compilable, compile_engine, compile_sampler, in_motion
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.dynamics.symbols import Asked
@@ -65,8 +65,7 @@ class Dynamics:
 
     def compiled(self, accounts: Accounts | None = None) -> Engine:
         """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""
-        base = Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
-        return compiled(base, self.effects, self.start, Asked(accounts, self.contacts))
+        return compile_engine(self._in_directions, self.effects, self.start, Asked(accounts, self.contacts))
 
     @cached_property
     def in_machine_code(self) -> "Dynamics":
@@ -74,6 +73,26 @@ class Dynamics:
         changed = copy(self)
         changed.engine = self.compiled()
         return changed
+
+    def in_motion(self, q: Array, v: Array, compiled: bool) -> "Dynamics":
+        """The same for motions from q, v (nv,): what stays 0 in them, as phi in a plane of theta, is not integrated.
+
+        Its equations are `compiled` or those of this engine.
+        """
+        if self.contacts is not None:
+            return self.in_machine_code if compiled else self
+        base = self._in_directions if compiled else self.engine
+        moving = in_motion(base, self.effects, self.start, q, v)
+        if moving is base:
+            return self.in_machine_code if compiled else self
+        changed = copy(self)
+        changed.engine = compile_engine(moving, self.effects, self.start) if compiled else moving
+        return changed
+
+    @property
+    def _in_directions(self) -> Engine:
+        """The engine whose equations are compiled: of thin rods that in directions."""
+        return Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
 
     def use_compiled_samples(self) -> None:
         """Compute samples in machine code where that is possible: those of chains with pendpin's own effects."""

@@ -59,8 +59,8 @@ def record(
 ) -> Recording:
     """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
 
-    The places `still` of the state are 0; `masks` are those of the parameters. `by_rod`: for one rod of a chain, the same
-    for any number of rods. Raises InputError for an effect that does not run on symbols.
+    The places `still` of the state are 0 and no part of it; `masks` are those of the parameters. `by_rod`: for one rod of a
+    chain, the same for any number of rods. Raises InputError for an effect that does not run on symbols.
     """
     tape, numbers, xp = begin_tape(engine.model, by_rod, masks)
     right = _right_hand_side(engine, effects, start, asked, numbers, xp)
@@ -72,10 +72,13 @@ def record(
         inputs = 2 * JOINTS if asked.contacts else 0
         return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
     nv = len(engine.model.joints)
-    y = tape.state(len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0))
-    y[list(still)] = 0.0
+    size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
+    y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), still)
+    y[moving] = tape.state(len(moving))
     results, more = right(tape.time(), y)
-    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, rods, width=len(y))
+    if still:
+        results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
+    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, rods, width=len(moving))
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
@@ -85,8 +88,11 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
     """
     still = tuple(zero)
     while still:
+        tape, numbers, xp = begin_tape(engine.model, False)
+        y = tape.state(len(engine.pack(*np.zeros((2, len(engine.model.joints))))))
+        y[list(still)] = 0.0
         try:
-            rates = record(engine, effects, start, still).results
+            rates, _ = _right_hand_side(engine, effects, start, MOTION, numbers, xp)(tape.time(), y)
         except ArithmeticError:  # an effect that divides by one of them
             return ()
         left = tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)

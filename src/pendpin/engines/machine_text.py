@@ -298,7 +298,8 @@ ask:
   %answer = call i32 %callback(double %t)
   %on = icmp eq i32 %answer, 0
   br i1 %on, label %go, label %stop
-stop:
+stop:                                             ; not counted: the next call asks again, and stops too
+  store i64 %before, ptr %block
   %state_at = getelementptr i64, ptr %block, i64 {STATE}
   %state = load i64, ptr %state_at
   %bytes = mul i64 %state, 8

@@ -84,7 +84,7 @@ def _automatic_method(
     Where it `compiles` its equations, they are looked at in machine code: Pinocchio or SciPy is not imported for that.
     """
     if compiles and dynamics.contacts is None:
-        dynamics = dynamics.in_machine_code
+        dynamics = dynamics.in_motion(q, v, compiled=True)
     y = dynamics.engine.pack(q, v)
     decay, fastest = _rates(dynamics, y, STEP)
     if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest:

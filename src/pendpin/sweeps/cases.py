@@ -82,7 +82,9 @@ class Vectors:
         moved, keys = None, [key for key in task.plan.keys if key.startswith("start.")]
         with suppress(PendpinError):  # a start with other numbers, where it is varied
             moved = set_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
-        made = partial(Series, scene, flips=sums, other=moved)
+        model = build(scene.model)
+        starts = [start_state(model, case.start) for case in (scene, moved or scene)]
+        made = partial(Series, scene, starts=np.array(starts), flips=sums)
         if scene.solver.accuracy:
             self.ladder = Ladder(scene, made)
             self.series = self.ladder.series[::-1]

@@ -238,7 +238,7 @@ def _run_series(scene: Scene, integrator: Taylor, table: _Table, workers: int) -
     """Fill in what ends well; the rest wants the closer look of `simulate`."""
     table.methods.add("taylor")
     table.libraries.add((integrator.library, integrator.version))
-    series = Series(scene, integrator.tolerance)
+    series = Series(scene, integrator.tolerance, np.stack(table.starts, 1))
     if not series.covered:
         return
     cases = series.started(*table.starts)

@@ -15,11 +15,11 @@ from typing import Any
 import numpy as np
 
 from pendpin.dynamics.binding.acting import acting
-from pendpin.dynamics.compiling import equations_of
+from pendpin.dynamics.compiling import equations_of, in_motion
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.symbols import parameters_of, staying_zero
+from pendpin.dynamics.symbols import parameters_of
 from pendpin.dynamics.timing import timing
-from pendpin.engines import Engine
+from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, subdivided
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import build, start_state
@@ -36,21 +36,20 @@ Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 class Series:
     """The compiled series of a scene's structure. `flips`: sums of angles whose passages are to be found.
 
-    With `other`, a case whose start differs wherever starts do, a part of the state that sets out from 0 and stays 0 is not
-    integrated: phi in a planar motion. Several threads may use a Series. Raises InputError for a scene that the Taylor
-    method does not take.
+    What stays 0 in motions from all `starts` (c, 2, nv), positions and rates, is not integrated: phi in a plane of theta.
+    Several threads may use a Series. Raises InputError for a scene that the Taylor method does not take.
     """
 
-    def __init__(self, scene: Scene, tolerance: float, flips: Sums = (), other: Scene | None = None) -> None:
+    def __init__(self, scene: Scene, tolerance: float, starts: Array, flips: Sums = ()) -> None:
         self.scene, self.tolerance, self._flips = scene.by("taylor", tolerance), tolerance, flips
         self.stopped, self.compile_seconds = Event(), 0.0
         self.dynamics = self.bound(self.scene)
-        self.engine: Engine = self.dynamics.engine
-        begin = scene.start.time
-        still = staying_zero(self.engine, self.dynamics.effects, begin, self._zeros(scene, other)) if other else ()
-        equations, parameters = equations_of(self.engine, self.dynamics.effects, begin, still)
+        some = np.where(starts.any(0), np.random.default_rng(0).uniform(0.1, 1.0, starts.shape[1:]), 0.0)
+        self.engine: Engine = in_motion(self.dynamics.engine, self.dynamics.effects, scene.start.time, *some)
+        equations, parameters = equations_of(self.engine, self.dynamics.effects, scene.start.time)
         self._recording, self._structure = equations.recording, parameters.structure
-        self._moving = np.setdiff1d(np.arange(self._recording.size), still)
+        self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0
+        self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
         self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
         self._own = self._case(self.scene, self.dynamics, parameters.values)
         self._first: Any = None
@@ -61,11 +60,6 @@ class Series:
         """The dynamics of a case: on angles where their passages are to be found, which directions do not count."""
         form = "angles" if self._flips else "directions"
         return Dynamics(build(scene.model), scene.effects, "auto", form, scene.start.time)
-
-    def _zeros(self, *scenes: Scene) -> list[int]:
-        """The places of the state that are 0 at the start of all these scenes."""
-        starts = [self.engine.pack(*start_state(self.dynamics.model, scene.start)) for scene in scenes]
-        return np.flatnonzero(~np.any(starts, axis=0)).tolist()
 
     def case(self, scene: Scene) -> Cases | None:
         """A scene as one case; None where its structure is another. Raises InputError for one that cannot be run."""
@@ -122,10 +116,10 @@ class Series:
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
         fine = subdivided(times, parts)
-        if len(self._moving) and len(fine) > 1:
+        if len(fine) > 1:
             rows, steps, flips = self._integrate(cases, fine)
-        else:  # all at rest, for good, or the start alone: heyoka refuses no equations and no interval
-            rows = np.repeat(self._fill_in_still(self._packed(cases))[:, None], len(fine), axis=1)
+        else:  # the start alone: heyoka refuses no interval
+            rows = self._packed(cases)[:, None]
             steps, flips = np.zeros(len(rows)), np.full(len(rows), np.nan)
         q, v, needed = self._read(rows, steps, cases, fine, parts)
         return Motions(cases.models, times, q, v, flips, steps), needed
@@ -141,21 +135,12 @@ class Series:
                 if self.stopped.is_set():
                     break
                 series.pars[:] = cases.parameters[places].T
-                states, steps[places] = _propagate(series, y[places], fine, cases.longest[places], self.stopped)
-                rows[places] = self._fill_in_still(states)
+                rows[places], steps[places] = _propagate(series, y[places], fine, cases.longest[places], self.stopped)
                 flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
         finally:
             with self._lock:
                 self._spare.append(series)
         return rows, steps, flips
-
-    def _fill_in_still(self, states: Array) -> Array:
-        """The whole states (..., size) from what moves of them (..., moving)."""
-        if states.shape[-1] == self._recording.size:
-            return states
-        rows = np.zeros((*states.shape[:-1], self._recording.size))
-        rows[..., self._moving] = states
-        return rows
 
     def _sort_by_energy(self, cases: Cases) -> Indices:
         """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
@@ -167,16 +152,17 @@ class Series:
         return np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
 
     def _packed(self, cases: Cases) -> Array:
-        """What moves of the states (c, moving) at the start."""
+        """The states (c, size) at the start."""
         if self.engine.on_angles:
-            return np.concatenate([cases.q, cases.v], 1)[:, self._moving]
-        return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])[:, self._moving]
+            return np.concatenate([cases.q, cases.v], 1)[:, self._places]
+        return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])
 
     def _read(self, rows: Array, steps: Array, cases: Cases, fine: Array, parts: int) -> tuple[Array, Array, Array]:
         """Positions and rates (c, n, nv) from states (c, n, size), and into how many parts intervals have to be cut (c,)."""
         (c, nv), needed = cases.q.shape, np.zeros(len(rows))
         if self.engine.on_angles:
-            return rows[..., :nv], rows[..., nv:], needed
+            whole = self.engine.whole(rows) if isinstance(self.engine, Moving) else rows
+            return whole[..., :nv], whole[..., nv:], needed
         q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
         q[:, 0], v[:, 0] = cases.q, cases.v
         for i in np.flatnonzero(np.isfinite(rows).all((1, 2))):
@@ -198,15 +184,16 @@ class Series:
         import heyoka as hy
 
         state, rates = expressions(hy, self._recording)
-        sums = [[state[i] for i in places if i in self._moving] for places in self._flips]
+        moving = dict(zip(self._places.tolist(), state, strict=True))
+        sums = [[moving[i] for i in joints if i in moving] for joints in self._flips]
         guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
         events = {"nt_events": [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]} if guards else {}
         return hy.taylor_adaptive_batch(
-            [(state[i], rates[i]) for i in self._moving],
-            np.zeros((len(self._moving), self._width)),
+            list(zip(state, rates, strict=True)),
+            np.zeros((len(state), self._width)),
             tol=self.tolerance,
             high_accuracy=self.tolerance < COMPENSATED,
-            compact_mode=len(self.dynamics.model.joints) * len(self._moving) > SMALL * self._recording.size,
+            compact_mode=len(self.dynamics.model.joints) * len(state) > SMALL * self._whole,
             pars=np.zeros((self._own.parameters.shape[1], self._width)),
             **events,
         )
