@@ -26,6 +26,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled, llvm
 from pendpin.engines.machine_code import Block, Callback, Code, Function
+from pendpin.errors import Halted
 from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
@@ -260,6 +261,25 @@ def test_a_run_in_machine_code_can_be_stopped() -> None:
     pp.simulate(scene, method="dop853", duration=1.0)  # compiles
     with pytest.raises(pp.RunError, match="it takes over 0 s"):
         pp.simulate(scene, method="dop853", tolerance=1e-10, limit=0.0)
+
+
+def test_machine_code_that_is_stopped_goes_no_farther() -> None:
+    """After the callback has raised, no step succeeds: the times that are asked about shrink to the one of the stop."""
+    pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
+    solver, start = pp.Solver(engine="compiled", samples=2), pp.Start(positions={"theta_1": 0.5})
+    scene = pp.Scene(duration=1e5, model=MODELS["one rod"], start=start, effects=SEVERAL[:1], solver=solver)
+    times: list[float] = []
+
+    def stop_at_once(t: float) -> None:
+        if t > 0:
+            times.append(t)
+            raise Halted("at once")
+
+    with pytest.raises(Halted):
+        pp.simulate(scene, method="dop853", tolerance=1e-10, progress=stop_at_once)
+    assert times
+    assert max(times) - times[0] < 1.0  # s, of 100,000
+    assert len(times) < 200
 
 
 def test_ctrl_c_in_machine_code_stops_it(monkeypatch: pytest.MonkeyPatch) -> None:
