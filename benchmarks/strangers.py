@@ -92,6 +92,8 @@ def said_of(path: Path) -> tuple[list[Said], float, str]:
         diagnosis: Any = pp.diagnose(path)
     except pp.PendpinError as error:
         return [], time.process_time() - began, str(error)
+    except Exception as error:  # a text on which the doctor breaks is counted, and the others are still examined
+        return [], time.process_time() - began, f"BROKEN: {type(error).__name__}: {error}"
     seconds = time.process_time() - began
     said = []
     for finding in diagnosis.findings:
@@ -232,6 +234,8 @@ def report(title: str, outcomes: dict[str, tuple[dict[str, Any], Outcome]]) -> N
     held = [said for _, o in outcomes.values() for row, v, said in o.rows if (row.truth, v) == ("wrong", "holds")]
     bare = sum(any(one.verdict == "holds" for one in said) for said in held)
     print(f"wrong equations said to hold: {bare}, and {len(held) - bare} under a condition")
+    if broken := [name for name, (_, outcome) in outcomes.items() if outcome.error.startswith("BROKEN")]:
+        print(f"texts on which the doctor breaks: {', '.join(broken)}")
     average = sum(seconds) / max(len(seconds), 1)
     print(f"processor seconds a text: {average:.2f} on average, {max(seconds, default=0):.1f} at most")
 

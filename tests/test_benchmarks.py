@@ -36,6 +36,7 @@ SMALL = {
     "peers": "--rods 1",
     "rounding_estimates": "--count 4",
     "sensitivities": "2 1",
+    "strangers": "--sources",
     "sweep": "--starts 20 --sample 4",
 }
 OTHERS = {"ensembles": "mujoco", "peers": "mujoco", "sweep": "mujoco"}  # what a script needs beside the extra dev
