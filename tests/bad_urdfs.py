@@ -170,7 +170,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
     ),
     "xacro": (
         '<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="r"><xacro:property name="m" value="1"/></robot>',
-        "it is a xacro file; run xacro first",
+        "it is a xacro file: expand it",
     ),
     "namespace": ('<robot xmlns="urn:x"/>', "the root element is <{urn:x}robot>"),
     "no links": ("<robot/>", "rod.urdf: it has no <link>"),

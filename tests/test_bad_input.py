@@ -1,6 +1,7 @@
 """Whatever is fed to pendpin: one readable line that names the place, exit status 1, at once, nothing written."""
 
 import os
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -11,8 +12,10 @@ import bad_runs
 import bad_scenes
 import bad_urdfs
 import pendpin
+import pendpin as pp
 from bad_input import Case, contents, run_main
 from laws import HANG
+from pendpin.scene import builtin_scene
 
 CASES = [*bad_urdfs.CASES, *bad_scenes.CASES, *bad_runs.CASES]
 IN_A_PROCESS = [  # where a crash or a word from a C library would show
@@ -105,3 +108,72 @@ def test_unknown_keys_are_listed_in_one_order() -> None:
         said.append(str(caught.value))
     assert said[0] == said[1]
     assert "effects[0].amplitude: unknown key" in said[0]
+
+
+ODD = {  # what a call was given, and what is said of it
+    "load_scene": (lambda: pp.load_scene(3), "3 is not the path of a file"),
+    "Scene.save": (lambda: builtin_scene().save(3), "3 is not the path of a file"),
+    "Scene.replace": (lambda: builtin_scene().replace(3), "3 is not a mapping of key paths"),
+    "Scene.duration": (lambda: setattr(builtin_scene(), "duration", 3), "scene.replace(duration=...) gives another"),
+    "Scene(model=Rod)": (lambda: pp.Scene(model=pp.Rod(length=1, mass=1)), "write model=Chain(rods=[Rod(...)])"),
+    "Scene(model=[])": (lambda: pp.Scene(model=[]), "write model=Chain(rods=[...])"),
+    "UrdfModel": (lambda: pp.UrdfModel(3), "3 is neither the path of a URDF nor the name of a robot"),
+    "validate": (lambda: pp.validate(3), "3 is not a list of cases"),
+    "cost": (lambda: pp.cost(None), "None is not a Scene, nor the path of a scene file"),
+    "plot": (lambda: pp.Trajectory.load("run.npz").plot("theta", ax=3), "3 is not a matplotlib Axes"),
+    "modes.plot": (lambda: pp.modes(builtin_scene()).plot(ax=3), "3 is not a matplotlib Axes"),
+    "load": (lambda: pp.Trajectory.load("run.npz", scene=3), "3 is not a Scene"),
+    "progress": (lambda: pp.simulate(builtin_scene(), progress=None), "None is not a function"),
+    "diagnose text": (lambda: pp.diagnose(" "), "holds no equation"),
+    "diagnose number": (lambda: pp.diagnose(3), "3 holds no equation"),
+    "xacro": (lambda: pp.simulate(pp.Scene(model=pp.UrdfModel("robot.xacro"), duration=0.1)), "expand it"),
+    "MJCF": (lambda: pp.simulate(pp.Scene(model=pp.UrdfModel("robot.xml"), duration=0.1)), "buildModelFromMJCF(file)"),
+}
+
+
+@pytest.mark.parametrize("name", ODD)
+def test_what_a_call_cannot_use_is_said_in_one_line(name: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As an InputError that says what would be right, whatever class the value has."""
+    monkeypatch.chdir(tmp_path)
+    pp.simulate(builtin_scene(), duration=0.1, samples=3).save("run.npz")
+    Path("robot.xml").write_text("<mujoco><worldbody/></mujoco>")
+    Path("robot.xacro").write_text(
+        '<robot xmlns:xacro="http://www.ros.org/wiki/xacro"><xacro:property name="m"/></robot>'
+    )
+    call, says = ODD[name]
+    with pytest.raises(pp.InputError) as caught:
+        call()
+    assert says in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_a_measure_that_fails_in_every_case_is_an_error() -> None:
+    """With its reason, and the cases; where it fails in some, they say why."""
+
+    def broken(run: pp.Trajectory) -> float:
+        return 1 / int(run.t[-1] > 0.15)
+
+    with pytest.raises(pp.RunError, match=r"broken: ZeroDivisionError.*, in every case") as caught:
+        pp.sweep(builtin_scene(), {"duration": [0.1, 0.12]}, broken)
+    assert caught.value.partial["why"].shape == (2,)
+    some = pp.sweep(builtin_scene(), {"duration": [0.1, 0.2]}, broken)
+    assert [bool(reason) for reason in some["why"].values] == [True, False]
+
+
+def test_nothing_to_draw_and_uneven_points_are_said_in_one_line(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd
+) -> None:
+    """A figure of costs without a run; Sobol' points whose number is not a power of 2: no line of SciPy's source."""
+    monkeypatch.chdir(tmp_path)
+    stop = pp.effects.Stop(lower=-1.0, upper=1.0)
+    rod = pp.Chain(rods=[pp.Rod(length=1, mass=1, radius=0.05)])
+    pp.Scene(model=rod, effects=[pp.effects.Gravity(), stop], duration=0.1).save("stops.toml")
+    for short in ((), ("--short",)):
+        assert run_main("cost", "stops.toml", "--methods", "taylor", "--plot", "cost.png", *short) == 1
+        assert re.fullmatch(r"pendpin: .*no method could be measured: .*\n", capfd.readouterr().err)
+    vary = ("--vary", "start.positions.theta=0.1:0.5", "--sample", "3", "--sampling", "sobol")
+    assert run_main("sweep", "stops.toml", *vary) == 0
+    assert (
+        capfd.readouterr().err
+        == "pendpin: note: 3 points of a Sobol' sequence are not evenly spread: take a power of 2\n"
+    )

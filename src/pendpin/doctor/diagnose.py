@@ -97,6 +97,9 @@ def _pairs(text: str) -> dict[str, str]:
 def _document(equations: Any) -> Document:
     if isinstance(equations, Path):
         return _file(equations)
+    empty = isinstance(equations, str | list | tuple | Mapping) and not (equations and str(equations).strip())
+    if empty or equations is None or isinstance(equations, int | float | bytes):
+        raise InputError(f"equations: {shown(equations)} holds no equation; give a text, a Path or a list of equations")
     if isinstance(equations, str):
         if len(equations) > MOST_BYTES:
             raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")

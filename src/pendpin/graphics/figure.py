@@ -22,6 +22,7 @@ from pendpin.graphics.panels import (
     quantity_panels,
     turns,
 )
+from pendpin.ground.arguments import axes
 from pendpin.ground.files import path_of, write_whole
 from pendpin.trajectory import RunRecord
 
@@ -180,7 +181,7 @@ def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:
 def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
     """As `Trajectory.plot`."""
     runs = runs_of(run, compare)
-    if ax is None:
+    if axes("ax", ax) is None:
         with plain_text():
             return draw(run, names, runs[1:])
     draw_runs(partial(draw_quantities, names=names or run.joints[:MOST_JOINTS]), ax, runs)

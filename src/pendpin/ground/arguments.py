@@ -23,6 +23,20 @@ def count(name: str, value: Any, least: int = 1) -> int:
     return operator.index(value)
 
 
+def function(name: str, value: Any) -> Any:
+    """What can be called."""
+    if not callable(value):
+        raise InputError(f"{name}: {shown(value)} is not a function; leave it out for none")
+    return value
+
+
+def axes(name: str, value: Any) -> Any:
+    """A matplotlib Axes, or None for one of its own."""
+    if value is not None and not hasattr(value, "add_line"):
+        raise InputError(f"{name}: {shown(value)} is not a matplotlib Axes")
+    return value
+
+
 def seconds(name: str, value: Any) -> float:
     """A number of seconds, 0 or above, or infinity."""
     number = value.item() if isinstance(value, np.generic) else value

@@ -94,6 +94,11 @@ class Record(BaseModel, metaclass=RecordType):
     __iter__ = None  # type: ignore  # else list(rod) gives pairs of names and values, and a rod passes for a list of rods
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
+    def __setattr__(self, name: str, value: Any) -> None:
+        """A record is what it was made: `replace` of a scene gives another."""
+        own = type(self).__name__
+        raise InputError(f"{own}.{name}: a {own} cannot be changed; scene.replace({name}=...) gives another scene")
+
     def given(self) -> dict[str, Any]:
         """The fields that were given, by name, and the record's kind: a record of these is equal."""
         names = type(self).model_fields

@@ -58,9 +58,13 @@ def parse(data: bytes) -> Element:
     except (ValueError, LookupError) as error:  # an encoding that is not known or not text
         raise InputError(f"not readable as XML: {error}") from None
     if robot.tag != "robot":
+        if robot.tag == "mujoco":
+            raise InputError("it is an MJCF file: Scene(model=pinocchio.buildModelFromMJCF(file)) reads it")
         raise InputError(f"the root element is <{shown(robot.tag)[1:-1]}>; a URDF's is <robot>")
     if any("xacro" in element.tag for element in robot.iter()):
-        raise InputError("it is a xacro file; run xacro first and give pendpin the URDF that comes out")
+        raise InputError(
+            "it is a xacro file: expand it (xacro FILE > robot.urdf) and give pendpin the URDF that comes out"
+        )
     return robot
 
 

@@ -4,7 +4,7 @@ from pathlib import Path
 
 from pendpin.engines import ProgressCallback
 from pendpin.errors import RunError, say_note
-from pendpin.ground.arguments import flag
+from pendpin.ground.arguments import flag, function
 from pendpin.ground.arrays import ArrayLike
 from pendpin.ground.files import path_of
 from pendpin.model.build import build
@@ -66,7 +66,7 @@ def simulate(
         InputError: for a scene that cannot be run.
         RunError: for a run that cannot reach its end or its accuracy; `partial` is the Trajectory up to there.
     """
-    deadline = Deadline(limit)
+    deadline, progress = Deadline(limit), function("progress", progress)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     energy_balance, anyway = flag("energy_balance", energy_balance), flag("anyway", anyway)
     chosen = varied(scene, duration, samples, times, settings)

@@ -25,6 +25,7 @@ from pendpin.ground.records import LARGEST_SIZE, FilePath, FrozenDict, NotNegati
 
 FOLDER = "share/example-robot-data/robots"
 MAX_RODS = 100_000
+MODEL_FILES = (".urdf", ".xacro", ".xml", ".mjcf")  # the last three are refused when they are read, with what to do
 
 FARTHEST = 1e9  # rad, or m: positions of joints
 Position = Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
@@ -144,7 +145,9 @@ class UrdfModel(Record):
     @classmethod
     def from_one(cls, source: str | Path) -> dict[str, Any]:
         """The field that one unnamed value stands for: a path where it looks like one, else a name."""
-        is_path = isinstance(source, Path) or source.endswith(".urdf") or "/" in source or "\\" in source
+        if not isinstance(source, str | Path):
+            raise InputError(f"UrdfModel: {shown(source)} is neither the path of a URDF nor the name of a robot")
+        is_path = isinstance(source, Path) or Path(source).suffix in MODEL_FILES or "/" in source or "\\" in source
         return {"path" if is_path else "name": source}
 
     @cached_property
@@ -181,6 +184,10 @@ def _wrapped(value: Any) -> Any:
     """
     if isinstance(value, str | Path):
         return {"kind": "urdf"} | UrdfModel.from_one(value)
+    if isinstance(value, Rod):
+        raise ValueError("a rod is not a model yet: write model=Chain(rods=[Rod(...)])")
+    if isinstance(value, list | tuple):
+        raise ValueError("a list is not a model yet: write model=Chain(rods=[...])")
     is_pin = type(value).__name__ == "Model" and type(value).__module__.startswith("pinocchio")
     return PinModel(pin=value) if is_pin else value
 

@@ -11,7 +11,7 @@ from pydantic_core import PydanticSerializationError
 from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
 from pendpin.errors import InputError, KeyPath, inside, shown, written
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import folder_of
+from pendpin.ground.files import folder_of, path_of
 from pendpin.ground.keypaths import parsed, places_of
 from pendpin.ground.records import NotNegative, Record
 from pendpin.scene.data import Data
@@ -65,6 +65,10 @@ class Scene(Record):
         It is checked like a new scene. Raises InputError as the constructor does, and for a path that leads nowhere.
         """
         data = self.given() | fields
+        if not isinstance(changes, Mapping | None):
+            raise InputError(
+                f"changes: {shown(changes)} is not a mapping of key paths to values; or write duration=5.0"
+            )
         for path, value in (changes or {}).items():
             name, *rest = parsed(path)
             first = str(name)
@@ -80,7 +84,7 @@ class Scene(Record):
 
         Raises InputError where the path refuses, and for a function or an effect of one's own, which TOML cannot hold.
         """
-        return write_toml(Path(path), self)
+        return write_toml(path_of(path), self)
 
     def recorded(self) -> dict[str, Any]:
         """The scene as the plain data that a run is saved with. Raises InputError if a file cannot hold it."""
@@ -211,7 +215,7 @@ def _name(key: str | int, place: KeyPath) -> str:
 
 def load_scene(path: str | Path) -> Scene:
     """Read a scene from a TOML file; the files that it names are relative to that file. Raises InputError."""
-    path = Path(path)
+    path = path_of(path)
     if str(path) in example_names() and not path.exists():
         raise InputError(f"{path}: no such file; `pendpin new {path} > {path}.toml` writes the example of that name")
     with inside(str(path)):

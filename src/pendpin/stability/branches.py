@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError, RunError, brief, shown
+from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import number_at, parsed
 from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
@@ -39,7 +40,7 @@ class Branch:
         """Draw the largest multiplier against the number on a matplotlib Axes, a new one if absent; returns it."""
         from pendpin.graphics.figure import new_figure
 
-        ax = ax if ax is not None else new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
         size, stable = np.array([np.abs(orbit.multipliers).max() for orbit in self.orbits]), self.stable
         ax.plot(self.values, size, color="0.8", lw=1)
         ax.plot(self.values[stable], size[stable], "o", ms=3, label="stable")

@@ -13,6 +13,7 @@ import numpy as np
 
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import InputError, shown
+from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
@@ -38,7 +39,7 @@ class Lyapunov(Result):
         """Draw the estimates against time on a matplotlib Axes, a new one if absent; returns it."""
         from pendpin.graphics.figure import new_figure
 
-        ax = ax if ax is not None else new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
         for i, (series, last) in enumerate(zip(self.history.T, self.exponents, strict=True)):
             ax.plot(self.t, series, lw=1.2, label=f"{i + 1}: {last:.3g} /s")
         ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)

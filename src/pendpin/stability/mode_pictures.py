@@ -11,6 +11,7 @@ from pendpin.errors import InputError
 from pendpin.graphics.animation import Animation
 from pendpin.graphics.figure import new_figure
 from pendpin.graphics.panels import COLORS
+from pendpin.ground import arguments
 from pendpin.ground.arrays import Array
 from pendpin.integrators import Run
 from pendpin.model import kinematics
@@ -71,7 +72,7 @@ class Shapes(Protocol):
 def draw_modes(modes: Shapes, chosen: list[int], ax: Any) -> Any:
     """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
     places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
-    if ax is not None:
+    if arguments.axes("ax", ax) is not None:
         if len(places) > 1 and chosen:
             raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
         _panel(ax, modes, places[0])

@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
@@ -10,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, inside, not_one_of, shown
+from pendpin.errors import InputError, inside, not_one_of, say_note, shown
 from pendpin.ground.arrays import Array, ArrayLike, Indices
 from pendpin.ground.files import csv_table, read_whole
 from pendpin.ground.keypaths import parsed
@@ -20,6 +21,7 @@ RESERVED = ("why", "done", "block", CASE)  # variables and dimensions of a resul
 MOST_CASES = 100_000_000
 MAX_CSV_BYTES = 100_000_000
 METHODS = ("random", "latin", "sobol")  # of sampling
+UNEVEN = "{} points of a Sobol' sequence are not evenly spread: take a power of 2"
 _AXIS = re.compile(r"(?P<key>[^=]+)=(?P<rest>.+)")
 _NORMAL = re.compile(r"normal\((?P<mean>[^,]+),(?P<deviation>[^,]+)\)")
 
@@ -123,7 +125,11 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
     elif method == "latin":
         unit = qmc.LatinHypercube(len(spreads), rng=seed).random(count)
     else:
-        unit = qmc.Sobol(len(spreads), rng=seed).random(count)
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", UserWarning)  # SciPy's, of what UNEVEN says
+            unit = qmc.Sobol(len(spreads), rng=seed).random(count)
+        if count & (count - 1):
+            say_note(UNEVEN.format(count), stacklevel=3)
     return _checked(Plan(tuple(spreads), spread_out(spreads, unit), False))
 
 

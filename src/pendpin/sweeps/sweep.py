@@ -15,7 +15,7 @@ from pendpin.runs.batches.pools import cores
 from pendpin.scene import Scene, chosen_scene
 from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import run_block, vectors_of
-from pendpin.sweeps.measures import Function
+from pendpin.sweeps.measures import MEASURES, Function
 from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Store
 from pendpin.sweeps.task import EXTRA, Task, checked
@@ -88,7 +88,11 @@ def sweep(
     size = _block_size(task, workers or cores()) if new else 1
     results = Store(task, None if out is None else Path(out), size)
     _run(task, results, workers, dask, progress)
-    return results.dataset()
+    dataset = results.dataset()
+    own = tuple(f"{m.name}: " for m in task.chosen if callable(m.function) and m.name not in MEASURES)
+    if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):
+        raise RunError(f"measure: {dataset['why'].values.flat[0]}, in every case", dataset)
+    return dataset
 
 
 def _check_place(workers: int | None, dask: str | None) -> None:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from pendpin.errors import InputError, one_line
+from pendpin.errors import InputError, one_line, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.ground.records import LARGEST
@@ -253,6 +253,8 @@ class RunRecord:
             run = cls(**fields, **states, derived=Derived.of_arrays(arrays))
         if scene is None:
             return run
+        if not hasattr(scene, "model_dump"):
+            raise InputError(f"scene: {shown(scene)} is not a Scene")
         scene = scene.replace(**{name: value for name, value in run.scene.items() if name not in ("model", "effects")})
         if scene.model_dump(mode="json") != run.scene:
             raise InputError(f"scene: its model or effects are not those of the run in {path}")

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from pendpin.errors import InputError, Interrupted, PendpinError, not_one_of
+from pendpin.errors import InputError, Interrupted, PendpinError, not_one_of, shown
 
 Progress = Callable[[str], None]  # called with the case and method that begin
 C = TypeVar("C")
@@ -53,6 +53,9 @@ def collect(claims: Iterable[C]) -> tuple[tuple[C, ...], bool]:
 
 def choose_cases(cases: Mapping[str, C], names: Sequence[str], command: str) -> dict[str, C]:
     """The cases with these names, or all. Raises InputError for an unknown name."""
+    names = [names] if isinstance(names, str) else names
+    if not isinstance(names, Sequence):
+        raise InputError(f"{command}: {shown(names)} is not a list of cases")
     for name in names:
         if name not in cases:
             raise InputError(f"{command}: case {not_one_of(name, cases)}; `pendpin {command} --list` shows all")

@@ -8,6 +8,7 @@ import typer
 from pendpin.cli.inputs import Accuracy, Json, Method, Plot, SceneInput, Tolerance, flag, naming_options, on_scene
 from pendpin.cli.outputs import refuse_outputs
 from pendpin.cli.printing import print_files, print_json, print_report
+from pendpin.cli.streams import say
 from pendpin.cli.work import Limit, limited, progress_bar
 from pendpin.errors import InputError, PendpinError
 
@@ -119,6 +120,8 @@ def _plan(
     if sobol:
         return sobol_plan(plans.read_spreads(vary), sobol, seed)
     if sample:
+        if sampling == "sobol" and sample & (sample - 1):
+            say(f"pendpin: note: {plans.UNEVEN.format(sample)}")
         return plans.samples(plans.read_spreads(vary), sample, sampling, seed)
     axes = plans.read_axes(vary)
     return plans.pairs(axes) if in_pairs else plans.grid(axes)

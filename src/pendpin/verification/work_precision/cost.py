@@ -19,7 +19,7 @@ from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.runs.processor_time import Budget, halting
 from pendpin.runs.simulate import run_to_setting
-from pendpin.scene import FIXED_METHODS, METHODS, Scene, least_tolerance
+from pendpin.scene import FIXED_METHODS, METHODS, Scene, chosen_scene, least_tolerance
 from pendpin.verification import simulators
 from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision.references import (
@@ -63,7 +63,7 @@ class _Bench:
 
 
 def cost(
-    scene: Scene,
+    scene: Scene | str | Path,
     *,
     methods: Sequence[str] | str | None = None,
     accuracy: float = ACCURACY,
@@ -82,7 +82,7 @@ def cost(
     takes long. After Ctrl-C the report holds the rows measured until then.
 
     Args:
-        scene: the Scene to be run.
+        scene: a Scene, or the path of a TOML file.
         methods: names of methods, run as `simulate` runs them, or such as "dop853 not compiled"; all if absent.
         accuracy: the finest accuracy of interest.
         peers: compare with MuJoCo, Drake and SciPy too.
@@ -97,6 +97,7 @@ def cost(
     Raises:
         InputError: for an unknown method, or where there is no reference.
     """
+    scene = chosen_scene(scene)
     methods = [methods] if isinstance(methods, str) else methods
     _check(scene, methods, accuracy, peers)
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))

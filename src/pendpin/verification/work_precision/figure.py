@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.errors import InputError
 from pendpin.graphics.figure import new_figure, write_figure
 from pendpin.scene import METHODS
 from pendpin.verification.work_precision.curves import Curve
@@ -23,10 +24,18 @@ def save_cost_plot(report: Any, path: str | Path, short: bool = False) -> Path:
     return write_figure(path, lambda: draw_cost(report) if short else draw_all(report))
 
 
+def _refuse_nothing(report: Any) -> None:
+    """Raises InputError where no run that can be drawn was made."""
+    if not any(_drawn(curve, report.error)[0] for curve in report.curves):
+        why = next((curve.failures[-1] for curve in report.curves if curve.failures), "no run was made")
+        raise InputError(f"there is no figure of costs, because no method could be measured: {why}")
+
+
 def draw_cost(report: Any) -> Any:
     """The cheapest method of pendpin and of each other simulator in strong colours, all others pale."""
     from matplotlib.figure import Figure
 
+    _refuse_nothing(report)
     figure = Figure(figsize=(10, 6.2), layout="constrained")
     ax, prices = figure.subplots(1, 2, width_ratios=(3.4, 1))
     best = _cheapest(report)
@@ -47,6 +56,7 @@ def draw_cost(report: Any) -> Any:
 
 def draw_all(report: Any) -> Any:
     """All methods: error across, falling to the right; seconds up; a line for each."""
+    _refuse_nothing(report)
     figure = new_figure(figsize=(10, 6.2), layout="constrained")
     ax = figure.subplots()
     shown = [curve for curve in report.curves if any(point.error < 1 for point in curve.points)]
