@@ -1,5 +1,6 @@
 """Accuracy as the target: what is returned is as accurate as was asked, and what cannot be reached is said."""
 
+import re
 from importlib.util import find_spec
 from typing import Any
 
@@ -88,7 +89,7 @@ def test_chaos_is_said(monkeypatch: pytest.MonkeyPatch) -> None:
         pp.simulate(wild, accuracy=1e-8)
     assert caught.value.partial.t[-1] == 40.0
     assert caught.value.partial.stats.error > 1e-8
-    assert len(tolerances) == 7  # three ever finer, and two pairs that differ by rounding
+    assert len(tolerances) == 9  # three ever finer, two pairs that differ by rounding, and the finest two
 
 
 @pytest.mark.parametrize("method", ["auto", "dop853", "gauss4", "euler"])
@@ -179,3 +180,22 @@ def test_a_finer_run_that_fails_ends_in_a_refusal_at_the_output_times() -> None:
         pp.simulate(scene)
     partial = caught.value.partial
     np.testing.assert_array_equal(partial.t, scene.times[: len(partial.t)])
+
+
+@pytest.mark.parametrize(
+    ("angles", "duration", "least"), [((2.0, 0.0, 1.0, 0.0), 20.0, 10.0), ((1.5, 0.6, 2.5, 0), 40.0, 3.0)]
+)
+def test_a_refusal_in_chaos_says_how_far_the_finest_run_reaches(angles, duration, least) -> None:
+    """Two rods that turn over: the time in the message is reached by a run of its own, and the partial run is true there."""
+    chain = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),), copies=2)
+    scene = pp.Scene(duration=duration, model=chain, start=pp.Start(positions=angles), effects=(pp.effects.Gravity(),))
+    with pytest.raises(pp.RunError, match="no setting meets it over the whole run") as caught:
+        pp.simulate(scene, accuracy=1e-6)
+    reached = float(re.search(r"met up to t = ([0-9.]+) s", str(caught.value)).group(1))
+    assert reached >= least
+    run = caught.value.partial
+    end = int(np.argmin(np.abs(run.t - reached)))
+    shorter = pp.simulate(scene, duration=run.t[end], accuracy=1e-6, samples=61)
+    assert np.linalg.norm(run.tips[end] - shorter.tips[-1], axis=-1).max() <= 2.0 * (
+        1e-6 + shorter.stats.error
+    )  # 2 m long

@@ -46,9 +46,16 @@ from pendpin.runs.limits import Deadline
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import RunRecord
 
+ROUNDING_GROWS = (
+    "rounding errors of the start and of the steps grow beyond that before the end, as in chaotic and unstable motions: "
+    "no setting meets it over the whole run"
+)
+
 
 class NotMet(RunError):
-    """An accuracy that a method does not meet; another one may."""
+    """An accuracy that a method does not meet; another one may. `reached`: s, up to which it is met."""
+
+    reached = 0.0
 
 
 def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> RunRecord:
@@ -65,14 +72,17 @@ def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallba
     try:
         return _Search(chosen, runs).run()
     except NotMet as refusal:
+        farthest = refusal
         for other in list_alternatives(scene, energy_balance, chosen.solver.method):
             try:
                 return _Search(other, runs).run()
             except Halted:
                 raise
+            except NotMet as another:
+                farthest = max(farthest, another, key=lambda one: one.reached)
             except RunError:
                 continue
-        raise refusal
+        raise farthest from None
 
 
 class _Search:
@@ -99,7 +109,7 @@ class _Search:
         return self.attempts[-1]
 
     @property
-    def finest(self) -> bool:
+    def at_finest(self) -> bool:
         """Whether there is no finer setting."""
         return self.last.setting <= self.refinement.least
 
@@ -129,12 +139,12 @@ class _Search:
         verdict = self._estimate()
         if not self.chaos_denied and (verdict.lost or (self.refinement.spacing and not verdict.small)):
             self._refuse_chaos()
-        if verdict.error[-1] <= self.target or self.finest or (verdict.small and not verdict.regular):
+        if verdict.error[-1] <= self.target or self.at_finest or (verdict.small and not verdict.regular):
             self._know_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
         if verdict.error[-1] <= self.target:
             return self._confirm(verdict.error)
-        if self.finest and not self._rounding_is_too_large():
+        if self.at_finest and not self._rounding_is_too_large():
             return self._decide(np.minimum(verdict.error, self._compare_methods()), self._explain(verdict))
         return self._decide(verdict.error, self._explain(verdict))
 
@@ -156,9 +166,9 @@ class _Search:
         if error[-1] <= self.target:
             return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
         if self._rounding_is_too_large():
-            raise self._refuse(RunError, error, reason)
-        if self.finest:
-            raise self._refuse(NotMet, error, reason)
+            raise self._refusal(RunError, error, reason)
+        if self.at_finest:
+            raise self._refusal(NotMet, error, reason)
         return None
 
     def _probe(self) -> list[Rough]:
@@ -182,7 +192,7 @@ class _Search:
         if error[-1] > self.target:
             seen = f"{rough.name} changes abruptly with position or rate near t = {rough.t:.6g} s"
             reason = f"{seen}, and steps of {rough.shortest:.2g} s give another motion"
-            raise self._refuse(RunError, error, reason)
+            raise self._refusal(RunError, error, reason)
         return error
 
     def _rounding_is_too_large(self) -> bool:
@@ -241,7 +251,7 @@ class _Search:
             (self._predict_fall(-3, -2), self._predict_fall(-2, -1)),
             *(self.refinement.pace, self.refinement.scatter),
         )
-        negligible = self.target * (ESTIMATE.negligible_at_finest if self.finest else ESTIMATE.negligible)
+        negligible = self.target * (ESTIMATE.negligible_at_finest if self.at_finest else ESTIMATE.negligible)
         rounding = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding.error
         safety = INSTABILITY.safety if self._is_unstable() else 1.0
         return estimate_error(gaps, compute_extent(self.last.run, self.length), rounding, negligible, safety)
@@ -269,6 +279,12 @@ class _Search:
             if self.rounding.last > SEARCH.harmless * self.target:
                 self.rounding = measure_rounding(self.runs, base, self.last, self.target, self.length)
 
+    def _bound_error(self) -> Array:
+        """A bound (n,) on the error of the last run from its distance to the one before, where three give no estimate."""
+        gap = self._measure_gap(-2, -1)
+        rounding = 0.0 if self.rounding is None else self.rounding.error
+        return np.where(gap <= ESTIMATE.small, ESTIMATE.disagreement * gap, np.inf) + rounding
+
     def _choose_factor(self) -> float:
         """How much smaller the next error should be. Raises RunError if that would take too many steps."""
         if len(self.attempts) == 1:
@@ -289,7 +305,7 @@ class _Search:
         needed = last.run.stats.steps * factor**power
         if needed * self.method.step_price > SETTING.most_steps:
             reason = self.refinement.describe_too_many(needed, needed * last.run.stats.seconds / steps)
-            raise self._refuse(NotMet, np.full(len(self.runs.times), np.inf), reason)
+            raise self._refusal(NotMet, self._bound_error(), reason)
         return float(np.clip(factor, self.refinement.smallest, SEARCH.farthest))
 
     # --- results ----------------------------------------------------------------------------------------------------
@@ -322,8 +338,12 @@ class _Search:
             self.chaos_denied = True
             return
         self.rounding = rounding
-        verdict = self._estimate()
-        raise self._refuse(RunError, verdict.error, self._explain(verdict))
+        if not self.method.shows_rounding:
+            raise self._refusal(RunError, self._estimate().error, ROUNDING_GROWS)
+        for setting in (INSTABILITY.sure, self.refinement.least):  # how far the finest runs reach
+            scene = self.scene.by(method, setting)
+            self.attempts.append(Attempt(scene, setting, self.runs.run(scene)))
+        raise self._refusal(RunError, self._bound_error(), ROUNDING_GROWS)
 
     def _refuse_rounded_start(self) -> None:
         """Raise RunError if the rounding error of the start is above the target."""
@@ -342,10 +362,7 @@ class _Search:
         """Why no other run can meet the target."""
         gaps, stats = verdict.gaps, self.last.run.stats
         if self._rounding_is_too_large():
-            return (
-                "rounding errors of the start and of the steps grow beyond that before the end, as in chaotic and unstable "
-                "motions: no setting meets it over the whole run"
-            )
+            return ROUNDING_GROWS
         if not verdict.small:
             return (
                 f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
@@ -358,14 +375,17 @@ class _Search:
             )
         return f"{stats.setting} is the finest of {stats.method}"
 
-    def _refuse(self, kind: type[RunError], error: Array, why: str) -> RunError:
-        """The error with its reason and the time up to which the target is met; error (n,) over the length."""
+    def _refusal(self, kind: type[RunError], error: Array, why: str) -> RunError:
+        """The error to raise, with its reason and the time up to which the target is met; error (n,) over the length."""
         run = self.last.run
         good = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
         up_to = f"it is met up to t = {good[-1]:g} s" if len(good) > 1 else "it is not met at any time"
         last = error[-1] if np.isfinite(error[-1]) else self._measure_gap(-2, -1)[-1]
         about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not reach its end"
         setting = f"with {run.stats.method}, {run.stats.setting}, {about} and {up_to}"
-        further = "" if self.finest else "; a finer setting reaches further"
+        further = "" if self.at_finest else "; a finer setting reaches further"
         message = f"accuracy {self.target:g} is not met: {why}; {setting}{further}"
-        return kind(message, self._complete(float(last) if np.isfinite(last) else None))
+        refusal = kind(message, self._complete(float(last) if np.isfinite(last) else None))
+        if isinstance(refusal, NotMet):
+            refusal.reached = float(good[-1]) if len(good) else 0.0
+        return refusal
