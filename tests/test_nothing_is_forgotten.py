@@ -69,7 +69,9 @@ def test_what_only_brakes_declares_its_resistances(name: str) -> None:
     """A torque whose power is below 0 at all rates declares by which numbers; no other one does."""
     effect, random = EFFECTS[name], np.random.default_rng(1)
     states = random.normal(size=(200, 2, len(effect.on or "ab")))
-    power = np.array([np.sum(effect.torques(t, q, v) * v) for t, (q, v) in enumerate(states)])
+    each = effect.of_joints(np.ones(1))
+    given = {} if each is None else {"each": each}
+    power = np.array([np.sum(effect.torques(t, q, v, **given) * v) for t, (q, v) in enumerate(states)])
     assert bool(effect.resistances) == bool((power < 0).all())
 
 

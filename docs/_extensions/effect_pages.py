@@ -24,6 +24,8 @@ SHOWN: dict[str, dict[str, Any]] = {  # an effect that shows in 10 s of a rod th
     "spring": {"stiffness": 5.0},
     "motor": {"joint": "theta", "amplitude": 1.0, "frequency": 3.0},
     "push": {"link": "rod_1", "force": [0.0, 3.0, 0.0]},
+    "bending": {"stiffness": 2.0, "clamp": [0.0, 0.0, -1.0]},
+    "anchor": {"link": "rod_1", "point": [0.0, -0.8, -0.6], "stiffness": 10.0},
     "drag": {"wind": [0.0, 6.0, 0.0], "diameter": 0.2},
     "support": {"amplitude": [0.0, 0.1, 0.0], "frequency": 3.0},
     "rotation": {"rate": [0.0, 0.0, 1.0]},

@@ -26,11 +26,11 @@ def _refuse_no_direction(vector: Vector | None) -> Vector | None:
 class Bending(JointEffect):
     """Bending stiffness between neighbouring rods of a chain, as of a beam that is cut into rigid pieces.
 
-    Between two rods acts the moment M = EI alpha / l about the normal of both axes, alpha the angle between these and l the
-    mean of the rods' lengths; its potential is EI alpha² / (2 l), regular when the rods are straight. With `clamp`, a
-    direction in W, the first rod is held towards it with half its own length: the beam is clamped at the support.
-    Halfway to a rod folded back on its neighbour nothing is special; at alpha = 180 degrees the moment has no direction.
-    The law is second order in the rods' length: n rods bend as a beam does, but for a part of 1/(2 n²).
+    The moment M = EI alpha / l acts between two rods about the normal of both axes. alpha is the angle between the axes, l the
+    mean of the two lengths, and EI alpha² / (2 l) the potential, which is regular when the rods are straight. With `clamp`, a
+    direction in W, the first rod is held towards it with half its own length, so the beam is clamped at the support.
+    A rod that is folded back on its neighbour, alpha = 180 degrees, feels a moment without a direction.
+    n rods bend as a beam does, but for a part of 1/(2 n²).
 
     stiffness is EI in N m²: Young's modulus times the second moment of area, pi r⁴ / 4 of a round section.
     """

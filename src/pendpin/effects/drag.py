@@ -28,9 +28,8 @@ class Drag(BodyEffect):
     -density volume gravity at the middle of the rod, which displaces a cylinder. A payload with a radius is a sphere at the
     tip: F = -density payload_coefficient pi r² |u| u / 2, and it displaces its own volume.
 
-    density kg/m³, coefficient 1 (1.1: a cylinder at Reynolds numbers of 10³ to 10⁵), linear N s/m per m of rod, wind
-    and gust m/s in W, frequency rad/s, diameter m (twice the radius of each rod), payload_coefficient 1 (0.47: a sphere at
-    Reynolds numbers of 10³ to 10⁵).
+    density kg/m³, linear N s/m per m of rod, wind and gust m/s in W, frequency rad/s, diameter m (twice the radius of each
+    rod). The coefficients, without a unit, are those of a cylinder and of a sphere at Reynolds numbers of 10³ to 10⁵.
     """
 
     parameters: ClassVar[tuple[str, ...]] = (

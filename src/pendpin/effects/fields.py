@@ -261,7 +261,7 @@ class Rotation(Tracked, BodyEffect):
         return self.track.pace(begin, end, negligible) if self.track else STEADY
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
-        """J, of the centrifugal force: minus half the integral of |Omega x r|² dm; None where the rate changes."""
+        """Minus half the integral of |Omega x r|² dm, J, of the centrifugal force. None where the rate changes."""
         if (omega := self.vector) is None:
             return None
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)

@@ -34,7 +34,8 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
             yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
         if payload or index == len(model.bodies) - 1:
             ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
-            yield Shape("sphere", (max(1.5 * thick, ball),), _at(body.tip), STEEL, index)
+            ball = body.payload_radius or max(1.5 * thick, ball)
+            yield Shape("sphere", (ball,), _at(body.tip), STEEL, index)
 
 
 def bracket_shapes(model: Model, extent: float, q: Array) -> Iterator[Shape]:

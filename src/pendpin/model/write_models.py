@@ -64,7 +64,7 @@ def _rod(link: Element, rod: Rod) -> None:
     radius = rod.radius or 0.002 * rod.length  # a thin rod is drawn all the same
     _visual(link, -rod.length / 2, "cylinder", radius=radius, length=rod.length)
     if rod.payload:
-        _visual(link, -rod.length, "sphere", radius=_PAYLOAD_RADIUS * rod.length)
+        _visual(link, -rod.length, "sphere", radius=rod.payload_radius or _PAYLOAD_RADIUS * rod.length)
 
 
 def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:

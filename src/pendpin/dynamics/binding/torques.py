@@ -54,7 +54,7 @@ class BoundTorque(Bound[JointEffect]):
         chain = self._context.model.chain
         each = self.effect.of_joints(np.ones(1) if chain is None else chain.l)
         if each is not None and chain is None:
-            raise InputError(f"{self._where}: {self.effect.kind} acts between the rods of a chain; this model is none")
+            raise InputError(f"{self._where}: {self.effect.kind} acts between rods: it needs a chain")
         return each
 
     def power(self) -> Power:
