@@ -26,9 +26,9 @@ def _refuse_no_direction(vector: Vector | None) -> Vector | None:
 class Bending(JointEffect):
     """Bending stiffness between neighbouring rods of a chain, as of a beam that is cut into rigid pieces.
 
-    The moment M = EI alpha / l acts between two rods about the normal of both axes, with the angle alpha between them and the
-    mean l of their lengths. Its potential is EI alpha² / (2 l), regular when the rods are straight. With `clamp`, a direction
-    in W, the first rod is held towards it with half its own length: the beam is clamped at the support.
+    The moment M = EI alpha / l acts between two rods about the normal of both axes, with the angle alpha between them and
+    the mean l of their lengths. Its potential is EI alpha² / (2 l), regular when the rods are straight. With `clamp`, a
+    direction in W, the first rod is held towards it with half its own length: the beam is clamped at the support.
 
     A rod that is folded back on its neighbour, alpha = 180 degrees, feels a moment without a direction.
     n rods bend as a beam does, but for a part of 1/(2 n²).
