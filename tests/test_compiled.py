@@ -24,8 +24,9 @@ from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import record
-from pendpin.engines import Compiled, llvm
-from pendpin.engines.machine_code import Block, Callback, Code, Function
+from pendpin.engines import Compiled
+from pendpin.engines.machine import llvm
+from pendpin.engines.machine.code import Block, Callback, Code, Function
 from pendpin.errors import Halted
 from pendpin.ground.versions import version
 from pendpin.integrators import cyrk
@@ -94,7 +95,7 @@ def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
         time.sleep(0.05)  # so that the other thread comes
         return Code(text, operations)
 
-    monkeypatch.setattr("pendpin.engines.machine_code.Code", slow)
+    monkeypatch.setattr("pendpin.engines.machine.code.Code", slow)
     engine = Dynamics(build(MODELS["one rod"]), (fx.Gravity(),), form="angles").engine
     function = Function(record(engine, (fx.Gravity(),), 0.0))
     with ThreadPoolExecutor(2) as pool:

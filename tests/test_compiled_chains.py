@@ -14,8 +14,8 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
-from pendpin.engines.tape import Tape
-from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.engines.machine.passes import recorded_by_rod
+from pendpin.engines.machine.tape import Tape
 from pendpin.equations.numbers import exact
 from pendpin.equations.passes import inward, outward, total
 from pendpin.equations.recursion import accelerations

@@ -14,9 +14,9 @@ from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.tape import Recording
 from pendpin.engines.spherical import Thin
-from pendpin.engines.tape import Recording
 from pendpin.equations import recursion, thin_recursion
 from pendpin.equations.base import JOINTS
 from pendpin.equations.passes import outward, total

@@ -17,10 +17,11 @@ from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod, staying_zero
 from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine, Moving, Values, llvm
-from pendpin.engines.machine_code import Block
-from pendpin.engines.tangents import STATE, add_tangents
-from pendpin.engines.tape import Recording
+from pendpin.engines import Compiled, CompiledEquations, Engine, Moving, Values
+from pendpin.engines.machine import llvm
+from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.tangents import STATE, add_tangents
+from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.build import Model

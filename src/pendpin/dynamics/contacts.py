@@ -16,7 +16,7 @@ import numpy as np
 from pendpin.dynamics.parameters import Numbers
 from pendpin.effects import DryFriction
 from pendpin.engines import AngleEngine
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
 from pendpin.errors import RunError
 from pendpin.ground.arrays import Array, Indices, Mask
 

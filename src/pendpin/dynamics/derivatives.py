@@ -1,7 +1,7 @@
 """Exact derivatives of a scene's motion, in machine code: of accelerations by positions, rates and numbers of the scene.
 
 The equations are those of the run on angles, recorded on a tape and differentiated there operation by operation
-(pendpin.engines.tangents): no finite differences, no second formula. Friction and stops are left out: they act at events.
+(engines/machine/tangents.py): no finite differences, no second formula. Friction and stops are left out: they act at events.
 """
 
 from collections.abc import Sequence
@@ -20,7 +20,7 @@ from pendpin.dynamics.symbols import records_by_rod
 from pendpin.dynamics.varied import vary
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines import AngleEngine
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
 from pendpin.equations.chain.angles import POLE
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array

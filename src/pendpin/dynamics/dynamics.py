@@ -21,7 +21,7 @@ from pendpin.dynamics.held_torques import HeldTorque
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
-from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
+from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array

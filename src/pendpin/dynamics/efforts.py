@@ -11,7 +11,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.effects import Motion
 from pendpin.engines import Revolute
-from pendpin.engines.external_forces import forces, joints_of, turn_into_joint_frames
+from pendpin.engines.pinocchio import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio

@@ -10,9 +10,9 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from pendpin.effects import Effect
-from pendpin.engines.machine_code import Table
-from pendpin.engines.tape import Tape, recorded
-from pendpin.engines.tape_passes import recorded_by_rod
+from pendpin.engines.machine.code import Table
+from pendpin.engines.machine.passes import recorded_by_rod
+from pendpin.engines.machine.tape import Tape, recorded
 from pendpin.equations.base import JOINTS
 from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model

@@ -19,8 +19,8 @@ from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine, Values
-from pendpin.engines.tangents import STATE, add_tangents
-from pendpin.engines.tape import Recording
+from pendpin.engines.machine.tangents import STATE, add_tangents
+from pendpin.engines.machine.tape import Recording
 from pendpin.equations import recursion
 from pendpin.equations.base import JOINTS
 from pendpin.ground.arrays import Array

@@ -12,8 +12,8 @@ from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads
-from pendpin.engines.external_forces import centres_of, turn_into_joint_frames
-from pendpin.engines.tape import Recording, Term
+from pendpin.engines.machine.tape import Recording, Term
+from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
 from pendpin.equations.passes import outward, total

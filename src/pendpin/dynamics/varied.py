@@ -18,7 +18,7 @@ from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines import AngleEngine, Engine, LongChain
-from pendpin.engines.tangents import Direction
+from pendpin.engines.machine.tangents import Direction
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.keypaths import parsed

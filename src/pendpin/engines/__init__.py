@@ -4,11 +4,18 @@ May import: model, effects, equations and what is below them.
 To add an engine: a class in a file here, and when it is taken in dynamics/dynamics.py (`choose_engine`).
 """
 
-from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Moving, ProgressCallback, Sample
+from pendpin.engines.base import (
+    CALLBACK_EVERY_SLOW,
+    AngleEngine,
+    Derivative,
+    Engine,
+    Loads,
+    Moving,
+    ProgressCallback,
+    Sample,
+)
 from pendpin.engines.chain import LongChain
 from pendpin.engines.compiled import Compiled, CompiledEquations
-from pendpin.engines.hamilton import Canonical, CanonicalForm
-from pendpin.engines.loads import Loads
-from pendpin.engines.machine_code import Values
-from pendpin.engines.pinocchio import Revolute
+from pendpin.engines.machine.code import Values
+from pendpin.engines.pinocchio import Canonical, CanonicalForm, Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical

@@ -1,20 +1,19 @@
-"""The interface of the engines."""
+"""The interface of the engines, and what they get from the effects of a scene."""
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable
-from typing import TYPE_CHECKING, NamedTuple
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.loads import Loads
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices
 from pendpin.model.build import Model
 
 if TYPE_CHECKING:
-    from pendpin.engines.hamilton import CanonicalForm
-    from pendpin.engines.machine_code import Block
+    from pendpin.engines.machine.code import Block
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
@@ -28,6 +27,31 @@ class Sample(NamedTuple):
 
     acceleration: Array  # (n, nv)
     wrench: Array  # (n, joints, 6)
+
+
+@dataclass(frozen=True, eq=False)
+class Loads:
+    """The sum of the effects of a scene, by interface; None for an interface that the scene does not use."""
+
+    constant: Array  # (3,) m/s², W: the sum of the constant fields
+    varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
+    torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
+    wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
+    together: Callable[[Array, Motion], tuple[Array, Array]] | None = None  # as `wrenches`, where all effects allow it
+    axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned
+
+    def wrenches(self, t: Array, motion: Motion) -> tuple[Array, Array]:
+        """Forces and moments (k, n, 3) as `wrench`, at times (k,) and states (k, n, ...) of the motion."""
+        if self.together is not None:
+            return self.together(t, motion)
+        assert self.wrench is not None
+        states = zip(t, *motion[:4], strict=True)
+        force, moment = zip(*(self.wrench(time, Motion(*state)) for time, *state in states), strict=True)
+        return np.array(force), np.array(moment)
+
+    def field(self, t: float) -> Array:
+        """The sum of all uniform fields at time t, (3,) m/s², W."""
+        return self.constant if self.varying is None else self.constant + self.varying(t)
 
 
 class Engine(ABC):
@@ -73,8 +97,8 @@ class Engine(ABC):
         """The arguments of the machine code for one run, where the engine `compiles`. Raises InputError elsewhere."""
         raise InputError('solver.engine: only "compiled" has equations in machine code')
 
-    def canonical(self) -> "CanonicalForm":
-        """The same equations in positions and momenta. Raises InputError for an engine without this form."""
+    def canonical(self) -> Any:
+        """The same equations in positions and momenta, a CanonicalForm. Raises InputError for an engine without it."""
         raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio; leave solver.engine out")
 
     @abstractmethod

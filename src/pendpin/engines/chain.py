@@ -5,8 +5,7 @@ from collections.abc import Callable
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import AngleEngine, Derivative, ProgressCallback, Sample, count_calls
-from pendpin.engines.loads import Loads
+from pendpin.engines.base import AngleEngine, Derivative, Loads, ProgressCallback, Sample, count_calls
 from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution
 from pendpin.equations.chain.kinematics import motion

@@ -17,8 +17,8 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
-from pendpin.engines.machine_code import Block, Function, Values
-from pendpin.engines.tape import Recording
+from pendpin.engines.machine.code import Block, Function, Values
+from pendpin.engines.machine.tape import Recording
 from pendpin.ground.arrays import Array
 
 

@@ -14,11 +14,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, count_calls
+from pendpin.engines.base import Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
 from pendpin.engines.chain import LongChain
-from pendpin.engines.external_forces import centres_of, external_forces
-from pendpin.engines.loads import Loads
-from pendpin.engines.pinocchio import Revolute
+from pendpin.engines.pinocchio import Revolute, centres_of, external_forces
 from pendpin.equations.base import PHI, split_by_rod
 from pendpin.equations.chain import angles, thin
 from pendpin.equations.chain.inertia import ChainInertia

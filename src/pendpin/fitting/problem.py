@@ -16,7 +16,7 @@ from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.effects import ContactEffect, DryFriction
-from pendpin.engines import llvm
+from pendpin.engines.machine import llvm
 from pendpin.errors import InputError, RunError
 from pendpin.fitting.data import Batch, Sensors, tips_at
 from pendpin.fitting.parameters import Free, replace_checked, replace_unchecked, substitute

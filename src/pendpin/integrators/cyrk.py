@@ -12,7 +12,7 @@ from functools import cache
 from importlib.util import find_spec
 from typing import Any
 
-from pendpin.engines import llvm
+from pendpin.engines.machine import llvm
 from pendpin.errors import say_note
 from pendpin.ground.libraries import c_functions
 from pendpin.ground.versions import version

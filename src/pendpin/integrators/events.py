@@ -9,7 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
 from pendpin.ground.arrays import Array, Mask
 from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, return_rates
 from pendpin.integrators.first_crossing import Crossing, first_crossing

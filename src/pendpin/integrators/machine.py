@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
 from pendpin.ground.arrays import Array, address
 from pendpin.ground.versions import version
 from pendpin.integrators import cyrk

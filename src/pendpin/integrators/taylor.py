@@ -13,7 +13,7 @@ from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics, refuse_nonsmooth
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.engines.tape import Recording
+from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
 from pendpin.ground.versions import version

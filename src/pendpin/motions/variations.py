@@ -15,7 +15,7 @@ from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
-from pendpin.engines.machine_code import Block
+from pendpin.engines.machine.code import Block
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
 from pendpin.integrators import cyrk

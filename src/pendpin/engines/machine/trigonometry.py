@@ -6,7 +6,7 @@ cosine up to pi/4, by interpolation at Chebyshev's nodes; results are within one
 (tests/test_machine_functions.py). Angles beyond FAR, and NaN, go to the library, four at a time.
 """
 
-from pendpin.engines.machine_lines import VECTOR, WIDE, constant
+from pendpin.engines.machine.lines import VECTOR, WIDE, constant
 
 FAR = 1e5  # rad: up to there the whole number k of quarter turns is exact, and what the parts of pi/2 leave is nothing
 TRIGONOMETRY = "pendpin_trigonometry"  # its name among the functions of a process, which compiles it once

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.engines.tape import Cell, Pass, Tape, Term, recorded
+from pendpin.engines.machine.tape import Cell, Pass, Tape, Term, recorded
 from pendpin.equations.passes import Step, inward_steps, outward_steps
 from pendpin.ground.arrays import Array
 

@@ -6,7 +6,7 @@ alone is `fixed`: it is computed once for a set of parameters, not at every eval
 are plain floats and are simplified away.
 
 A tape of a chain of any length holds the operations of one rod (`by_rod`): they start from that rod's state, parameters
-and inputs, and from what passes along the chain carry from rod to rod (tape_passes.py).
+and inputs, and from what passes along the chain carry from rod to rod (passes.py).
 """
 
 from collections.abc import Callable, Sequence

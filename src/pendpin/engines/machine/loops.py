@@ -6,8 +6,8 @@ numbers a state has, and how many unit vectors it begins with, is in the cells S
 
 import ctypes
 
-from pendpin.engines.machine_lines import number
-from pendpin.engines.machine_text import MORE, STATE, UNITS
+from pendpin.engines.machine.lines import number
+from pendpin.engines.machine.text import MORE, STATE, UNITS
 
 OFF = 1e-14  # of the square of a direction: below, it is left as it is, and the divisions' rounding does not add up
 

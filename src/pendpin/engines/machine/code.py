@@ -1,11 +1,11 @@
-"""Operations on a tape as machine code: LLVM's intermediate language, which machine_compiler.py compiles.
+"""Operations on a tape as machine code: LLVM's intermediate language, which llvm.py compiles.
 
 A function has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
     void rate(double *dy, double t, double *y, void **block, double *more)
 `more` takes the further results of a recording; it is null where they are not wanted.
 Its block holds what changes from run to run: see `Block`. Nothing of it is written to a file.
 
-Equations of a chain are loops over its rods (schedule.py): the same code is for any number of rods.
+Equations of a chain are loops over its rods (text.py): the same code is for any number of rods.
 """
 
 import ctypes
@@ -17,9 +17,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.machine_compiler import Code
-from pendpin.engines.machine_lines import WIDE
-from pendpin.engines.machine_text import (
+from pendpin.engines.machine.lines import WIDE
+from pendpin.engines.machine.llvm import Code
+from pendpin.engines.machine.tape import Recording
+from pendpin.engines.machine.text import (
     CALLBACK,
     CALLS,
     HEADER,
@@ -33,7 +34,6 @@ from pendpin.engines.machine_text import (
     Places,
     Text,
 )
-from pendpin.engines.tape import Recording
 from pendpin.ground.arrays import Array, address
 
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.tape import LEAVES, Cell, Recording, Tape, Term
+from pendpin.engines.machine.tape import LEAVES, Cell, Recording, Tape, Term
 
 LANES = 8  # numbers of a register of today's processors, or of two
 
