@@ -42,7 +42,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with: those that
     "dynamics/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
     "runs/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
     "error_estimates_rounding",
-    "motions/crossings.py": "instants run_surface events special_states sweep",
+    "motions/search.py": "instants run_surface events special_states sweep",
     "runs/energy_balance.py": "energy_balance scene_contacts",
     "runs/batches/series.py": "ensemble sweep turns",
     "effects/drag.py": "effects effects_drag effects_answers",

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.motions.continuation import Continuation
-from pendpin.motions.crossings import _instants
-from pendpin.motions.sign_changes import Changes
+from pendpin.motions.search import Changes, find_instants
 
 GRAVITY = pp.effects.Gravity()
 STOP = pp.effects.Stop(lower=-0.5, upper=0.9, restitution=0.6)
@@ -184,7 +183,7 @@ def test_an_instant_is_found_to_rounding(name: str, begin: float, end: float) ->
     """By few looks at times inside the interval; of a jump, just after it."""
     function, clock = FUNCTIONS[name], Clock()
     ends = [np.array([x]) for x in (begin, end, function(np.array(begin)), function(np.array(end)))]
-    (found,) = _instants(clock, function, Changes(*ends))  # type: ignore[arg-type]
+    (found,) = find_instants(clock, function, Changes(*ends))  # type: ignore[arg-type]
     times = np.concatenate(clock.asked)
     assert (times > begin).all()
     assert (times < end).all()
@@ -202,7 +201,7 @@ def test_an_instant_is_found_to_rounding(name: str, begin: float, end: float) ->
 
 def test_a_zero_beside_the_begin_of_its_interval_is_no_jump() -> None:
     """However small the quantity is there, and however large at the end: its zero is found to rounding."""
-    (found,) = _instants(
+    (found,) = find_instants(
         Clock(),
         lambda t: (t - 1.0) - 1.03e-14,
         Changes(*np.array([[1.0], [2.0], [-1.03e-14], [1.0]])),  # type: ignore[arg-type]

@@ -9,8 +9,8 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.motions.crossings import first_crossings
-from pendpin.motions.sign_changes import resolved
+from pendpin.motions.resolved import resolved
+from pendpin.motions.search import first_crossings
 from pendpin.scene import builtin_scene
 
 EXAMPLES = Path(__file__).parents[1] / "examples"

@@ -26,11 +26,11 @@ CLOSEST = 2.0**-52  # and by halving, this
 Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
 
 _NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
-_SHARES = (_NODES + 1) / 2  # of an interval
-_STEEPEST = np.arange(DEGREE + 1) ** 2.0  # the largest slopes of Chebyshev's polynomials on -1 to 1
-_SUMS = np.stack([np.ones(DEGREE + 1), np.where(_STEEPEST > 1, _STEEPEST, 0.0)])
+SHARES = (_NODES + 1) / 2  # of an interval
+STEEPEST = np.arange(DEGREE + 1) ** 2.0  # the largest slopes of Chebyshev's polynomials on -1 to 1
+_SUMS = np.stack([np.ones(DEGREE + 1), np.where(STEEPEST > 1, STEEPEST, 0.0)])
 _VALUES = chebyshev.chebvander(_NODES, DEGREE)  # at the nodes, of each polynomial
-_COEFFICIENTS = np.linalg.inv(_VALUES)
+COEFFICIENTS = np.linalg.inv(_VALUES)
 _SLOPE = chebyshev.chebder(np.eye(DEGREE + 1))  # of the coefficients, those of the derivative
 
 
@@ -95,10 +95,10 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     A function whose first term outweighs the slopes of all others has its least value at an end.
     """
     begin, end = bounds[:-1, None], bounds[1:, None]
-    times = begin + (end - begin) * _SHARES
+    times = begin + (end - begin) * SHARES
     times[:, -1:] = end
     values = sample(times.reshape(-1)).reshape(*times.shape, -1)
-    series = _COEFFICIENTS @ values
+    series = COEFFICIENTS @ values
     sizes = np.abs(series)
     unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
     whole, curved = (_SUMS @ sizes).swapaxes(0, 1)
@@ -118,7 +118,7 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
 def _root(coefficients: Array, floor: float) -> tuple[float, float]:
     """Where a Chebyshev series (k,) on -1 to 1 falls through 0 and goes on below -floor, and its slope; inf if nowhere."""
     series = coefficients.tolist()
-    places = _turning_points(coefficients)
+    places = turning_points(coefficients)
     values = [_value(series, x) for x in places]
     last = next((i for i, (value, _) in enumerate(values) if value < -floor), None)
     if last is None:
@@ -154,7 +154,7 @@ def _value(series: list[float], x: float) -> tuple[float, float]:
     return series[0] + x * one - two, one + x * slope - before
 
 
-def _turning_points(coefficients: Array) -> list[float]:
+def turning_points(coefficients: Array) -> list[float]:
     """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
     slope = _SLOPE @ coefficients
     sizes = np.abs(slope)

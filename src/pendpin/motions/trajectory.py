@@ -12,7 +12,7 @@ from pendpin.errors import PendpinError
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.model import model_of_run
 from pendpin.model.configurations import configurations
-from pendpin.motions import continuation, crossings
+from pendpin.motions import continuation, search
 from pendpin.motions.summary import Summary, page, summary, text
 from pendpin.trajectory import RunRecord, with_samples
 from pendpin.trajectory.tables import to_csv, to_pandas, to_xarray
@@ -57,7 +57,7 @@ class Trajectory(RunRecord):
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        return self.of(crossings.crossings(with_samples(self), name, level, direction))
+        return self.of(search.crossings(with_samples(self), name, level, direction))
 
     def extend(self, duration: float) -> Self:
         """The run continued for another duration in s, with samples as dense as before.

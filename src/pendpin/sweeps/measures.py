@@ -18,8 +18,8 @@ from pendpin.ground.report import Report, Table
 from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
-from pendpin.motions.crossings import first_crossings
-from pendpin.motions.sign_changes import resolved
+from pendpin.motions.resolved import resolved
+from pendpin.motions.search import first_crossings
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
 from pendpin.motions.trajectory import Trajectory

@@ -1,0 +1,338 @@
+"""Where a quantity of a run crosses a level, and where it is largest: searched between the samples, to the run's accuracy.
+
+A quantity is interpolated through samples near an interval. Where the interpolation does not tell on which side of 0 it is,
+or whether it may exceed the largest value so far, it is sampled at Chebyshev points, in shorter and shorter intervals. An
+instant is then a zero of the run itself.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.polynomial import chebyshev
+
+from pendpin.errors import InputError, is_number, shown
+from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.integrators.first_crossing import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
+from pendpin.motions.continuation import Continuation
+from pendpin.motions.resolved import BESIDE, ROUNDING, resolved, times_of_events
+from pendpin.trajectory import RunRecord, samples_of
+
+Quantity = Callable[[RunRecord], Array]  # of a run, (n,); of which the largest is looked for, (n, m)
+
+POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of both is the error
+OVERSHOOT = 4.0  # times the range of the samples near an interval: what a quantity may exceed them by
+DEEPEST = 12  # times an interval is cut in two, about; its points alone are looked at then
+MOST = 200_000  # samples
+EXACT = 0.01  # of the run's tolerance: how well the largest value is resolved
+FIXED = 1e-8  # in place of a tolerance, of a method with a fixed step
+JUMP = 1e-3  # of the offsets around it: what is still on the other side has not crossed but jumps
+AFTER = 1e-13  # of the times: how far behind a jump the state is taken
+CLOSE = 2.0  # units in the last place of an instant: two ends of an interval so close are one
+CUTS = 120  # times an interval is cut: a jump is found by halving
+
+
+class Changes(NamedTuple):
+    """Intervals of time at whose ends a quantity has different signs, and in which it has one zero or jumps."""
+
+    begin: Array  # (k,) s
+    end: Array
+    before: Array  # (k,), the quantity there
+    after: Array
+
+
+class Extreme(NamedTuple):
+    """The largest or the least value of a quantity of a run, and when it is reached.
+
+    Where the quantity jumps at an event, a t that is the event's stands for just behind it, the double before for just
+    before it.
+    """
+
+    value: float
+    t: float  # s
+
+
+class _Pieces(NamedTuple):
+    """A quantity in p intervals, at their Chebyshev points, which begin and end with their ends; exact there."""
+
+    begin: Array  # (p,) s
+    end: Array
+    column: Indices  # (p,) of the quantity
+    values: Array  # (p, DEGREE + 1)
+    error: Array  # (p,), what the interpolation leaves out
+
+    def some(self, which: Mask) -> "_Pieces":
+        """Some of the pieces."""
+        return _Pieces(*(x[which] for x in self))
+
+    @property
+    def times(self) -> Array:
+        """The times (p, DEGREE + 1) of the values."""
+        return self.begin[:, None] * (1 - SHARES) + self.end[:, None] * SHARES
+
+
+# --- crossings --------------------------------------------------------------------------------------------------------
+
+
+def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRecord:
+    """The run at the instants at which a quantity crosses a level. Raises InputError."""
+    if not is_number(level) or not np.isfinite(level):
+        raise InputError(f"level: {shown(level)} is not a finite number")
+    if direction not in {-1, 0, 1}:
+        raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
+    run[name]  # an unknown name is refused before anything is integrated
+
+    def offset(rows: RunRecord) -> Array:
+        return rows[name] - level
+
+    more = resolved(run)
+    changes = sign_changes(more, offset, abs(level))
+    chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
+    instants = np.unique(find_instants(more, offset, Changes(*(x[chosen] for x in changes))))
+    if not len(instants):
+        return replace(samples_of(run, slice(0, 0)), stats=replace(run.stats, steps=0, evaluations=0, events=0))
+    return more.at(instants)
+
+
+def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array:
+    """The first instant in s at which each of k quantities of a run that is `resolved` changes its sign, (k,); else NaN."""
+    first = np.full(len(quantities), np.nan)
+    for i, quantity in enumerate(quantities):
+        changes = Changes(*(x[:1] for x in sign_changes(more, quantity)))
+        if len(changes.begin):
+            first[i] = find_instants(more, quantity, changes)[0]
+    return first
+
+
+def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> Changes:
+    """All sign changes of a quantity of a run that is `resolved`; a value of 0 counts to the side that it comes from.
+
+    The quantity is a difference of numbers up to `size`, or itself larger: it is rounded as these are.
+    """
+    times, values = more.run.t, quantity(more.run)
+    tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
+    known, every = [(times, values)], np.arange(len(times) - 1)
+    pieces = _interpolate(times, values[:, None], times_of_events(more.run), every, np.zeros_like(every))
+
+    def settle(pieces: _Pieces) -> _Pieces:
+        left, turns = _may_change_sign(pieces, tiny)
+        known.extend(turns)
+        return pieces.some(left)
+
+    def settle_sampled(pieces: _Pieces) -> _Pieces:
+        left = settle(pieces)
+        known.append((left.times[:, 1:-1].reshape(-1), left.values[:, 1:-1].reshape(-1)))
+        return left
+
+    _search(more, lambda rows: quantity(rows)[:, None], settle(pieces), settle_sampled)
+    t, x = (np.concatenate(parts) for parts in zip(*known, strict=True))
+    t, first = np.unique(t, return_index=True)
+    x = x[first]
+    signs = np.sign(x)
+    for i in np.flatnonzero(signs == 0):
+        signs[i] = signs[i - 1] if i else 0.0
+    i = np.flatnonzero(signs[1:] * signs[:-1] < 0)
+    return Changes(t[i], t[i + 1], x[i], x[i + 1])
+
+
+def _may_change_sign(pieces: _Pieces, tiny: float) -> tuple[Mask, list[tuple[Array, Array]]]:
+    """The pieces that are not settled; turning points, times and values, of those where all sign changes are between them.
+
+    Settled is an interval in which the quantity is away from 0 by more than the error, or rises or falls throughout, or
+    turns round only where it is away from 0, or is rounding throughout.
+    """
+    series = pieces.values @ COEFFICIENTS.T
+    size, error = np.abs(series), np.maximum(pieces.error, tiny)
+    clear = size[:, 0] - size[:, 1:].sum(1) > error
+    steep = size[:, 1] - (size * STEEPEST)[:, 2:].sum(1) > STEEPEST[-1] * pieces.error
+    flat = np.abs(pieces.values).max(1) + pieces.error <= tiny
+    left, turns = ~(clear | steep | flat), list[tuple[Array, Array]]()
+    for i in np.flatnonzero(left):
+        x = np.array(turning_points(series[i]))
+        values = chebyshev.chebval(x, series[i])
+        if np.abs(values).min() > error[i]:
+            turns.append((pieces.begin[i] + (pieces.end[i] - pieces.begin[i]) * (x[1:-1] + 1) / 2, values[1:-1]))
+            left[i] = False
+    return left, turns
+
+
+# --- the largest value ------------------------------------------------------------------------------------------------
+
+
+def find_largest(more: Continuation, quantity: Quantity, first: float) -> tuple[float, float, int]:
+    """The largest value of a quantity (n, m) of a run that is `resolved`, from a sample at `first` in s on; when; column."""
+    run = more.run if first <= more.run.t[0] else samples_of(more.run, more.run.t >= first)
+    times, values, events = run.t, quantity(run), times_of_events(run)
+    events = np.unique(events[(events > times[0]) & (events <= times[-1])])
+    sides = np.unique(np.concatenate([np.nextafter(events, -np.inf), events]))
+    t, x = times, values
+    if len(sides):  # where a quantity jumps, one of these is its largest value near there
+        t, x = np.concatenate([t, sides]), np.concatenate([x, quantity(more.at(sides))])
+    row, column = np.unravel_index(int(np.argmax(x)), x.shape)
+    best = [(float(x[row, column]), float(t[row]), int(column))]
+    tiny = max(ROUNDING, EXACT * (run.stats.tolerance or FIXED)) * float(np.abs(x).max())
+    intervals, columns = _may_exceed_nearby(values, best[0][0])
+    jumps = np.searchsorted(events, times[intervals], "right") < np.searchsorted(events, times[intervals + 1], "right")
+    across = jumps & (times[intervals + 1] - times[intervals] <= 3 * BESIDE * (times[-1] - times[0]))
+    pieces = _interpolate(times, values, events, intervals[~across], columns[~across])
+
+    def settle(pieces: _Pieces) -> _Pieces:
+        series = pieces.values @ COEFFICIENTS.T
+        left = series[:, 0] + np.abs(series[:, 1:]).sum(1) + pieces.error > best[-1][0] + tiny
+        for i in np.flatnonzero(left & (pieces.error <= tiny)):
+            x = np.array(turning_points(series[i]))
+            values = chebyshev.chebval(x, series[i])
+            if (top := float(values.max())) > best[-1][0]:
+                t = pieces.begin[i] + (pieces.end[i] - pieces.begin[i]) * (x[int(values.argmax())] + 1) / 2
+                best.append((top, float(t), int(pieces.column[i])))
+            left[i] = False
+        return pieces.some(left)
+
+    def settle_sampled(pieces: _Pieces) -> _Pieces:
+        i, k = np.unravel_index(int(np.argmax(pieces.values)), pieces.values.shape)
+        if pieces.values[i, k] > best[-1][0]:
+            best.append((float(pieces.values[i, k]), float(pieces.times[i, k]), int(pieces.column[i])))
+        return settle(pieces)
+
+    _search(more, quantity, settle(pieces), settle_sampled)
+    return best[-1]
+
+
+def _may_exceed_nearby(x: Array, best: float) -> tuple[Indices, Indices]:
+    """The intervals between n samples of m columns in which a quantity may exceed the largest sample, and their columns."""
+    count = POINTS[0]
+    if len(x) < count:
+        intervals, columns = np.indices((len(x) - 1, x.shape[1])).reshape(2, -1)
+        return intervals, columns
+    windows = np.lib.stride_tricks.sliding_window_view(x, count, axis=0)
+    top, least = windows.max(-1), windows.min(-1)
+    high = (top + OVERSHOOT * (top - least) > best)[_first_near(len(x), count)]
+    intervals, columns = np.nonzero(high)
+    return intervals, columns
+
+
+def extreme(run: RunRecord, quantity: Quantity, sign: float) -> Extreme:
+    """The largest value of a quantity (n,) of a run, for sign 1, or the least, for -1."""
+    more = resolved(run)
+    value, t, _ = find_largest(more, lambda rows: sign * quantity(rows)[:, None], run.t[0])
+    if t in run.t:
+        return Extreme(sign * value, t)
+    return Extreme(float(quantity(more.beside(run).at(np.array([t])))[0]), t)
+
+
+# --- pieces of a quantity ---------------------------------------------------------------------------------------------
+
+
+def _search(more: Continuation, quantity: Quantity, pieces: _Pieces, settle: Callable[[_Pieces], _Pieces]) -> None:
+    """Sample the pieces of a quantity (n, m) at their points, and shorter ones of those that this does not settle."""
+    room = MOST
+    for _ in range(DEEPEST):
+        room -= (DEGREE - 1) * len(pieces.begin)
+        if room < 0 or not len(pieces.begin):
+            return
+        pieces = _halves(settle(_sample(more, quantity, pieces)))
+
+
+def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns: Indices) -> _Pieces:
+    """In some intervals between n samples the polynomials through POINTS[0] near them; of fewer samples nothing is known.
+
+    Nor where one of the events, at times (k,), is among these: there is no polynomial then.
+    """
+    begin, end, most = t[intervals], t[intervals + 1], POINTS[0]
+    ends = x[intervals, columns], x[intervals + 1, columns]
+    if len(t) < most:
+        values = ends[0][:, None] * (1 - SHARES) + ends[1][:, None] * SHARES
+        return _Pieces(begin, end, columns, values, np.full(len(begin), np.inf))
+    inside = begin[:, None] + (end - begin)[:, None] * SHARES[1:-1]
+    fine, rough = (_through(t, x, inside, intervals, columns, count) for count in POINTS)
+    values = np.concatenate([ends[0][:, None], fine, ends[1][:, None]], 1)
+    first = _first_near(len(t), most)[intervals]
+    across = np.searchsorted(events, t[first]) < np.searchsorted(events, t[first + most - 1], "right")
+    return _Pieces(begin, end, columns, values, np.where(across, np.inf, UNSEEN * np.abs(fine - rough).max(1)))
+
+
+def _first_near(samples: int, count: int) -> Indices:
+    """The first of `count` samples near each interval between samples, (samples - 1,)."""
+    return np.clip(np.arange(samples - 1) - count // 2 + 1, 0, samples - count)
+
+
+def _through(t: Array, x: Array, inside: Array, intervals: Indices, columns: Indices, count: int) -> Array:
+    """The polynomials through `count` samples near each of p intervals, at times inside it (p, k); barycentric."""
+    near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
+    apart = (t[near][:, :, None] - t[near][:, None, :]) / (t[intervals + 1] - t[intervals])[:, None, None]
+    apart[:, np.arange(count), np.arange(count)] = 1.0
+    shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
+    return (shares * x[near, columns[:, None]][:, None]).sum(-1) / shares.sum(-1)
+
+
+def _sample(more: Continuation, quantity: Quantity, pieces: _Pieces) -> _Pieces:
+    """The same intervals with the quantity (n, m) at their Chebyshev points."""
+    times, place = np.unique(pieces.times[:, 1:-1], return_inverse=True)
+    inside = quantity(more.at(times))[place.reshape(len(pieces.begin), -1), pieces.column[:, None]]
+    values = np.concatenate([pieces.values[:, :1], inside, pieces.values[:, -1:]], 1)
+    series = np.abs(values @ COEFFICIENTS.T)
+    return pieces._replace(values=values, error=UNSEEN * np.maximum(series[:, -1], series[:, -2]))
+
+
+def _halves(pieces: _Pieces) -> _Pieces:
+    """Two parts of each interval, cut at the Chebyshev point next to its middle; their values inside are not known."""
+    middle = (DEGREE + 1) // 2
+    cut, value = pieces.times[:, middle], pieces.values[:, middle]
+    begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
+    ends = np.stack([pieces.values[:, 0], value, value, pieces.values[:, -1]], 1).reshape(-1, 2)
+    return _Pieces(begin, end, np.repeat(pieces.column, 2), ends[:, [0] * DEGREE + [1]], np.repeat(pieces.error, 2))
+
+
+# --- an instant in its interval ---------------------------------------------------------------------------------------
+
+
+def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array:
+    """The instants (k,) of sign changes; of a jump, the instant after it.
+
+    All at once, by inverse quadratic interpolation or halving (T. R. Chandrupatla, Advances in Engineering Software 28
+    (1997)).
+    """
+    a, b, fa, fb = (x.copy() for x in (changes.begin, changes.end, changes.before, changes.after))
+    share, open_ = fa / (fa - fb), np.ones(len(a), bool)
+    for _ in range(CUTS):
+        least = CLOSE * np.spacing(np.maximum(np.abs(a), np.abs(b))) / np.maximum(np.abs(b - a), 1e-300)
+        open_ &= (least < 0.5) & (fa != 0) & (fb != 0)
+        if not open_.any():
+            break
+        t = a + np.clip(share, least, 1 - least) * (b - a)
+        f = fa.copy()
+        f[open_] = _values(more, quantity, t[open_])
+        same = np.sign(f) == np.sign(fa)
+        c, fc = np.where(same, a, b), np.where(same, fa, fb)
+        b, fb = np.where(open_ & ~same, a, b), np.where(open_ & ~same, fa, fb)
+        a, fa = np.where(open_, t, a), np.where(open_, f, fa)
+        share = _next_share((a, b, c), (fa, fb, fc))
+    return _choose_ends(changes, (a, b), (fa, fb))
+
+
+def _values(more: Continuation, quantity: Quantity, t: Array) -> Array:
+    """The quantity at times (k,) in any order."""
+    times, place = np.unique(t, return_inverse=True)
+    return quantity(more.at(times))[place]
+
+
+@np.errstate(divide="ignore", invalid="ignore")
+def _next_share(t: tuple[Array, Array, Array], f: tuple[Array, Array, Array]) -> Array:
+    """Where to cut between the first two of three times: at the zero of the quadratic through all, if it is monotone."""
+    (a, b, c), (fa, fb, fc) = t, f
+    xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+    smooth = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
+    quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+    return np.where(smooth & np.isfinite(quadratic), quadratic, 0.5)
+
+
+def _choose_ends(changes: Changes, t: tuple[Array, Array], f: tuple[Array, Array]) -> Array:
+    """The better of the two ends of each interval; behind it where the quantity has jumped and not passed 0."""
+    nearer = np.abs(f[0]) <= np.abs(f[1])
+    instant, off = np.where(nearer, *t), np.where(nearer, *f)
+    jumped = (off * changes.after < 0) & (
+        np.abs(off) > JUMP * np.maximum(np.abs(changes.before), np.abs(changes.after))
+    )
+    behind = instant + AFTER * np.maximum(changes.end - changes.begin, np.abs(instant))
+    return np.where(jumped, np.minimum(changes.end, behind), instant)
