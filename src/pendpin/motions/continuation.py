@@ -51,25 +51,26 @@ class Continuation:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece
 
-    def _piece_with_events(self, sample: int, times: Array) -> Run:
-        """A piece up to the next sample, with every time on the side of each event on which it is in the run.
+    def _piece_with_events(self, sample: int, t: Array) -> Run:
+        """A piece at times (m,) up to the next sample, with every time on the side of each event on which it is in the run.
 
         A piece meets an event when the run met it, but for the error of both. A time in between would be on the wrong side,
         as the instant of the event itself often is: the state there is taken just behind, or before, the event of the piece.
         """
         begin, end = self.run.t[[sample, min(sample + 1, len(self.run.t) - 1)]]
         expected = [event for event in self.run.events if begin < event.t <= end]
-        if not expected or times[-1] == times[0]:
+        start = self.scene.start.time
+        asked = times = t - start
+        if not expected or len(t) == 1:
             return self.piece(sample, times)
-        start, asked = self.scene.start.time, times
-        whole = np.concatenate([times, [end - start]]) if times[-1] < end - start else times
+        whole = np.concatenate([times, [end - start]]) if t[-1] < end else times
         piece = self.piece(sample, whole)
         margin = SIDE * (end - begin) + CLOSE * np.spacing(max(abs(times[0]), abs(times[-1])))
         for event, met in zip(expected, piece.happened, strict=False):
             if event[1:] != met[1:]:
                 break  # another order of events: the piece is as likely as the run
-            after = asked >= event.t - start
-            times = np.where(after, np.maximum(times, met.t + margin), np.minimum(times, max(met.t - margin, times[0])))
+            before = np.minimum(times, max(met.t - margin, times[0]))
+            times = np.where(t >= event.t, np.maximum(times, met.t + margin), before)
         if (times != asked).any():
             piece = self.piece(sample, np.maximum.accumulate([*times, *whole[len(times) :]]))
         arrays = {name: getattr(piece, name)[: len(asked)] for name in ("q", "v", "work", "torque")}
@@ -77,19 +78,18 @@ class Continuation:
 
     def at(self, t: Array) -> RunRecord:
         """The run at times (m,) inside it, rising."""
-        start = self.scene.start.time
         before = np.searchsorted(self.run.t, t, side="right") - 1
         first = np.flatnonzero(np.diff(before, prepend=-1))  # of the times after each sample
-        pieces = []
+        pieces, places, count = [], list[Array](), 0
         for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
             begin = self.run.t[sample]
-            times = np.concatenate([[begin], due[due > begin]]) - start
-            pieces.append(self._piece_with_events(sample, times))
-        rows = self.fill_pieces(pieces, before[first])
-        places = np.searchsorted(rows.t, t - start, side="right") - 1
+            pieces.append(self._piece_with_events(sample, np.concatenate([[begin], due[due > begin]])))
+            places.append(count + np.arange(len(due)) + (due[0] > begin))
+            count += len(pieces[-1].t)
+        rows = samples_of(self.fill_pieces(pieces, before[first]), np.concatenate(places))
         counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
         stats = replace(self.run.stats, **counts)
-        return replace(samples_of(rows, places), t=t, stats=stats, events=self.run.events)
+        return self.run.of(replace(rows, t=t, stats=stats, events=self.run.events))
 
     def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> RunRecord:
         """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.

@@ -12,12 +12,13 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pendpin.errors import InputError, is_number, shown
+from pendpin.errors import InputError, is_number, say_note, shown
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.integrators.first_crossing import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import BESIDE, ROUNDING, resolved, times_of_events
-from pendpin.trajectory import RunRecord, samples_of
+from pendpin.trajectory import Reactions, RunRecord, samples_of
+from pendpin.trajectory.columns import DRIFT, EFFORTS, place_of
 
 Quantity = Callable[[RunRecord], Array]  # of a run, (n,); of which the largest is looked for, (n, m)
 
@@ -212,13 +213,31 @@ def _may_exceed_nearby(x: Array, best: float) -> tuple[Indices, Indices]:
     return intervals, columns
 
 
-def extreme(run: RunRecord, quantity: Quantity, sign: float) -> Extreme:
-    """The largest value of a quantity (n,) of a run, for sign 1, or the least, for -1."""
+def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
+    """The largest value of a quantity of a run, for sign 1, or the least, for -1. Raises InputError."""
+    if not np.isfinite(run[name]).all():
+        raise InputError(f"{name}: this run does not have it, so it has no largest value")
+    if name == DRIFT:
+        raise InputError(f"{DRIFT} is known at the samples alone: it is the error of the run; ask for energy")
+    if impacts(run) and is_force(run, name):
+        say_note(
+            f"{name} is not defined at the {impacts(run)} impacts of this run: it is that between them", stacklevel=4
+        )
     more = resolved(run)
-    value, t, _ = find_largest(more, lambda rows: sign * quantity(rows)[:, None], run.t[0])
+    value, t, _ = find_largest(more, lambda rows: sign * rows[name][:, None], run.t[0])
     if t in run.t:
         return Extreme(sign * value, t)
-    return Extreme(float(quantity(more.beside(run).at(np.array([t])))[0]), t)
+    return Extreme(float(more.beside(run).at(np.array([t]))[name][0]), t)
+
+
+def impacts(run: RunRecord) -> int:
+    """How often a joint hit a stop."""
+    return sum(event.kind == "stop" for event in run.events)
+
+
+def is_force(run: RunRecord, name: str) -> bool:
+    """Whether a quantity is a force, a moment or an acceleration, which impacts make infinite."""
+    return place_of(run, name)[0] in ("a", "wrench", EFFORTS, *Reactions._fields)
 
 
 # --- pieces of a quantity ---------------------------------------------------------------------------------------------

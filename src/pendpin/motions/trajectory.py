@@ -13,6 +13,7 @@ from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.model import model_of_run
 from pendpin.model.configurations import configurations
 from pendpin.motions import continuation, search
+from pendpin.motions.search import Extreme
 from pendpin.motions.summary import Summary, page, summary, text
 from pendpin.trajectory import RunRecord, with_samples
 from pendpin.trajectory.tables import to_csv, to_pandas, to_xarray
@@ -21,13 +22,6 @@ from pendpin.trajectory.tables import to_csv, to_pandas, to_xarray
 @dataclass(frozen=True, eq=False, repr=False)
 class Trajectory(RunRecord):
     __doc__ = RunRecord.__doc__
-
-    @classmethod
-    def of(cls, record: RunRecord) -> Self:
-        """The same run as a Trajectory; one that is a Trajectory already stays itself."""
-        if isinstance(record, cls):
-            return record
-        return cls(**{name: getattr(record, name) for name in RunRecord.__dataclass_fields__})
 
     def express(self, joint: str, frame: str = "world", point: ArrayLike | None = None, on: str = "child") -> Array:
         """The wrench of a joint in a frame and at a point of your choice, (n, 6): force in N, then moment in N m.
@@ -49,7 +43,7 @@ class Trajectory(RunRecord):
         Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
         after it. Raises InputError for other times, and where the run's scene cannot be built again.
         """
-        return self.of(continuation.at(with_samples(self), times))
+        return continuation.at(with_samples(self), times)
 
     def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> Self:
         """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
@@ -57,7 +51,20 @@ class Trajectory(RunRecord):
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        return self.of(search.crossings(with_samples(self), name, level, direction))
+        return search.crossings(with_samples(self), name, level, direction)
+
+    def maximum(self, name: str) -> Extreme:
+        """The largest value of a quantity, and when it is reached in s: found between the samples, to the run's accuracy.
+
+        As run.maximum("R3_1").value and .t. Where the quantity jumps at an event, t is the event's time for a value just
+        behind it, and the double before for one just before it: run.at(t) has the value. At an impact forces and
+        accelerations are not defined; those between impacts count, and a Note says so. Raises InputError.
+        """
+        return search.extreme(with_samples(self), name, 1.0)
+
+    def minimum(self, name: str) -> Extreme:
+        """The least value of a quantity, and when it is reached in s, like `maximum`."""
+        return search.extreme(with_samples(self), name, -1.0)
 
     def extend(self, duration: float) -> Self:
         """The run continued for another duration in s, with samples as dense as before.
@@ -65,7 +72,7 @@ class Trajectory(RunRecord):
         With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
         the run's accuracy.
         """
-        return self.of(continuation.extend(with_samples(self), duration))
+        return continuation.extend(with_samples(self), duration)
 
     def state_transition(self, t0: float, t1: float) -> Array:
         """The derivative of (q, v) at t1 by (q, v) at t0 (s, inside the run): (2 nv, 2 nv), to the accuracy of the run.

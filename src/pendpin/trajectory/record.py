@@ -78,6 +78,13 @@ class RunRecord:
         vars(self).update(state)
         self.__post_init__()
 
+    @classmethod
+    def of(cls, record: "RunRecord") -> Self:
+        """The same run as one of this class; one that is of this class already stays itself."""
+        if isinstance(record, cls):
+            return record
+        return cls(**{name: getattr(record, name) for name in FIELDS})
+
     # --- the arrays ---------------------------------------------------------------------------------------------------
 
     @cached_property
