@@ -11,6 +11,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
+from pendpin.errors import Note
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.search import Changes, find_instants
 
@@ -247,3 +248,57 @@ def test_at_the_instant_of_an_event_the_run_is_behind_it(rods: int, tolerance: f
         if kind == "reverse" and alone:
             sides = run.at([t - 1e-8, t, t + 1e-8]).a[:, i]
             assert abs(sides[1] - sides[2]) < 0.1 * abs(sides[0] - sides[2])
+
+
+# --- the largest value ------------------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("number", [0, 3, 5, 9, 17])
+def test_the_largest_value_is_that_of_a_dense_run(number: int) -> None:
+    """Queries of benchmarks/maxima.py, of few samples and many."""
+    benchmark = runpy.run_path(str(Path(__file__).parents[1] / "benchmarks" / "maxima.py"))
+    assert benchmark["fault"](benchmark["query_of"](0, number)) == ""
+
+
+def test_extremes_of_a_rod_in_a_plane_are_exact() -> None:
+    """Let go at an angle: R3 is g m (3 - 2 cos(angle)) of a point mass at the bottom; the angle's least is its opposite."""
+    start = pp.Start(positions={"theta": 1.0})
+    bob = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0.0, 0.0, 0.0)),))
+    scene = pp.Scene(model=bob, effects=(GRAVITY,), start=start, duration=3.0)
+    run = pp.simulate(scene, method="dop853", tolerance=1e-12, samples=5)
+    assert run.maximum("R3").value == pytest.approx(9.81 * (3 - 2 * np.cos(1.0)), rel=1e-10)
+    assert run.minimum("R3") == pytest.approx((9.81 * np.cos(1.0), run.minimum("R3").t), rel=1e-10)
+    assert run.minimum("theta").value == pytest.approx(-1.0, abs=1e-10)
+    assert abs(run.at(run.minimum("theta").t)["theta_rate"][0]) < 1e-4  # a time is known as well as the root of a value
+    assert run.maximum("t").value == run.maximum("t").t == 3.0
+
+
+def test_the_side_of_an_impact() -> None:
+    """The least rate is just before the impact, the largest just behind it: e times as large, the other way."""
+    stop = pp.effects.Stop(lower=0.2, upper=0.9, restitution=0.6)
+    start = pp.Start(time=2.0, positions={"theta": 0.5}, velocities={"theta": 0.0})
+    scene = pp.Scene(model=THICK, effects=(GRAVITY, stop), start=start, duration=0.5)
+    run = pp.simulate(scene, tolerance=1e-10, samples=7)
+    (event,) = run.events
+    before, behind = run.minimum("theta_rate"), run.maximum("theta_rate")
+    assert (before.t, behind.t) == (np.nextafter(event.t, 0), event.t)
+    assert behind.value == pytest.approx(-0.6 * before.value, rel=1e-9)
+    assert run.at(before.t)["theta_rate"][0] == before.value
+    with pytest.warns(Note, match="not defined at the 1 impacts"):
+        run.maximum("R3")
+
+
+def test_the_force_of_a_load_that_is_stopped_is_not_that_of_a_sample(tmp_path: Path) -> None:
+    """Its support falls and stands still: sixty samples a second show a fraction of the largest force."""
+    t = np.linspace(0, 1, 101)
+    table = np.column_stack([t, 0 * t, 0 * t, -6 * np.minimum(t, 0.5)])
+    np.savetxt(tmp_path / "drop.csv", table, delimiter=",", header="t,x,y,z", comments="")
+    rods = (pp.Rod(length=0.5, mass=1.0, radius=0.01),) * 5 + (pp.Rod(length=0.5, mass=1.0, payload=200.0),)
+    effects = (GRAVITY, pp.effects.Support(csv=tmp_path / "drop.csv"))
+    scene = pp.Scene(model=pp.Chain(rods=rods), effects=effects, start={"positions": {"phi_1": 0.05}}, duration=1.0)
+    run = pp.simulate(scene, tolerance=1e-10, samples=61)
+    largest = run.maximum("R3_1")
+    times = np.unique(np.concatenate([np.linspace(0, 1, 5001), largest.t + np.linspace(-2e-4, 2e-4, 2001)]))
+    dense = pp.simulate(scene, tolerance=1e-11, times=times)["R3_1"]
+    assert largest.value == pytest.approx(dense.max(), rel=1e-4)
+    assert run["R3_1"].max() < 0.5 * largest.value
