@@ -275,7 +275,7 @@ def test_extremes_of_a_rod_in_a_plane_are_exact() -> None:
 
 def test_the_side_of_an_impact() -> None:
     """The least rate is just before the impact, the largest just behind it: e times as large, the other way."""
-    stop = pp.effects.Stop(lower=0.2, upper=0.9, restitution=0.6)
+    stop = pp.effects.Stop(lower=0.2, upper=0.9, restitution=0.6, joints=["theta"])
     start = pp.Start(time=2.0, positions={"theta": 0.5}, velocities={"theta": 0.0})
     scene = pp.Scene(model=THICK, effects=(GRAVITY, stop), start=start, duration=0.5)
     run = pp.simulate(scene, tolerance=1e-10, samples=7)

@@ -106,7 +106,8 @@ def _answers(run: Any) -> Iterator[tuple[str, str]]:
         later = summary.get(f"{name}, second half")
         less = later if later and later.value < summary[name].value else None
         yield name, str(summary[name]) + (f"; after half the time {less.value:.6g} {less.unit}" if less else "")
-    yield "extremes", f"those of the {len(run.t)} samples"
+    if summary.remark:
+        yield "extremes", summary.remark
 
 
 def _energy(run: RunRecord) -> Iterator[tuple[str, str]]:

@@ -65,9 +65,9 @@ def links_of(run: RunRecord) -> tuple[str, ...]:
     return tuple(body.link for body in model_of(run).bodies)
 
 
-def swings_of(run: RunRecord) -> Array:
-    """As `kinematics.swings`, (n,) rad. Raises InputError as `model_of`."""
-    model = model_of(run)
+def swings_of(run: RunRecord, model: Model | None = None) -> Array:
+    """The largest angle of any rod from straight down, (n,) rad; of a run's model if none is given. Raises InputError."""
+    model = model or model_of(run)
     if model.chain is not None and model.chain.l.sum() < SHORTEST * model.chain.l.min():
         return kinematics.swings_of_chain(run.tips)
     return kinematics.swings(model, kinematics.poses(model, run.q))

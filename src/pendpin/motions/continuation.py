@@ -2,6 +2,7 @@
 
 from copy import copy
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -38,7 +39,15 @@ class Continuation:
         """The same, from other samples of the run."""
         other = copy(self)
         other.run = run
+        vars(other).pop("sides_of_events", None)
         return other
+
+    @cached_property
+    def sides_of_events(self) -> RunRecord:
+        """The run just before and just behind each of its events."""
+        events = np.unique([event.t for event in self.run.events if self.run.t[0] < event.t <= self.run.t[-1]])
+        times = np.unique(np.concatenate([np.nextafter(events, -np.inf), events]))
+        return self.at(times[times >= self.run.t[0]])
 
     def piece(self, sample: int, times: Array) -> Run:
         """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.

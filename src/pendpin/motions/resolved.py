@@ -30,9 +30,9 @@ def resolved(run: RunRecord) -> Continuation:
     """
     dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
     most = np.inf
-    more = _sampled_too(Continuation(run), _beside_events(run, _coarse(run)))
+    more = _sampled_too(Continuation(run), _beside_events(run, find_coarse(run)))
     for _ in range(LEVELS):
-        if not 0 < len(coarse := _coarse(more.run)) <= most:
+        if not 0 < len(coarse := find_coarse(more.run)) <= most:
             break
         most = np.inf if dense else min(most, GROWN * len(coarse))
         shares = np.diff(more.run.t)[coarse] / np.diff(run.t)[_intervals_of(run, more.run.t[coarse])]
@@ -88,7 +88,7 @@ def _beside_events(run: RunRecord, intervals: Indices) -> Array:
     return np.clip(np.concatenate([at - margin, at + margin]), run.t[0], run.t[-1])
 
 
-def _coarse(run: RunRecord) -> Indices:
+def find_coarse(run: RunRecord) -> Indices:
     """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations.
 
     Not those of an event, where they jump.

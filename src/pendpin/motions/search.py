@@ -161,15 +161,18 @@ def _may_change_sign(pieces: _Pieces, tiny: float) -> tuple[Mask, list[tuple[Arr
 # --- the largest value ------------------------------------------------------------------------------------------------
 
 
-def find_largest(more: Continuation, quantity: Quantity, first: float) -> tuple[float, float, int]:
-    """The largest value of a quantity (n, m) of a run that is `resolved`, from a sample at `first` in s on; when; column."""
+def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf) -> tuple[float, float, int, int]:
+    """The largest value of a quantity (n, m) of a run that is `resolved`, from a sample at `first` in s on.
+
+    Its value, when, in which column, and of how many.
+    """
     run = more.run if first <= more.run.t[0] else samples_of(more.run, more.run.t >= first)
     times, values, events = run.t, quantity(run), times_of_events(run)
-    events = np.unique(events[(events > times[0]) & (events <= times[-1])])
-    sides = np.unique(np.concatenate([np.nextafter(events, -np.inf), events]))
     t, x = times, values
-    if len(sides):  # where a quantity jumps, one of these is its largest value near there
-        t, x = np.concatenate([t, sides]), np.concatenate([x, quantity(more.at(sides))])
+    if ((events > times[0]) & (events <= times[-1])).any():  # where it jumps, one of the sides may be the largest
+        behind = more.sides_of_events.t > times[0]
+        sides = samples_of(more.sides_of_events, behind)
+        t, x = np.concatenate([t, sides.t]), np.concatenate([x, quantity(sides)])
     row, column = np.unravel_index(int(np.argmax(x)), x.shape)
     best = [(float(x[row, column]), float(t[row]), int(column))]
     tiny = max(ROUNDING, EXACT * (run.stats.tolerance or FIXED)) * float(np.abs(x).max())
@@ -197,7 +200,7 @@ def find_largest(more: Continuation, quantity: Quantity, first: float) -> tuple[
         return settle(pieces)
 
     _search(more, quantity, settle(pieces), settle_sampled)
-    return best[-1]
+    return *best[-1], values.shape[1]
 
 
 def _may_exceed_nearby(x: Array, best: float) -> tuple[Indices, Indices]:
@@ -224,7 +227,7 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
             f"{name} is not defined at the {impacts(run)} impacts of this run: it is that between them", stacklevel=4
         )
     more = resolved(run)
-    value, t, _ = find_largest(more, lambda rows: sign * rows[name][:, None], run.t[0])
+    value, t, *_ = find_largest(more, lambda rows: sign * rows[name][:, None])
     if t in run.t:
         return Extreme(sign * value, t)
     return Extreme(float(more.beside(run).at(np.array([t]))[name][0]), t)

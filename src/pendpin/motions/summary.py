@@ -1,18 +1,25 @@
 """A run in a few lines: model and method, errors, extremes; as text, as a table, in a notebook."""
 
 import html
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.ground.arrays import Array
+from pendpin.errors import InputError, PendpinError
+from pendpin.model.model_of_run import swings_of
+from pendpin.motions.continuation import Continuation
+from pendpin.motions.resolved import find_coarse, resolved
+from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
 
 MOST_PERIODS = 4  # joints
 LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
 PERIODIC = 1e-3  # of the mean: swings that differ by less have one period, as far as samples show
 FORCES = ("R1", "R2", "R3")
+MOST_AGAIN = 2_000_000  # evaluations times joints: about a second, for which a summary may integrate again
+EVALUATIONS_OF_EVENT = 500  # of a search on both sides of an event
 
 
 class Figure(NamedTuple):
@@ -29,11 +36,16 @@ class Figure(NamedTuple):
 
 
 class Summary(dict[str, Figure]):
-    """The extremes of a run by name; it prints as a table."""
+    """The extremes of a run by name; it prints as a table. `remark` says where they are not those between the samples."""
+
+    def __init__(self, rows: Mapping[str, Figure] = MappingProxyType({}), remark: str = "") -> None:
+        super().__init__(rows)
+        self.remark = remark
 
     def __repr__(self) -> str:
         width = max(map(len, self), default=0)
-        return "\n".join(f"{name:<{width}}  {figure}" for name, figure in self.items())
+        rows = [*self.items(), *([("extremes", self.remark)] if self.remark else [])]
+        return "\n".join(f"{name:<{width}}  {figure}" for name, figure in rows)
 
     def _repr_html_(self) -> str:
         rows = (
@@ -43,30 +55,67 @@ class Summary(dict[str, Figure]):
 
 
 def summary(run: Any) -> Summary:
-    """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run."""
+    """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run.
+
+    Extremes are those between the samples too, searched once for all; those of the samples where that would take long, or
+    where the run's scene cannot be built again.
+    """
     if not len(run.t):
         return Summary()
-    rows, half = {}, np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)
-    for name, values, unit in (
-        *([] if np.isnan(run.swing).any() else [("largest swing", np.degrees(run.swing), "degrees")]),
-        ("farthest sideways", np.hypot(*run.tips[:, -1, :2].T), "m"),
-    ):
-        rows[name] = _extreme(values[:, None], run.t, np.max, unit, [""])
-        rows[f"{name}, second half"] = _extreme(values[half:, None], run.t[half:], np.max, unit, [""])
-    rows |= _rest(run)
-    if run.rod_reactions is not None:
-        count = run.rod_reactions.R1.shape[1]
-        rods = [f"rod {i + 1}" for i in range(count)] if count > 1 else [""]
-        for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")):
-            values = getattr(run.rod_reactions, name)
-            if values.any():
-                rows[f"{name} least"] = _extreme(values, run.t, np.min, unit, rods)
-                rows[f"{name} largest"] = _extreme(values, run.t, np.max, unit, rods)
-    rows |= dict(_periods(run))
+    try:
+        rows, remark = _extremes(run, _resolved_at_little_cost(run)), ""
+    except (PendpinError, np.linalg.LinAlgError) as error:
+        rows, remark = _extremes(run, None), f"those of the {len(run.t)} samples: {error}"
+    if not remark and (count := impacts(run)) and run.rod_reactions is not None:
+        remark = f"forces are not defined at the {count} impacts: those between them"
+    rows |= _rest(run) | dict(_periods(run))
     energy = run.energy().total
     rows["energy at the start"] = Figure(float(energy[0]), "J")
     rows["energy at the end"] = Figure(float(energy[-1]), "J")
-    return Summary(rows)
+    return Summary(rows, remark)
+
+
+def _resolved_at_little_cost(run: Any) -> Continuation:
+    """The run with samples as close as a search needs. Raises InputError where these would take long."""
+    intervals = max(len(run.t) - 1, 1)
+    again = run.stats.evaluations * len(find_coarse(run)) / intervals + EVALUATIONS_OF_EVENT * len(run.events)
+    if again * len(run.joints) > MOST_AGAIN or not run.stats.evaluations:
+        raise InputError("a search between them would take long; run.maximum(name) does it")
+    return resolved(run)
+
+
+def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
+    """The extremes by name, of a run that is resolved, or of its samples."""
+    rows, half = dict[str, Figure](), float(run.t[np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)])
+    model = None if more is None else more.dynamics.model
+    of_whole: dict[str, tuple[Quantity, str]] = {
+        "largest swing": (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees"),
+        "farthest sideways": (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m"),
+    }
+    for name, (quantity, unit) in of_whole.items():
+        if name != "largest swing" or not np.isnan(run.swing).any():
+            rows[name] = whole = _largest(run, more, quantity, unit)
+            later = whole.time is not None and whole.time >= half
+            rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
+    for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")) if run.rod_reactions is not None else ():
+        if getattr(run.rod_reactions, name).any():
+            negative = _largest(run, more, lambda rows, name=name: -getattr(rows.rod_reactions, name), unit)
+            rows[f"{name} least"] = negative._replace(value=-negative.value)
+            rows[f"{name} largest"] = _largest(
+                run, more, lambda rows, name=name: getattr(rows.rod_reactions, name), unit
+            )
+    return rows
+
+
+def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str, first: float = -np.inf) -> Figure:
+    """The largest value of a quantity (n, rods) of a run from a sample at `first` in s on; of several rods it says which."""
+    if more is None:
+        t, values = run.t[run.t >= first], quantity(run)[run.t >= first]
+        row, rod = np.unravel_index(int(np.argmax(values)), values.shape) if np.isfinite(values).all() else (0, 0)
+        value, time, rods = values[row, rod], t[row], values.shape[1]
+    else:
+        value, time, rod, rods = find_largest(more, quantity, first)
+    return Figure(float(value), unit, float(time), f"rod {rod + 1}" if rods > 1 else "")
 
 
 def _rest(run: Any) -> dict[str, Figure]:
@@ -76,12 +125,6 @@ def _rest(run: Any) -> dict[str, Figure]:
         return {}
     last, still = run.t[moving[-1] : moving[-1] + 2]
     return {"at rest from": Figure(max((e.t for e in run.events if last < e.t <= still), default=float(still)), "s")}
-
-
-def _extreme(values: Array, t: Array, of: Any, unit: str, places: list[str]) -> Figure:
-    """The least or largest of values (n, places), when and where."""
-    row, column = np.argwhere(values == of(values))[0] if np.isfinite(values).all() else (0, 0)
-    return Figure(float(values[row, column]), unit, float(t[row]), places[column])
 
 
 def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
@@ -109,7 +152,7 @@ def text(run: Any) -> str:
     if not len(run.t):
         return "Trajectory without samples"
     first = f"Trajectory of {RunRecord.__repr__(run)}"
-    rows = summary(run)
+    rows = run.summary()
     parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
     parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
     if "R3 largest" in rows:
@@ -135,4 +178,4 @@ def _trust(run: Any) -> str:
 def page(run: Any, player: str) -> str:
     """A run in a notebook: the player, three lines, and the table of extremes."""
     lines = f'<pre style="white-space: pre-wrap">{html.escape(text(run))}</pre>'
-    return f"{player}{lines}{summary(run)._repr_html_()}"
+    return f"{player}{lines}{run.summary()._repr_html_()}"

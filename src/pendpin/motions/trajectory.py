@@ -105,8 +105,12 @@ class Trajectory(RunRecord):
     def summary(self) -> Summary:
         """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
 
-        With their times; periods and energy too. Extremes are those of the samples.
+        With their times; periods and energy too. Extremes are those between the samples too, unless a remark says why not.
         """
+        return self._summary
+
+    @cached_property
+    def _summary(self) -> Summary:
         return summary(self)
 
     def to_pandas(self, *names: str) -> Any:
