@@ -106,6 +106,44 @@ def test_cases_in_vectors_meet_their_accuracy(target: float, reach: float) -> No
     assert np.abs((one - other).cumsum(-1)).max() <= 1.7 * target
 
 
+PUSHED = pp.Scene(
+    duration=0.5,
+    model=pp.Chain(
+        rods=[pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, payload=0.2, radius=0.03)]
+    ),
+    start=pp.Start(positions={"theta_1": 0.5, "phi_2": 0.2}),
+    effects=[
+        fx.Gravity(),
+        fx.Viscous(coefficient=0.1),
+        fx.Spring(stiffness=1.0, rest=0.1),
+        fx.Push(link="rod_1", force=(1.0, 0.5, 0.2)),
+        fx.Support(amplitude=(0.1, 0.0, 0.05), frequency=3.0),
+    ],
+    solver=pp.Solver(samples=11, tolerance=1e-9),
+)
+
+
+@pytest.mark.parametrize(
+    "key",
+    [
+        "effects[0].acceleration",
+        "effects[1].coefficient",
+        "effects[2].stiffness",
+        "effects[2].rest",
+        "effects[3].force[1]",
+        "effects[4].amplitude[0]",
+        "model.rods[0].radius",
+        "model.rods[1].payload",
+    ],
+)
+def test_a_number_may_be_0(key: str) -> None:
+    """Its equations are others then: such a case is simulated on its own, wherever it stands in the sweep."""
+    values = [0.0, 0.1, 0.0, 0.05]
+    found = pp.sweep(PUSHED, {key: values}, ["theta_1.min"])["theta_1.min"].values
+    own = [pp.simulate(PUSHED.replace({key: x}))["theta_1"].min() for x in values]
+    np.testing.assert_allclose(found, own, atol=1e-8)
+
+
 def test_what_has_corners_is_simulated_on_its_own() -> None:
     """Dry friction: no vectors, the same measures."""
     task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))

@@ -106,11 +106,15 @@ class Vectors:
         return done
 
     def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
-        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
-        cases = {}
+        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others.
+
+        A number that is 0 makes another structure: its equations lack what it stands for.
+        """
+        cases = dict[int, Cases]()
         for place, row in enumerate(rows):
             with suppress(PendpinError):  # simulate says why
-                cases[place] = self.series[0].case(set_numbers(self.task.scene, self.task.plan.keys, row))
+                if case := self.series[0].case(set_numbers(self.task.scene, self.task.plan.keys, row)):
+                    cases[place] = case
         return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
 
     def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
