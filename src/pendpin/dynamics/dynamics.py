@@ -1,7 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Hashable, Sequence
 from copy import copy
 from dataclasses import replace
 from functools import cached_property
@@ -56,6 +56,7 @@ class Dynamics:
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
+        self._in_motion = dict[Hashable, Dynamics]()  # by the zeros of a start
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
             self.model = replace(model, make_pin=lambda: with_gravity(model.pin, self.loads.constant))
@@ -70,6 +71,8 @@ class Dynamics:
     @cached_property
     def in_machine_code(self) -> "Dynamics":
         """The same on compiled equations; it shares what is large, Pinocchio's data."""
+        if self.engine.compiles:
+            return self
         changed = copy(self)
         changed.engine = self.compiled()
         return changed
@@ -79,15 +82,16 @@ class Dynamics:
 
         Its equations are `compiled` or those of this engine.
         """
-        if self.contacts is not None:
-            return self.in_machine_code if compiled else self
-        base = self._in_directions if compiled else self.engine
-        moving = in_motion(base, self.effects, self.start, q, v)
-        if moving is base:
-            return self.in_machine_code if compiled else self
-        changed = copy(self)
-        changed.engine = compile_engine(moving, self.effects, self.start) if compiled else moving
-        return changed
+        key = (q == 0).tobytes(), (v == 0).tobytes(), compiled
+        if key not in self._in_motion:
+            base = self._in_directions if compiled else self.engine
+            moving = base if self.contacts else in_motion(base, self.effects, self.start, q, v)
+            changed = self.in_machine_code if compiled else self
+            if moving is not base:
+                changed = copy(self)
+                changed.engine = compile_engine(moving, self.effects, self.start) if compiled else moving
+            self._in_motion[key] = changed
+        return self._in_motion[key]
 
     @property
     def _in_directions(self) -> Engine:

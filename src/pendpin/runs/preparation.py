@@ -40,7 +40,7 @@ class Prepared:
             chosen = scene.with_solver(method=method, engine=engine)
             if _form_of(method) != _form_of(scene.solver.method):
                 bound = dynamics = bind_for_run(chosen)
-        compiles = engine == "compiled" and not bound.engine.compiles
+        compiles = engine == "compiled"
         if method_of(method).setting == "tolerance" and not energy_balance and (compiles or method == "taylor"):
             dynamics = bound.in_motion(q, v, compiles)
         elif compiles:
