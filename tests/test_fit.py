@@ -5,6 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
@@ -31,7 +32,7 @@ def test_motions_agree_with_simulate(rods: int, effects, start: list[float]) -> 
     """Sliding, sticking and coming loose included: below 1e-7 rad. The derivatives are those of neighbouring runs."""
     scene = scene_of(rods, *effects, rate=400)
     free, sensors = free_parameters(scene, "physics"), sensors_of(ANGLE if rods == 1 else ANGLES, build(scene.model))
-    pendulum = bind_pendulum(scene, free, sensors, 0.0, scene.duration)
+    pendulum = bind_pendulum(scene, free, sensors, 0.0, scene.duration, 0.05)
     assert pendulum.moving == tuple(2 * i for i in range(rods))  # phi stays at rest
     begin = np.array([*start, *[0.0] * rods])
     motion = pendulum.at(free.start).move(begin, scene.times)
@@ -113,6 +114,19 @@ def test_a_wrong_model_is_noticed(single) -> None:
     assert "cannot explain" in pp.fit(without, table, "physics").verdict
     double = swings_of(scene_of(2, data=ANGLES), [0.5, -0.3])
     assert "cannot explain the data at all" in pp.fit(truth, double, "physics").verdict
+
+
+@pytest.mark.parametrize(("memory", "size"), [(0.5, 1e-3), (0.9, 1e-3), (0.98, 2e-4)])
+def test_correlated_noise_is_no_missing_effect(single, memory: float, size: float) -> None:
+    """Noise of first order: of the right model it explains what is left over; where the drag is missing, it does not."""
+    truth, table = single
+    white = np.random.default_rng(5).normal(0, size * np.sqrt(1 - memory**2), len(table["t"]) + 500)
+    noisy = table | {"a1": table["a1"] + lfilter([1.0], [1.0, -memory], white)[500:]}
+    fit = pp.fit(truth, noisy, "physics")
+    assert fit.explained
+    assert fit.verdict.startswith("Noise of the sensors that is correlated over 0."), fit.verdict
+    without = pp.fit(truth.replace(effects=truth.effects[:1]), noisy, "physics")
+    assert "Some effect is missing" in without.verdict
 
 
 def test_what_is_odd_in_the_data_is_named(single, tmp_path: Path) -> None:
@@ -268,6 +282,7 @@ def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> 
     assert not found.errors
     assert not found.combinations
     assert set(found.undetermined) == set(found.values)
+    assert ("times slower" if unit > 1 else "times faster") in found.verdict
     assert "check the units of angles and times" in found.verdict
     assert all(np.isfinite(value) for value in found.values.values())
 

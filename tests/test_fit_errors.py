@@ -215,7 +215,7 @@ def test_a_direction_that_nothing_shows_is_not_determined() -> None:
 @pytest.mark.parametrize(("size", "determined"), [(20.0, True), (45.0, False)])
 def test_an_error_of_a_third_of_the_accelerations_is_none(size: float, determined: bool) -> None:
     """The limit is 30 natural scales, each a hundredth."""
-    known = Certainty(np.diag([size**2, 1.0]) * 4, np.zeros((2, 0)), np.array([2.0, 2.0]), 1.0, 0.0, 1.0)
+    known = Certainty(np.diag([size**2, 1.0]) * 4, np.zeros((2, 0)), np.array([2.0, 2.0]), 1.0, 0.0, 1.0, np.zeros(0))
     assert known.determined(np.array([1.0, 0.0])) == determined
 
 

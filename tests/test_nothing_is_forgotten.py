@@ -57,7 +57,7 @@ def test_a_fit_can_free_every_number_of_an_effect(name: str) -> None:
     keys = [f"effects[0].{key}" for key in effect.parameters if key != "csv" and getattr(effect, key) is not None]
     free = free_parameters(scene, keys)
     sensors = sensors_of(Data(columns={"a": ("theta",), "b": ("phi",)}), build(scene.model))
-    bound = bind_pendulum(scene, free, sensors, 0.0, 1.0).at(free.start)
+    bound = bind_pendulum(scene, free, sensors, 0.0, 1.0, 0.05).at(free.start)
     directions = bound.variations.equations.variation.directions[: len(free.keys)]
     assert len(free.keys) >= len(keys)
     idle = {key for key, direction in zip(free.keys, directions, strict=True) if not direction.shared}

@@ -172,6 +172,14 @@ def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
     return (x - solve_banded((1, 0), bands, before)) / np.sqrt(new)[:, None]
 
 
+def innovations(series: Series, kinds: Kinds, r: Array) -> Array:
+    """What is new in each residual (N,), by the likeliest kind of noise: white if that kind explains them."""
+    best = int(np.argmax(kinds.weights))
+    share = kinds.ratios[best] / (1 + kinds.ratios[best])
+    decay, gain, new = _filters(series, kinds.times[best : best + 1], np.array([share]))
+    return _whiten(r[:, None], decay[0], gain[0], new[0])[:, 0]
+
+
 def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
     """The covariance (k, k) of the sum of noise times scores (N, k)."""
     white, total = scores.T @ scores, 0.0

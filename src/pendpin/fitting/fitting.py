@@ -40,6 +40,7 @@ OFFSET = 0.01  # rad or m: natural scale of a zero
 NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
 SURE = 0.1  # of the square of these: with less, nobody asks whether the guess itself is nearer
 MOST_GROWTH = 1e3  # of a disturbance of a start: pieces are cut where the motion forgets its start
+OTHER_UNIT = 30.0  # times slower or faster than the guesses: no better guess mends that
 MOST_WEIGHT = 10.0  # between the best and the worst explained piece
 NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
 
@@ -76,6 +77,14 @@ class Setting:
     def regression(self) -> Regression:
         """The accelerations that the data show, for equation error."""
         return bind_regression(self.pendulum, self.shift, self.angles, SMOOTHING * self.pace)
+
+    @cached_property
+    def slowness(self) -> float:
+        """How many times slower the data move than the scene with its guesses, by their accelerations."""
+        offsets = self.shift.shape[1] if self.table.offsets == "free" else 0
+        a, _ = self.regression.accelerations(np.concatenate([self.free.start, np.zeros(offsets)]))
+        sizes = [np.sqrt(np.nanmean(x**2)) for x in (a, self.regression.measured)]
+        return float(np.sqrt(sizes[0] / sizes[1])) if min(sizes) > 0 else 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -122,7 +131,7 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
             "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
         )
     swings = thin_out(swings, FINEST * pace)
-    pendulum = bind_pendulum(scene, parameters, sensors, *_span(swings))
+    pendulum = bind_pendulum(scene, parameters, sensors, *_span(swings), pace)
     return Setting(scene, table, parameters, pendulum, swings, pace, noise, tuple(table.columns), robust)
 
 
@@ -135,7 +144,7 @@ def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> S
     """The same data with another scene and other free numbers."""
     parameters = free_parameters(scene, free)
     sensors = sensors_of(setting.table, build(scene.model))
-    pendulum = bind_pendulum(scene, parameters, sensors, *_span(setting.swings))
+    pendulum = bind_pendulum(scene, parameters, sensors, *_span(setting.swings), setting.pace)
     return replace(setting, scene=scene, free=parameters, pendulum=pendulum)
 
 
@@ -154,6 +163,9 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     problem = _problem(setting)
     progress("a start by equation error")
     p = _rescale(setting, problem, problem.prior)
+    if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
+        x = problem.prior
+        return _finish(setting, problem, x, solve_starts(problem, x, _states(setting, problem, x), 0), 0)
     x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
     near = _near(setting, problem, x)
     if not near.misfit < SURE and (other := _near(setting, problem, problem.prior)).misfit < near.misfit:
@@ -292,16 +304,16 @@ def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: A
     return replace(problem, share=problem.share * huber_weights(r.reshape(P, M, columns).transpose(1, 2, 0)))
 
 
-def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved) -> Solution:
-    """The solution with weights by what is left over, from unknowns x (nx,), and what is known of it.
+def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: int = LAST) -> Solution:
+    """The solution with weights by what is left over, from unknowns x (nx,) in `most` steps, and what is known of it.
 
     Errors of a robust fit are those of least squares over its pseudo-residuals, with even weights.
     """
     full = replace(problem, share=1.0)
-    solved = solve_starts(full, x, solved.starts, 0 if setting.robust else MOST_START_STEPS)
+    solved = solve_starts(full, x, solved.starts, 0 if setting.robust or not most else MOST_START_STEPS)
     full = _weigh(setting, full, solved)
     search = _count_outliers_less(setting, full, x, solved.starts)
-    x, solved, J = Search(search, Starts(x, solved.starts)).run(LAST)
+    x, solved, J = Search(search, Starts(x, solved.starts)).run(most)
     seen = ~np.isnan(full.batch.y.transpose(2, 0, 1))
     if setting.robust:
         solved = solve_starts(full, x, solved.starts, 0)

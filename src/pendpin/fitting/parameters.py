@@ -59,7 +59,8 @@ class Free:
 
     def gradients(self, z: Array) -> Array:
         """The derivatives (K, nz) of the numbers by the search coordinates."""
-        return self.transform * np.where(self.positive, np.exp(z), 1.0)
+        with np.errstate(over="ignore"):  # of a model that is far off
+            return self.transform * np.where(self.positive, np.exp(z), 1.0)
 
 
 def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:

@@ -26,6 +26,7 @@ from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.scene import Scene, Solver, Start
 
 TOLERANCE = 1e-10  # of the motions; pieces magnify it a thousandfold at most, and sensors show 1e-5 rad
+EVALUATIONS, FEW = 2000, 10  # at most, for each time scale of the data and some more; good models take 100
 LOST = 1e6  # a residual that is no number, in units of the weights
 AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may accelerate by and stay
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
@@ -46,6 +47,7 @@ class Pendulum:
     free: Free
     sensors: Sensors
     moving: tuple[int, ...]  # joints, in model order
+    pace: float  # s, the time scale of the data
 
     @cached_property
     def model(self) -> Model:
@@ -92,7 +94,8 @@ class Bound:
         y[places] = start
         w = self.variations.equations.starts
         states, changes = self.variations.follow(
-            y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)
+            *(y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)),
+            most=EVALUATIONS * (FEW + (times[-1] - times[0]) / self.pendulum.pace),
         )
         return Motion(states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv]))
 
@@ -143,8 +146,8 @@ class Bound:
         return np.concatenate([np.tensordot(self.gradients, by[:K], (0, 0)), by[K:]])
 
 
-def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end: float) -> Pendulum:
-    """The pendulum of a scene, for data from `begin` to `end` in s.
+def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end: float, pace: float) -> Pendulum:
+    """The pendulum of a scene, for data from `begin` to `end` in s, with their time scale in s.
 
     Joints that no column measures and that start at rest at 0 are left out, if their accelerations then vanish whatever
     the others do. Raises InputError for effects that a fit does not take, MissingLibrary without llvmlite.
@@ -163,7 +166,7 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     engine = choose_engine(some, Binding(some, effects, start=begin).loads, "auto", "angles")
     still = staying_zero(engine, effects, begin, [part * len(q) + j for part in range(2) for j in resting])
     moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)
-    return Pendulum(moved, free, sensors, moving)
+    return Pendulum(moved, free, sensors, moving, pace)
 
 
 class Residuals(NamedTuple):
@@ -203,8 +206,8 @@ class Problem:
         return x[: self.nz], x[self.nz :] if len(x) > self.nz else self.offsets
 
     def show(self, x: Array, starts: Array, t: Array) -> Array:
-        """What the sensors show at unknowns (nx,), (M, columns, C), from starts (2n, C) at times t (M, C)."""
-        bound, out = self.pendulum.at(self.split(x)[0]), np.full((len(t), len(self.weights), t.shape[1]), np.nan)
+        """What the sensors show at unknowns (nx,), (M, columns, C), from starts (2n, C) at times t (M, C); else infinite."""
+        bound, out = self.pendulum.at(self.split(x)[0]), np.full((len(t), len(self.weights), t.shape[1]), np.inf)
         for piece, times in enumerate(t.T):
             count = 1 + int((np.diff(times) > 0).sum())
             try:

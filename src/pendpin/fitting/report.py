@@ -9,11 +9,11 @@ import numpy as np
 from pendpin.errors import InputError
 from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
+from pendpin.fitting.fitting import FINEST, OTHER_UNIT, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.robust import huber_scale
 from pendpin.fitting.search import solve_starts
-from pendpin.fitting.uncertainty import NOISY, WHITE, outliers
+from pendpin.fitting.uncertainty import NOISY, WHITE, outliers, whiteness
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.report import Report, Result, Table
 from pendpin.scene import Chain, Data, Scene
@@ -25,6 +25,7 @@ LOST = 0.25  # of the spread of a column: residuals of a model that does not fol
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
 OUTLIERS = 0.5  # of the squared residuals of a column: outliers with more of them explain what is left over
 NAMED = 3  # outliers, the farthest
+PERIOD, COLOURED = 60, 1e-3  # samples, about a period; level at which noise with one correlation time is refused
 FAR = 10.0  # times the residuals of the fit: held-out errors that need a reason
 
 
@@ -123,9 +124,15 @@ class Fit(Result):
 
     @property
     def explained(self) -> bool:
-        """Whether the model explains the data: what is left over is no larger than the noise, and white."""
+        """Whether the model explains the data: the rest is noise, white and no larger than the sensors', or correlated.
+
+        Correlated noise has one correlation time; what an effect leaves over goes with the motion, so that even its new part
+        is correlated within a period.
+        """
         loud = any(rms > NOISY * self.noise[name] for name, rms in self.train.usual.items())
-        return not loud and self.white > WHITE
+        certainty = self.solution.certainty
+        coloured = certainty.enough and whiteness(certainty.new, PERIOD) > COLOURED
+        return self.follows and (coloured or (not loud and self.white > WHITE))
 
     def predict(self, data: Any, start: float = 0.1) -> Prediction:
         """Predict other swings; their starts are fitted on the first part `start` of each."""
@@ -159,7 +166,10 @@ class Fit(Result):
     @property
     def verdict(self) -> str:
         """Whether the model explains the data, in a sentence."""
-        rms, part = self.train.usual, self.train.part
+        rms, part, slow = self.train.usual, self.train.part, self.setting.slowness
+        if not 1 / OTHER_UNIT < slow < OTHER_UNIT:
+            pace = f"{slow:.2g} times slower" if slow > 1 else f"{1 / slow:.2g} times faster"
+            return f"The model cannot explain the data at all: they move {pace} than it; {CHECK}."
         if not np.isfinite(part):
             return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
@@ -170,9 +180,14 @@ class Fit(Result):
         if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
             return f"These data tell little: {100 * part:.2g} % of their variation is noise of the sensors."
         if self.explained:
-            return "The model explains the data: the residuals are white and no larger than the noise."
+            if self.white > WHITE:
+                return "The model explains the data: the residuals are white and no larger than the noise."
+            memory = f"{self.solution.certainty.memory:.2g} s"
+            return (
+                f"Noise of the sensors that is correlated over {memory} explains what the model leaves over: {times}."
+            )
         if rms[worst] <= NOISY * self.noise[worst]:
-            return f"The model cannot explain the data: residuals are small, but correlated (p = {self.white:.1g})."
+            return f"The model cannot explain the data: residuals are small, but go with the motion (p = {self.white:.1g})."
         what = f"{times}, {float(f'{100 * part:.2g}'):g} % of the motion, and correlated"
         if not self.follows:
             return f"The model cannot explain the data at all: {what}; {CHECK}."

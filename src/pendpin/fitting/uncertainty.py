@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import chdtrc, chdtri, stdtrit
 
-from pendpin.fitting.correlated_noise import degrees_of_freedom, likely_kinds, series_of, sum_covariance
+from pendpin.fitting.correlated_noise import degrees_of_freedom, innovations, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
 from pendpin.ground.arrays import Array, Mask
 
@@ -32,6 +32,7 @@ class Certainty:
     inflation: float  # the largest ratio of these standard errors to those of uncorrelated residuals
     memory: float  # s, the typical correlation time of the residuals
     duration: float  # s, of all swings together
+    new: Array  # (P, M, columns) what is new in each residual, if they are noise with such a memory
 
     @property
     def enough(self) -> bool:
@@ -75,10 +76,11 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     sigma2 = (r**2).sum() / max(freedom, 1)
     duration = float((t[-1] - t[0]).sum())
     lags, white = memory_lags(r), sigma2 * np.eye(V.shape[1])
-    meat, time = white, duration
+    meat, time, new = white, duration, np.zeros_like(r)
     if freedom > 0:
         kinds = likely_kinds(series, series.take(r), series.take(starts), series.take(unit))
         meat, time = sum_covariance(series, kinds, series.take(unit)), kinds.time
+        new[series.rows] = innovations(series, kinds, series.take(r))
     others = [(summed_covariance(scores, lags), BARTLETT * len(series.gap) / (lags + 1))]
     if (many := int(swing.max(initial=0)) + 1) >= FEWEST_SWINGS:
         sums = np.array([scores[swing == k].sum((0, 1)) for k in range(many)])
@@ -92,7 +94,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     growth = np.sqrt(largest / np.maximum(base, 1e-300))
     growth = np.maximum(growth, 1.0) * stdtrit(max(freedom, 1), 0.975) / stdtrit(np.inf, 0.975)
     grown = V @ white @ V.T * np.outer(scale * growth, scale * growth)
-    return Certainty(grown, Vt[~sure].T, scale, float(growth.max(initial=1.0)), time, duration)
+    return Certainty(grown, Vt[~sure].T, scale, float(growth.max(initial=1.0)), time, duration, new)
 
 
 def _variances(V: Array, meat: Array) -> Array:
@@ -165,13 +167,13 @@ def _off_neighbours(y: Array) -> Array:
     return off
 
 
-def whiteness(r: Array) -> float:
-    """The probability of so much autocorrelation in white residuals (P, M, columns).
+def whiteness(r: Array, most: int = 20) -> float:
+    """The probability of so much autocorrelation, over `most` samples, in white residuals (P, M, columns).
 
     G. Ljung, G. Box, Biometrika 65 (1978), 297.
     """
     n = int((r != 0).sum())
-    lags = min(20, r.shape[1] // 5)
+    lags = min(most, r.shape[1] // 5)
     if n < 10 or lags < 1:
         return 1.0
     rho = autocorrelation(r, lags)[1:]

@@ -124,11 +124,16 @@ class InMachineCode(Stepper):
         return self.call.solved(y, t, end).states(y)[-1] if end > t else y
 
 
-def block_stepper(block: Block, rtol: float, atol: Array, first_step: float, longest: float) -> Stepper:
-    """The steps of DOP853 on the equations of a block up to events, within rtol and atol (size,): by CyRK, else by SciPy."""
+def block_stepper(
+    block: Block, rtol: float, atol: Array, first_step: float, longest: float, raised: Callable[[], None]
+) -> Stepper:
+    """The steps of DOP853 on the equations of a block up to events, within rtol and atol (size,): by CyRK, else by SciPy.
+
+    `raised` raises what the block's progress callback wants to raise.
+    """
     if available():
         call = Call(cyrk.METHODS["DOP853"], block.code().address, block, np.array([rtol]), atol, first_step, longest)
-        return InMachineCode(call, lambda: None)
+        return InMachineCode(call, raised)
 
     def derivative(dy: Array, t: float, y: Array) -> None:
         dy[:] = block.evaluated(np.array([t]), y[None])[0][0]

@@ -49,6 +49,7 @@ class Variations:
         self.keys, self.nv = tuple(keys), self.equations.nv
         q, v = start_state(self.equations.model, scene.start)
         refuse_poles(self.equations.model, q)
+        self._last = np.inf  # the number of evaluations that may not be passed
         self._scales: Scales | None = None  # of the first motion that is integrated
         self.start = np.concatenate([q, v])
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
@@ -65,8 +66,15 @@ class Variations:
         sizes = np.maximum(np.repeat(sizes, self.nv, axis=1), np.where(largest > 0, _LEAST * largest, 1.0))
         return self.follow(y, w, times, tolerance, sizes.ravel())
 
-    def follow(self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array) -> tuple[Array, Array]:
-        """As `integrate`, with given sizes (2 nv K,) of the changes; those that are infinite do not shorten the steps."""
+    def follow(
+        self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array, most: float = np.inf
+    ) -> tuple[Array, Array]:
+        """As `integrate`, with given sizes (2 nv K,) of the changes; those that are infinite do not shorten the steps.
+
+        RunError after about `most` evaluations of the equations.
+        """
+        self._last = self.equations.block.calls + most
+        self.equations.block.on_progress(lambda t: self._is_over())
         atol = tolerance * np.concatenate([np.ones(len(y)), sizes])
         state, rtol = np.concatenate([y, w.ravel()]), max(tolerance, LEAST_RTOL)
         rows, mode = [state[None]], None
@@ -112,7 +120,7 @@ class Variations:
         first_step = 2 * rtol ** (1 / 8) / float((scales.rate / scales.position).max())
         for _ in range(MOST_EVENTS):
             contacts.enter(mode)
-            stepper = block_stepper(self.equations.block, rtol, atol, first_step, longest)
+            stepper = block_stepper(self.equations.block, rtol, atol, first_step, longest, self._refuse_more)
             guards = guards_of(contacts, state[:nv], mode, scales, rtol)
             segment = integrate_to_event(stepper, guards.values, guards.floor, t, state, end, times[done:])
             samples = segment.samples
@@ -124,6 +132,15 @@ class Variations:
         if done == len(times) - 1 and t == end:  # an event at the last time
             parts.append(state[None])
         return np.concatenate(parts), mode
+
+    def _is_over(self) -> bool:
+        """Whether as many evaluations were made as may be."""
+        return bool(self.equations.block.calls > self._last)
+
+    def _refuse_more(self) -> None:
+        """RunError when they were."""
+        if self._is_over():
+            raise RunError("the motion takes too many evaluations")
 
     def _cross(self, t: float, state: Array, guards: Guards, fired: list[int]) -> Mode:
         """The mode after an event at t; the state (size,) is changed to that after it."""
