@@ -7,16 +7,17 @@ from scipy.signal import lfilter
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of, swings_of
 from pendpin.effects import DryFriction, Viscous
-from pendpin.fitting.combinations import Combination
 from pendpin.fitting.correlated_noise import Kinds, _filters, _likelihood, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
-from pendpin.fitting.robust import huber_scale, pseudo_residuals
 from pendpin.fitting.uncertainty import (
     Certainty,
+    Combination,
     autocorrelation,
     certainty,
+    huber_scale,
     memory_lags,
     outliers,
+    pseudo_residuals,
     sensor_noise,
     summed_covariance,
     whiteness,

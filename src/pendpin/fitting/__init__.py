@@ -1,8 +1,8 @@
 """Fit: from measured swings to a scene with fitted numbers and their errors (docs/fit.md).
 
-May import: graphics, motions, runs and what is below them; no other tool. Reading: data; the free numbers:
-parameters; residuals: problem; search: guess, search, fitting; what the result is worth: uncertainty,
-correlated_noise, robust, combinations, alternatives; what is shown: report, figure.
+May import: graphics, motions, runs and what is below them; no other tool. Reading: data; the free numbers: parameters;
+residuals, their derivatives and the search: problem; where it starts: guess; the whole of a fit: fitting; what the result is
+worth: uncertainty, correlated_noise, alternatives; what is shown: report, figure.
 """
 
 import time
@@ -13,12 +13,11 @@ from typing import Any
 import numpy as np
 
 from pendpin.fitting.alternatives import explain_residual
-from pendpin.fitting.combinations import combinations
 from pendpin.fitting.data import read_swings
 from pendpin.fitting.fitting import Setting, Solution, prepare, solve
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.report import Fit, Prediction, compared_samples, fitted_prediction, predict
-from pendpin.fitting.uncertainty import whiteness
+from pendpin.fitting.uncertainty import combinations, whiteness
 from pendpin.ground.arrays import Array
 from pendpin.scene import Data, Scene, chosen_scene
 

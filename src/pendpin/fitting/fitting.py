@@ -20,10 +20,17 @@ from pendpin.fitting.guess import (
     time_scale,
 )
 from pendpin.fitting.parameters import Free, free_parameters
-from pendpin.fitting.problem import Pendulum, Problem, bind_pendulum
-from pendpin.fitting.robust import huber_scale, huber_weights, pseudo_residuals
-from pendpin.fitting.search import MOST_START_STEPS, Search, Solved, Starts, solve_starts
-from pendpin.fitting.uncertainty import Certainty, certainty, sensor_noise
+from pendpin.fitting.problem import (
+    MOST_START_STEPS,
+    Pendulum,
+    Problem,
+    Search,
+    Solved,
+    Starts,
+    bind_pendulum,
+    solve_starts,
+)
+from pendpin.fitting.uncertainty import Certainty, certainty, huber_scale, huber_weights, pseudo_residuals, sensor_noise
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene

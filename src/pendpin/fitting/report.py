@@ -7,13 +7,11 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError
-from pendpin.fitting.combinations import Combination
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
 from pendpin.fitting.fitting import FINEST, OTHER_UNIT, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
-from pendpin.fitting.robust import huber_scale
-from pendpin.fitting.search import solve_starts
-from pendpin.fitting.uncertainty import NOISY, WHITE, outliers, whiteness
+from pendpin.fitting.problem import solve_starts
+from pendpin.fitting.uncertainty import NOISY, WHITE, Combination, huber_scale, outliers, whiteness
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.report import Report, Result, Table
 from pendpin.scene import Chain, Data, Scene

@@ -1,15 +1,22 @@
 """What the data can tell: directions they determine, standard errors that hold for correlated residuals, whiteness."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
-from scipy.special import chdtrc, chdtri, stdtrit
+from scipy.special import chdtrc, chdtri, ndtr, stdtrit
 
 from pendpin.fitting.correlated_noise import degrees_of_freedom, innovations, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
+from pendpin.fitting.parameters import Free, replace_unchecked, substitute
 from pendpin.ground.arrays import Array, Mask
+from pendpin.scene import Chain, Scene
 
+# Standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981).
+CORNER = 1.345
+BETA = 1 - 2 * ndtr(-CORNER) * (1 - CORNER**2) - 2 * CORNER * np.exp(-(CORNER**2) / 2) / np.sqrt(2 * np.pi)
+STEPS = 40  # of the scale; each leaves less than half of the error where noise is normal
 RANK = 1e-5  # of the largest singular value, unknowns in natural scales: less is rounding
 TOO_WIDE = 30.0  # natural scales, 30 % of the accelerations: a number with such a standard error is not determined
 ALONG = 3e-5  # of a number's gradient that may lie in directions that the data do not see
@@ -178,3 +185,106 @@ def whiteness(r: Array, most: int = 20) -> float:
         return 1.0
     rho = autocorrelation(r, lags)[1:]
     return float(chdtrc(len(rho), n * (n + 2) * (rho**2 / (n - np.arange(1, len(rho) + 1))).sum()))
+
+
+# --- robust fits: P. Huber's weights, the size of residuals without their outliers, and what errors are computed from ---
+
+
+def huber_weights(r: Array) -> Array:
+    """By what residuals r, in standard deviations, are multiplied before they are squared."""
+    return np.sqrt(np.minimum(1.0, CORNER / np.maximum(np.abs(r), 1e-300)))
+
+
+def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...]) -> Array:
+    """The standard deviation of residuals without their outliers: Huber's proposal 2; 0 where nothing was seen.
+
+    It is that of a normal distribution where the squares, clipped at CORNER standard deviations, have their mean.
+    """
+    squares, count = np.where(seen, r, 0.0) ** 2, np.maximum(seen.sum(axis, keepdims=True), 1)
+    variance = squares.sum(axis, keepdims=True) / count
+    for _ in range(STEPS):
+        variance = np.minimum(squares, CORNER**2 * variance).sum(axis, keepdims=True) / (BETA * count)
+    return np.sqrt(np.squeeze(variance, axis))
+
+
+def pseudo_residuals(r: Array, seen: Mask) -> Array:
+    """What ordinary least squares would have to leave over, to give the numbers and errors of the robust fit.
+
+    Clipped residuals over the part that is not clipped (J. Street, R. Carroll, D. Ruppert, Am. Stat. 42 (1988), 152).
+    r is in standard deviations, and 0 where nothing was seen.
+    """
+    whole = np.mean(np.abs(r[seen]) <= CORNER)
+    return np.clip(r, -CORNER, CORNER) / max(float(whole), 0.5)
+
+
+# --- what free swings tell where they do not tell the numbers themselves: ratios to the first moment of the last rod ---
+
+
+class Combination(NamedTuple):
+    """A determined function of free numbers that are not determined themselves."""
+
+    name: str
+    value: float
+    error: float | None  # standard error; None where the fit gives none
+    unit: str
+
+    def __str__(self) -> str:
+        error = "" if self.error is None else f" +- {self.error:.2g}"
+        return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
+
+
+def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
+    """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,).
+
+    They have errors if the data are long enough.
+    """
+    if not isinstance(scene.model, Chain) or not unsure:
+        return ()
+    determined = []
+    for name, unit, function in _ratios(scene, free, unsure):
+        values = free.values(z)
+        gradient = np.zeros(len(certainty.scale))
+        gradient[: len(z)] = _gradient(function, values) @ free.gradients(z)
+        if certainty.determined(gradient):
+            error = certainty.error(gradient) if certainty.enough else None
+            determined.append(Combination(name, float(function(values)), error, unit))
+    return tuple(determined)
+
+
+def _ratios(scene: Scene, free: Free, unsure: set[str]) -> list[tuple[str, str, Callable[[Array], float]]]:
+    """Name, unit and function of the K free numbers (K,), of each ratio that holds an undetermined number."""
+    moments = lambda values: _moments(substitute(scene, free.keys, list(values), replace_unchecked))  # noqa: E731
+    assert isinstance(scene.model, Chain)
+    last = scene.model.count - 1
+    ratios: list[tuple[str, str, Callable[[Array], float]]] = []
+    for i in range(last + 1):
+        of = f"rod {i + 1}" + " with all below" * (i < last)
+        about, first = f"inertia of {of} about its joint", f"first moment of {of}"
+        ratios.append((f"{about} / {first}", "m", lambda v, i=i: moments(v)[0][i] / moments(v)[1][i]))
+        if i < last:
+            ratio = f"{first} / first moment of rod {last + 1}"
+            ratios.append((ratio, "", lambda v, i=i: moments(v)[1][i] / moments(v)[1][last]))
+    for row, key in enumerate(free.keys):
+        if key.startswith("effects") and key in unsure:
+            name = f"{key} / first moment of rod {last + 1}"
+            ratios.append((name, "", lambda v, row=row: v[row] / moments(v)[1][last]))
+    return ratios
+
+
+def _moments(scene: Scene) -> tuple[Array, Array]:
+    """Each rod's inertia about its joint (kg m²) and first moment (kg m), with the masses that hang on its tip."""
+    assert isinstance(scene.model, Chain)
+    rods = scene.model.all_rods
+    below, inertia, first = 0.0, [], []
+    for rod in reversed(rods):
+        m, h, I1, _, _ = rod.properties
+        inertia.append(I1 + m * h * h + below * rod.length**2)
+        first.append(m * h + below * rod.length)
+        below += m
+    return np.array(inertia[::-1]), np.array(first[::-1])
+
+
+def _gradient(function: Callable[[Array], float], values: Array) -> Array:
+    """Central differences (K,)."""
+    steps = 1e-6 * np.where(values != 0, np.abs(values), 1.0)
+    return np.array([(function(values + d) - function(values - d)) / (2 * d.sum()) for d in np.diag(steps)])
