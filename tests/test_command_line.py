@@ -213,7 +213,7 @@ def test_every_long_command_ends_at_its_limit(
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr("threading.Timer", AtOnce)
     rod, gravity = pp.Rod(length=1, mass=1), pp.effects.Gravity()
-    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[gravity], data={"columns": {"a": "theta"}})
+    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[gravity], data={"columns": {"a": ["theta"]}})
     scene.save("scene.toml")
     Path("text.md").write_text("$a = b$")
     Path("swing.csv").write_text("t,a\n" + "".join(f"{i / 10},{i % 7 / 10}\n" for i in range(60)))

@@ -1,5 +1,6 @@
 """What would be uploaded: the README as a registry shows it, what the wheel and the sdist hold, and the versions named."""
 
+import os
 import re
 import subprocess
 import sys
@@ -12,6 +13,8 @@ from pathlib import Path
 
 import pytest
 from readme_renderer import markdown
+
+import pendpin as pp
 
 TOP = Path(__file__).parents[1]
 PROJECT = tomllib.loads((TOP / "pyproject.toml").read_text())["project"]
@@ -92,3 +95,91 @@ def test_one_version_and_one_list_of_pythons() -> None:
     assert PROJECT["requires-python"] == f">={pythons[0]}"
     assert f"\nversion: {VERSION}\n" in (TOP / "CITATION.cff").read_text()
     assert re.search(rf"^## {re.escape(VERSION)} \(\d{{4}}-\d\d-\d\d\)$", (TOP / "CHANGELOG.md").read_text(), re.M)
+
+
+WITHOUT = """
+import sys
+from importlib import util
+EXTRAS = {extras}
+real = util.find_spec
+util.find_spec = lambda name, *given: None if name.partition(".")[0] in EXTRAS else real(name, *given)
+class Missing:
+    def find_spec(self, name, path=None, target=None):
+        if name.partition(".")[0] in EXTRAS:
+            raise ModuleNotFoundError(f"No module named {{name!r}}", name=name)
+sys.meta_path.insert(0, Missing())
+from pendpin.cli import main
+for arguments in {commands}:
+    sys.argv = ["pendpin", *arguments]
+    try:
+        main()
+    except SystemExit as end:
+        status = end.code
+    print("status", status, flush=True)
+    print("pendpin: end", file=sys.stderr, flush=True)
+"""
+EXTRAS = (
+    "CyRK",
+    "heyoka",
+    "llvmlite",
+    "mujoco",
+    "pydrake",
+    "xarray",
+    "zarr",
+    "numcodecs",
+    "dask",
+    "distributed",
+    "cloudpickle",
+)
+EXTRAS += ("sympy", "pandas", "imageio_ffmpeg")
+ANSWERS = {  # what a bare install says: nothing on stderr, or what is missing and how it is installed
+    "run --duration 0.1": "",
+    "run --duration 0.1 --accuracy 1e-4": "",
+    "run --duration 0.1 --method taylor": "needs heyoka: pip install heyoka",
+    "check --states 3": "",
+    "cost --duration 0.1 --methods rk45": "",
+    "effects --set duration=0.1": "",
+    "hard --short thin-pole": "",
+    "modes": "needs llvmlite",
+    "stability": "needs llvmlite",
+    "stability --lyapunov --set duration=0.1": "needs llvmlite",
+    "validate acheson": "",
+    "validate conical --methods dop853": "",
+    "reference --out folder": "",
+    "doctor text.md": "needs sympy: pip install sympy",
+    "fit scene.toml swing.csv": "needs llvmlite",
+    "sweep --vary duration=0.1:0.2:2": "needs xarray: pip install",
+    "map store.zarr": "there is no store of a sweep",
+    "plot run.npz": "",
+    "view run.npz --html run.html": "",
+    "view run.npz --film run.mp4": "needs imageio_ffmpeg: pip install",
+    "urdf scene.toml": "",
+    "new single_rod": "",
+    "schema": "",
+}
+
+
+def test_every_command_on_a_bare_install(tmp_path: Path) -> None:
+    """An answer, or one line that names the library and how it is installed: never a traceback."""
+    from pendpin.cli.app import app
+
+    names = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+    assert names == {line.split()[0] for line in ANSWERS}
+    rod, gravity = pp.Rod(length=1, mass=1, radius=0.05), pp.effects.Gravity()
+    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[gravity], data={"columns": {"a": ["theta"]}}, duration=0.1)
+    scene.save(tmp_path / "scene.toml")
+    swing = pp.simulate(scene.replace({"start.positions.theta": 0.3}), duration=3.0, samples=200)
+    rows = [f"{t},{a}" for t, a in zip(swing.t.tolist(), swing["theta"].tolist(), strict=True)]
+    (tmp_path / "swing.csv").write_text("\n".join(["t,a", *rows]))
+    (tmp_path / "text.md").write_text(r"$\ddot\theta = -\frac{g}{l}\sin\theta$")
+    code = WITHOUT.format(extras=EXTRAS, commands=[line.split() for line in ANSWERS])
+    environment = os.environ | {"MPLBACKEND": "Agg"}
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, cwd=tmp_path, env=environment)
+    statuses = [int(line.split()[1]) for line in done.stdout.splitlines() if line.startswith("status ")]
+    said = [part.strip() for part in done.stderr.split("pendpin: end")][:-1]
+    assert len(statuses) == len(said) == len(ANSWERS), done.stderr
+    for (command, says), status, text in zip(ANSWERS.items(), statuses, said, strict=True):
+        assert status == bool(says), (command, text)
+        assert says in text, (command, text)
+        assert "Traceback" not in text, (command, text)
+        assert len([line for line in text.splitlines() if "note:" not in line]) == bool(says), (command, text)

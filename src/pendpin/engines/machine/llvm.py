@@ -76,8 +76,9 @@ class Library:
     """
 
     def __init__(self, text: str, optimisation: int) -> None:
+        self._context = self._engine = None  # until there are some to dispose of
         self._api = api = _api()
-        self._context, self._engine = api.ContextCreate(), None
+        self._context = api.ContextCreate()
         error = c_char_p()
         module = api.ParseAssembly(self._context, text.encode(), byref(error))
         if not module or error.value:
@@ -91,7 +92,7 @@ class Library:
             raise RuntimeError(f"LLVM cannot compile: {error.value!r}")
 
     def __del__(self) -> None:
-        if sys.is_finalizing():
+        if sys.is_finalizing() or not self._context:
             return
         if self._engine:
             self._api.DisposeExecutionEngine(self._engine)
@@ -138,7 +139,8 @@ def processor() -> Processor:
 
 @cache
 def _api() -> Any:
-    """The functions by the names above."""
+    """The functions by the names above. Raises MissingLibrary."""
+    require("what takes derivatives")
     names = {name: (f"LLVMPY_{name}", *types) for name, types in _NAMES.items()}
     return c_functions("llvmlite", "binding/*llvmlite.*", names)
 

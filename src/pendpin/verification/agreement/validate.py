@@ -135,7 +135,7 @@ def _compare_all(
     cases: dict[str, Case], methods: Sequence[str], progress: Progress, left_out: list[str]
 ) -> Iterator[Comparison]:
     for name, case in cases.items():
-        yield from _compare_near(name, case, progress)
+        yield from _compare_near(name, case, progress, left_out)
         for method in methods if case.quantities else ():
             if method in case.leave_out:
                 left_out.append(f"{name} by {method}: {case.leave_out[method]}")
@@ -163,7 +163,7 @@ def _compare(name: str, case: Case, method: str, left_out: list[str]) -> Iterato
         yield Comparison(name, by, difference, bound, error and str(error), case.source, quantity.name, quantity.unit)
 
 
-def _compare_near(name: str, case: Case, progress: Progress) -> Iterator[Comparison]:
+def _compare_near(name: str, case: Case, progress: Progress, left_out: list[str]) -> Iterator[Comparison]:
     """The comparisons of what a case says of the motions near a rest, which no method integrates."""
     for quantity in (*case.frequencies, *case.stability):
         by = "linear model" if isinstance(quantity, Frequencies) else "multipliers"
@@ -172,6 +172,9 @@ def _compare_near(name: str, case: Case, progress: Progress) -> Iterator[Compari
         difference, error = attempt(
             lambda: max(np.abs(quantity.compute(case.scene) - published).tolist())  # noqa: B023  called at once
         )
+        if isinstance(error, MissingLibrary):
+            left_out.append(f"{name} by the {by}: {error}")
+            continue
         source, unit = case.source, quantity.unit
         yield Comparison(name, by, difference, quantity.bound, error and str(error), source, quantity.name, unit)
 

@@ -105,6 +105,7 @@ class Outcome(Claim):
     seconds: float
     claimed: bool = True  # False for other algorithms and simulators
     beside: bool = False  # whether it is another algorithm, there to show how it fails
+    left_out: bool = False  # whether it needs a library that is not installed
 
     def __str__(self) -> str:
         return f"{self.case} on {self.method}: {self.failure or f'{self.measured:.3g} is above {self.bound:.3g}'}"
@@ -117,6 +118,8 @@ class Outcome(Claim):
     @property
     def verdict(self) -> str:
         """The outcome in one word."""
+        if self.left_out:
+            return "left out"
         if self.claimed:
             return super().verdict
         return "holds" if self.ok else "fails, as expected" if self.beside else "fails"

@@ -6,6 +6,7 @@ from dataclasses import asdict, dataclass
 from math import isfinite
 from typing import Any
 
+from pendpin.errors import MissingLibrary
 from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.simulate import simulate
 from pendpin.verification.claims import Progress, attempt, collect, describe_broken
@@ -70,9 +71,9 @@ def outcomes(case: Case, methods: Sequence[str] | None, full: bool, progress: Pr
             yield outcome(case, method, full)
     if case.beside is not None and methods is None:
         progress(f"{case.name}, beside")
-        begin = time.perf_counter()
+        begin = time.process_time()
         beside = case.beside()
-        seconds = (time.perf_counter() - begin) / max(len(beside), 1)
+        seconds = (time.process_time() - begin) / max(len(beside), 1)
         for name, measured in beside.items():
             yield Outcome(case.name, name, measured, case.bound, None, seconds, claimed=False, beside=True)
 
@@ -85,9 +86,10 @@ def outcome(case: Case, method: str, full: bool) -> Outcome:
 
 def measured(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
     """One case solved by `solve`; an error of the run is an outcome too."""
-    begin = time.perf_counter()
+    begin = time.process_time()
     figure, error = attempt(lambda: float(case.measure(solve, full)))  # JSON takes no NumPy numbers
     failure = error and str(error)
     if figure is not None and not isfinite(figure):
         figure, failure = None, "its numbers are not finite"
-    return Outcome(case.name, method, figure, case.bound, failure, time.perf_counter() - begin)
+    missing, seconds = isinstance(error, MissingLibrary), time.process_time() - begin
+    return Outcome(case.name, method, figure, case.bound, failure, seconds, claimed=not missing, left_out=missing)
