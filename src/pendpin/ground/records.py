@@ -95,7 +95,9 @@ class Record(BaseModel, metaclass=RecordType):
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
     def __setattr__(self, name: str, value: Any) -> None:
-        """A record is what it was made: `replace` of a scene gives another."""
+        """A record is what it was made: `replace` of a scene gives another. What a subclass keeps for itself it may set."""
+        if name.startswith("_"):
+            return super().__setattr__(name, value)
         own = type(self).__name__
         raise InputError(f"{own}.{name}: a {own} cannot be changed; scene.replace({name}=...) gives another scene")
 
