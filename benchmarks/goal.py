@@ -3,6 +3,7 @@
     python benchmarks/goal.py --count 500 --seed 1 --file goal.jsonl     # continues where the file ends
     python benchmarks/goal.py --file goal.jsonl --table                  # the summary
     python benchmarks/goal.py --replay 17 --seed 1                       # one scene again
+    python benchmarks/goal.py --timed --count 3000 --seed 1 --file timed.jsonl   # timed_scenes.py
 
 Scene number i gets pair i of all methods and accuracies, in turn, so that every pair is used equally often. Its true
 error is the distance to benchmarks/reference_motion.py. A claim is false if a run is returned whose true error is above the
@@ -30,6 +31,7 @@ from pendpin.model.build import build
 from pendpin.model.kinematics import chain_length, tip_distance
 from pendpin.scene import FIXED_METHODS, least_tolerance
 from reference_motion import Reference, reference
+from timed_scenes import Timed, timed_case, timed_tips
 
 ACCURACIES = (1e-2, 1e-3, 1e-6, 1e-9)
 METHODS = (
@@ -232,6 +234,32 @@ def _settings(scene: pp.Scene, method: str) -> Iterator[tuple[str, float]]:
         yield from ((name, 10.0**-k) for k in range(2, 19, 2) if 10.0**-k >= least_tolerance(name))
 
 
+def checked_in_time(case: Timed) -> dict[str, Any]:
+    """The same of a scene in which something acts for a short time."""
+    solver, length = case.scene.solver, chain_length(build(case.scene.model))
+    out: dict[str, Any] = {
+        "kind": case.kind,
+        "method": solver.method,
+        "accuracy": solver.accuracy,
+        "within_reach": None,
+    }
+    begin = time.process_time()
+    try:
+        run, out["outcome"] = pp.simulate(case.scene, progress=patience(10 * LIMIT)), "met"
+    except pp.RunError as error:
+        run, out["outcome"], out["words"] = error.partial, "refused", str(error)
+    out |= {"cpu": time.process_time() - begin, "used": run.stats.method, "claimed": run.stats.error}
+    tips, doubt = timed_tips(case)
+    out |= {"doubt": doubt / length, "notes": list(run.stats.notes)}
+    out["true"] = float(tip_distance(tips[: len(run.t)], run.tips, length).max())
+    if out["outcome"] == "refused":  # what a run to the finest tolerance gives is within reach
+        fine = pp.simulate(case.scene, method="dop853", tolerance=1e-13)
+        near = float(tip_distance(tips, fine.tips, length).max())
+        out["within_reach"] = 1e-13 if near <= (solver.accuracy or 0.0) else None
+    out["reference_cpu"] = time.process_time() - begin - out["cpu"]
+    return out
+
+
 # --- all of them ----------------------------------------------------------------------------------------------------
 
 
@@ -250,7 +278,8 @@ def table(rows: list[dict[str, Any]]) -> Table:
     """Outcomes by method and by accuracy."""
     verdicts = ("met", "FALSE", "met, unknown", "refused", "refused within reach", "limit")
     out = Table("", *verdicts, "claimed / true, median", "cpu s, median")
-    groups = [("method", METHODS), ("accuracy", ACCURACIES), ("kind", tuple(KINDS))]
+    groups = [(key, tuple(sorted({row[key] for row in rows}))) for key in ("method", "kind")]
+    groups += [("accuracy", ACCURACIES)] if all(row["accuracy"] in ACCURACIES for row in rows) else []
     for key, values in [*groups, ("all", ("all",))]:
         for value in values:
             some = [row for row in rows if key == "all" or row[key] == value]
@@ -271,14 +300,21 @@ def main() -> None:
     parser.add_argument("--file", type=Path, default=Path("goal.jsonl"))
     parser.add_argument("--table", action="store_true")
     parser.add_argument("--replay", type=int)
+    parser.add_argument("--timed", action="store_true", help="scenes of timed_scenes.py")
     options = parser.parse_args()
+    if options.timed and options.replay is not None:
+        print(checked_in_time(timed_case(options.seed, options.replay)))
+        return
     if options.replay is not None:
         kind, scene = case(options.seed, options.replay)
         print(scene.model_dump_json(), checked(kind, scene))
         return
     rows = [json.loads(line) for line in options.file.read_text().splitlines()] if options.file.exists() else []
     for number in range(len(rows), 0 if options.table else options.count):
-        rows.append({"number": number, **checked(*case(options.seed, number))})
+        found = (
+            checked_in_time(timed_case(options.seed, number)) if options.timed else checked(*case(options.seed, number))
+        )
+        rows.append({"number": number, **found})
         with options.file.open("a") as file:
             file.write(json.dumps(rows[-1]) + "\n")
         row = rows[-1]
