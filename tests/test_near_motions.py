@@ -288,3 +288,17 @@ def test_a_double_pendulum_in_a_plane_has_one_pair_of_exponents_that_is_not_0() 
     assert abs(largest + least) < slack
     assert abs(one + other) < slack
     assert max(abs(one), abs(other)) < found.error[1:3].max() + slack
+
+
+@pytest.mark.parametrize("duration", [5.0, 20.0])
+def test_a_mass_that_cancels_changes_nothing(duration: float) -> None:
+    """One rod under gravity alone moves the same with any mass; what is asked with it is as if asked alone."""
+    rod = pp.Rod(length=0.7, mass=2.3, radius=0.03)
+    start = pp.Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.0})
+    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[pp.effects.Gravity()], start=start, duration=duration)
+    run, keys = pp.simulate(scene, tolerance=1e-10), ["model.rods[0].mass", "model.rods[0].length"]
+    assert np.abs(run.sensitivity(keys[:1])).max() < 1e-12
+    both, alone = run.sensitivity(keys), run.sensitivity(keys[1:])
+    np.testing.assert_allclose(both[..., 1:], alone, rtol=0, atol=1e-8 * np.abs(alone).max())
+    tension = run.sensitivity(keys[:1], "R3")[:, 0]
+    np.testing.assert_allclose(tension, run["R3"] / 2.3, rtol=1e-9)

@@ -17,7 +17,8 @@ from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.engines.machine.code import Block
 from pendpin.errors import InputError, RunError
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import EPS, Array
+from pendpin.ground.keypaths import number_at, parsed
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
@@ -29,6 +30,7 @@ MOST_EVENTS = 100_000  # of one motion
 _SECANT = 1e-5  # of the time scale: half of a difference
 _SURVEY = 1e-3  # the tolerance of a first integration, which finds how large the changes get
 _LEAST = 1e-6  # of the largest change: smaller ones are as if they had this size
+_ROUNDING = 10 * EPS  # of the state over the number: changes are not integrated closer, as by a mass that cancels
 
 
 class Variations:
@@ -47,6 +49,8 @@ class Variations:
         refuse_contacts(scene, DryFriction)
         self.scene, self.equations = scene, Variational(scene, keys, contacts=True, still=still)
         self.keys, self.nv = tuple(keys), self.equations.nv
+        values = [1.0 if parsed(key)[0] == "start" else abs(number_at(scene, key)) for key in keys]
+        self._numbers = np.array([value or np.inf for value in values])  # where one is 0, nothing cancels
         q, v = start_state(self.equations.model, scene.start)
         refuse_poles(self.equations.model, q)
         self._last = np.inf  # the number of evaluations that may not be passed
@@ -60,11 +64,13 @@ class Variations:
 
         The errors of every change are measured by its own size. Raises RunError where they cannot be integrated.
         """
-        _, survey = self.follow(y, w, times, _SURVEY, np.ones(w.size))
+        states, survey = self.follow(y, w, times, _SURVEY, np.ones(w.size))
         sizes = np.abs(survey).max(0).reshape(len(w), 2, -1).max(-1)
         largest = sizes.max(1, initial=0.0)[:, None]
         sizes = np.maximum(np.repeat(sizes, self.nv, axis=1), np.where(largest > 0, _LEAST * largest, 1.0))
-        return self.follow(y, w, times, tolerance, sizes.ravel())
+        of_state = np.repeat(np.abs(states).max(0).reshape(2, self.nv).max(1), self.nv)
+        rounding = _ROUNDING / max(tolerance, LEAST_RTOL) * of_state / self._numbers[: len(w), None]
+        return self.follow(y, w, times, tolerance, np.maximum(sizes, rounding).ravel())
 
     def follow(
         self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array, most: float = np.inf
