@@ -264,18 +264,26 @@ def test_a_run_in_machine_code_can_be_stopped() -> None:
         pp.simulate(scene, method="dop853", tolerance=1e-10, limit=0.0)
 
 
-def test_machine_code_that_is_stopped_goes_no_farther() -> None:
+def test_machine_code_that_is_stopped_goes_no_farther(monkeypatch: pytest.MonkeyPatch) -> None:
     """After the callback has raised, no step succeeds: the times that are asked about shrink to the one of the stop."""
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
     solver, start = pp.Solver(engine="compiled", samples=2), pp.Start(positions={"theta_1": 0.5})
     scene = pp.Scene(duration=1e5, model=MODELS["one rod"], start=start, effects=SEVERAL[:1], solver=solver)
-    times: list[float] = []
+    times, real = list[float](), Block.on_progress
+
+    def on_progress(block: Block, callback: Callable[[float], bool]) -> None:
+        def answer(t: float) -> bool:
+            if stop := callback(t):
+                times.append(t)
+            return stop
+
+        real(block, answer)
 
     def stop_at_once(t: float) -> None:
         if t > 0:
-            times.append(t)
             raise Halted("at once")
 
+    monkeypatch.setattr(Block, "on_progress", on_progress)
     with pytest.raises(Halted):
         pp.simulate(scene, method="dop853", tolerance=1e-10, progress=stop_at_once)
     assert times

@@ -60,7 +60,6 @@ def library() -> Any:
     return None
 
 
-@cache
 def installed() -> bool:
     """Whether CyRK is there, without importing it."""
     return find_spec("CyRK") is not None

@@ -42,7 +42,12 @@ class AdaptiveInMachineCode(EventIntegrator):
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of a compiled engine, which the loops call directly."""
         block = self.compiled_for_events(engine, progress)
-        return engine.derivative(progress)[0], lambda: block.calls
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            dy[:] = block.evaluated(np.array([t]), y[None])[0][0]
+
+        block.code()  # compiled here
+        return derivative, lambda: block.calls
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
@@ -83,7 +88,9 @@ class AdaptiveInMachineCode(EventIntegrator):
         while True:
             try:
                 while True:
-                    self._progress((yield self._error is not None))
+                    t = yield self._error is not None
+                    if self._error is None:
+                        self._progress(t)
             except GeneratorExit:
                 return
             except BaseException as error:

@@ -21,7 +21,7 @@ from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.limits import Deadline, Patience, balanced
 from pendpin.runs.motion_with_events import loop_of
 from pendpin.runs.preparation import MACHINE_CODE, Prepared, bind_for_run
-from pendpin.runs.samples import complete, fill_in
+from pendpin.runs.samples import fill_in
 from pendpin.runs.state import Shifts
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import RunRecord
@@ -49,7 +49,6 @@ def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
         start = _first_sample(*start_state(dynamics.model, scene.start))
         _finished(scene, dynamics, None, replace(start, failure=error), "")
         raise
-    _refuse_overflow(prepared)
     return prepared
 
 
@@ -118,12 +117,14 @@ def _finished(
     except np.linalg.LinAlgError as error:
         run = _solvable(scene, dynamics, balance, run, str(error))
         trajectory = fill_in(scene, dynamics, balance, run)
-    if trajectory.sound == 0:
+    if (count := trajectory.sound) == 0:
         raise InputError(START_OVERFLOWS)
-    for check, why in ((lambda run: run.sound, TOO_LARGE), (balanced, ENERGY_ERROR))[: 1 + guarded]:
-        if (count := check(trajectory)) < len(run.t):
-            run = _cut(scene, run, count, why)
-            trajectory = fill_in(scene, dynamics, balance, run)
+    if count < len(run.t):
+        run = _cut(scene, run, count, TOO_LARGE)
+        trajectory = fill_in(scene, dynamics, balance, run)
+    if guarded and (count := balanced(trajectory)) < len(run.t):
+        run = _cut(scene, run, count, ENERGY_ERROR)
+        trajectory = fill_in(scene, dynamics, balance, run)
     if run.failure is None:
         return trajectory
     end = scene.start.time + scene.duration
@@ -183,14 +184,3 @@ def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -
         fill_in(scene, dynamics, None, replace(start, **rows))
         seconds = time.thread_time() - begin
     return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)
-
-
-def _refuse_overflow(prepared: Prepared) -> None:
-    """Raise InputError for a start whose forces and energies cannot be computed."""
-    start = prepared.q[None], prepared.v[None]
-    try:
-        results = complete(prepared.dynamics, np.zeros(1), *start)
-    except np.linalg.LinAlgError as error:
-        raise InputError(f"start: {error}") from None
-    if not all(np.abs(x).max(initial=0.0) <= LARGEST for x in (*start, *results)):  # False for NaN
-        raise InputError(START_OVERFLOWS)
