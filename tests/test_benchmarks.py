@@ -18,6 +18,7 @@ ONE_ROD = 1  # seed of fit.py whose first case is one rod, which is cheaper than
 SMALL = {
     "agreement": "--quick",
     "auto": "--rods 1 --kinds bare",
+    "cables": "--rods 4",
     "chain_scaling": "--most 10 --seconds 0.01",
     "doctor": "--mutations 3 --rewritings 3",
     "effects": "--rods 1 --repetitions 1",
