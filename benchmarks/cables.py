@@ -3,8 +3,8 @@
     python benchmarks/cables.py [--rods 8 16 32 64]
 
 Euler and Bernoulli's cantilever (tip under a small load, two frequencies), a heavy clamped elastica by SciPy's boundary
-value problem, and the catenary's horizontal force. A table on standard output: error times n², the same for every n where the
-order is two.
+value problem, and the catenary's horizontal force. A table on standard output: error times n², the same for every n
+where the order is two.
 """
 
 import argparse
