@@ -5,8 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.binding.fields import BoundField
-from pendpin.dynamics.binding.torques import BoundTorque
+from pendpin.dynamics.binding.bound import BoundField, BoundTorque
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.held_torques import recall_outputs
 from pendpin.effects import Motion

@@ -29,13 +29,6 @@ from pendpin.scene import Chain, Scene
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers
 
 
-class _Varied(complex):
-    """A number with an imaginary part that is shown without it: what effects are called decides on their order."""
-
-    def __repr__(self) -> str:
-        return repr(self.real)
-
-
 class Variation(NamedTuple):
     """A scene's parameters with their rates of change by K numbers, and the start's."""
 
@@ -143,18 +136,18 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
     fields = {name: getattr(record, name) for name in kind.model_fields}
     if not rest or rest[0] not in fields:
         raise InputError(f"{written(path)}: not a number of the scene")
-    construct: Any = kind.model_construct  # nobody checks the complex number
-    changed = construct(**(fields | {str(rest[0]): _varied(fields[str(rest[0])], path, rest[1:])}))
+    construct: Any = kind.model_construct  # a record takes no complex number, and the arithmetic that makes parameters does
+    changed = construct(**(fields | {str(rest[0]): _with_step(fields[str(rest[0])], path, rest[1:])}))
     return (*records[:place], changed, *records[place + 1 :])
 
 
-def _varied(value: Any, path: KeyPath, rest: KeyPath) -> Any:
+def _with_step(value: Any, path: KeyPath, rest: KeyPath) -> Any:
     """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
     if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
-        return (*value[:i], _varied(value[i], path, ()), *value[i + 1 :])
+        return (*value[:i], _with_step(value[i], path, ()), *value[i + 1 :])
     if rest or not is_number(value):
         raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
-    return _Varied(value, _STEP)
+    return complex(value, _STEP)
 
 
 def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:

@@ -4,7 +4,7 @@ import numpy as np
 
 from pendpin.dynamics.binding import Accounts
 from pendpin.dynamics.binding.acting import in_order
-from pendpin.dynamics.binding.context import State
+from pendpin.dynamics.binding.bound import State
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Idle
 from pendpin.engines import Derivative, Engine

@@ -6,6 +6,6 @@ time counted from the start, its power, its potential), and its name in binding.
 """
 
 from pendpin.dynamics.binding.binding import Accounts, Binding, Powered
-from pendpin.dynamics.binding.context import bodies_of
+from pendpin.dynamics.binding.bound import bodies_of
 
 __all__ = ["Accounts", "Binding", "Powered", "bodies_of"]

@@ -10,12 +10,8 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import in_order, plain_arithmetic, refuse_seconds
-from pendpin.dynamics.binding.context import Bound, Context, State
-from pendpin.dynamics.binding.fields import BoundField
-from pendpin.dynamics.binding.laws import law
-from pendpin.dynamics.binding.torques import BoundTorque
-from pendpin.dynamics.binding.wrenches import BoundWrench, Wrench
+from pendpin.dynamics.binding.acting import in_order, law, plain_arithmetic, refuse_seconds
+from pendpin.dynamics.binding.bound import Bound, BoundField, BoundTorque, BoundWrench, Context, State, Wrench
 from pendpin.effects import BodyEffect, Effect, FieldEffect, JointEffect, Motion
 from pendpin.engines import Loads
 from pendpin.ground.arrays import Array
