@@ -13,8 +13,7 @@ import pendpin as pp
 from bad_input import run_main
 from laws import law
 from pendpin import effects as fx
-from pendpin.dynamics.residual import Matrices
-from pendpin.dynamics.vibrations import vibrations
+from pendpin.dynamics.vibrations import Matrices, vibrations
 from pendpin.stability.modes import Modes
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")

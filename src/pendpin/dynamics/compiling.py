@@ -15,12 +15,9 @@ from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.chain_samples import Sampler, parameters_of_samples, record_samples
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod, staying_zero
-from pendpin.dynamics.varied import Variation
 from pendpin.effects import Effect
 from pendpin.engines import Compiled, CompiledEquations, Engine, Moving, Values
 from pendpin.engines.machine import llvm
-from pendpin.engines.machine.code import Block
-from pendpin.engines.machine.tangents import STATE, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
@@ -115,21 +112,3 @@ def look_up(key: Hashable, record: Callable[[], Recording], parameters: Paramete
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)
     return equations
-
-
-def differentiate_equations(variation: Variation, start: float, by_rod: bool, still: tuple[int, ...] = ()) -> Block:
-    """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
-
-    The places `still` of the state are 0. Raises MissingLibrary without llvmlite.
-    """
-    llvm.require("what takes derivatives")
-    engine, effects, asked, parameters, masks = variation[:5]
-    directions = variation.directions or (STATE,)
-
-    def write() -> Recording:
-        return add_tangents(record(engine, effects, start, still, asked, by_rod, masks), directions)
-
-    places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
-    key = ("derivatives", parameters.structure, still, len(parameters.values), places)
-    values = Values(variation.shared, variation.of_rods, parameters.tables)
-    return look_up(key, write, parameters).function.block(values)

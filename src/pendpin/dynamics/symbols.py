@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.dynamics.binding import Accounts, Binding, Powered
 from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.binding.bound import State
-from pendpin.dynamics.contacts import Contacts
+from pendpin.dynamics.contacts.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Directions, Engine, Loads

@@ -1,4 +1,4 @@
-"""Dry friction and stops, which act through events (dynamics/contacts.py)."""
+"""Dry friction and stops, which act through events (dynamics/contacts/contacts.py)."""
 
 import math
 from typing import Annotated, Any, ClassVar, Literal, Self
@@ -103,7 +103,7 @@ class Stop(ContactEffect):
         return lower, math.inf if self.upper is None else self.upper, self.restitution
 
 
-# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/as_written.py) ---------
+# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/binding/acting.py) ---------
 
 
 Flag = Annotated[bool, Strict()]

@@ -12,7 +12,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.contacts import Mode
+from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.symbols import staying_zero

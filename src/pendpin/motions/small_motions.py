@@ -4,10 +4,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.as_written import expand_as_written
+from pendpin.dynamics.binding.acting import expand_as_written
 from pendpin.dynamics.derivatives import Variational, refuse_poles
-from pendpin.dynamics.residual import Matrices, matrices
-from pendpin.dynamics.vibrations import Vibrations, is_stable, spectrum, vibrations
+from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
 from pendpin.effects import ContactEffect
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build, start_state

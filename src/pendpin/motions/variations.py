@@ -8,9 +8,9 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.dynamics.as_written import expand_as_written
-from pendpin.dynamics.contact_guards import RATE, Guards, guards_of
-from pendpin.dynamics.contacts import Mode, Scales
+from pendpin.dynamics.binding.acting import expand_as_written
+from pendpin.dynamics.contacts.contacts import Mode, Scales
+from pendpin.dynamics.contacts.guards import RATE, Guards, guards_of
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing

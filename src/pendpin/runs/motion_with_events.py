@@ -5,9 +5,9 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pendpin.dynamics.contact_guards import Guards, guards_of
-from pendpin.dynamics.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.falls import LowFall, falls_of, rates_and_mode
+from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.contacts.falls import LowFall, falls_of, rates_and_mode
+from pendpin.dynamics.contacts.guards import Guards, guards_of
 from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.contacts import Mode
+from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.ground.arrays import Array
 from pendpin.integrators import Memory
 from pendpin.trajectory import Event

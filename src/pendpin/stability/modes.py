@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.residual import Matrices
+from pendpin.dynamics.vibrations import Matrices
 from pendpin.engines import Engine
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array

@@ -63,7 +63,7 @@ def run(
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.dynamics.dynamics import bind
-    from pendpin.dynamics.explanation import explain as explain_run
+    from pendpin.dynamics.efforts import explain as explain_run
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.runs.checkpoint import resumable

@@ -8,8 +8,7 @@ from typing import Annotated, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.dynamics.residual import matrices
-from pendpin.dynamics.vibrations import vibrations
+from pendpin.dynamics.vibrations import matrices, vibrations
 from pendpin.errors import InputError, inside, not_one_of
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import number_at

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
+from pendpin.dynamics.contacts.contacts import ROUNDING, Contacts, Mode, Scales
 from pendpin.ground.arrays import EPS, Array, Indices, Mask
 
 FEW_ROUNDINGS = 4.5 * EPS  # of a position or a rate of order one

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pendpin.dynamics.binding.acting import chosen_joints, in_order
-from pendpin.dynamics.contacts import Contacts
+from pendpin.dynamics.contacts.contacts import Contacts
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
 from pendpin.errors import InputError, shown
