@@ -1,7 +1,7 @@
 """Exact derivatives of a scene's motion, in machine code: of accelerations by positions, rates and numbers of the scene.
 
 The equations are those of the run on angles, recorded on a tape and differentiated there operation by operation
-(engines/machine/tangents.py): no finite differences, no second formula. Friction and stops are left out or act between events.
+(engines/machine/tangents.py): no finite differences, no second formula. Friction and stops are left out.
 
 A length enters several parameters: masses, levers, inertias. They are plain arithmetic of the numbers of the scene, so a
 number gets a small imaginary part h i, and that of each parameter over h is its rate, exact to rounding (the complex step:
