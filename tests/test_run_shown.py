@@ -1,12 +1,15 @@
 """What is shown of a run: representations, figures, animations."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.errors import Note
 from pendpin.graphics import run_drawing
+from pendpin.graphics.compare import labels_of
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.scene import builtin_scene
 from test_run_surface import EXAMPLES, SCENES
@@ -163,3 +166,25 @@ def test_a_figure_says_that_rods_are_left_out(monkeypatch: pytest.MonkeyPatch) -
     figure = run.plot()
     legends = [[text.get_text() for text in ax.get_legend().get_texts()] for ax in figure.axes if ax.get_legend()]
     assert sum("3 of 5 rods" in legend for legend in legends) == 2  # positions, tensions
+
+
+def test_a_summary_says_what_is_pushed_and_the_whole_note() -> None:
+    """A rod that is thrown over the top slowly is pushed; a note is not cut; a payload that is a point has no drag."""
+    rod = pp.Rod(length=1.0, mass=1.0, radius=0.02, payload=2.0)
+    start = pp.Start(positions={"theta": 3.0}, velocities={"theta": 0.1})
+    effects = (pp.effects.Gravity(), pp.effects.Drag(density=1.2))
+    with pytest.warns(Note, match="payload of rod_1 is a point without drag"):
+        run = pp.simulate(pp.Scene(model=pp.Chain(rods=[rod]), effects=effects, start=start, duration=1.0))
+    assert "compression up to" in repr(run)
+    assert "tension from -" not in repr(run)
+    note = "a note of many words " * 20
+    assert note in repr(replace(run, stats=replace(run.stats, notes=(note,))))
+
+
+def test_labels_say_in_what_two_scenes_differ() -> None:
+    """Two runs by the same method and setting: the label is the number that is another."""
+    scene = builtin_scene().model_copy(update={"duration": 0.5})
+    one, other = (pp.simulate(scene.replace({"start.positions.theta": x}), tolerance=1e-9) for x in (0.3, 0.4))
+    labels = labels_of([one, other])
+    assert labels[0].endswith("start.positions.theta 0.3")
+    assert labels[1].endswith("start.positions.theta 0.4")

@@ -1,6 +1,7 @@
 """Several runs to be compared: their labels, and the distance of their tips."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
+from typing import Any
 
 import numpy as np
 
@@ -8,6 +9,7 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, Indices
 from pendpin.trajectory import RunRecord
 
+MOST_KEYS = 2  # in which runs differ, in a label
 MOST = 4  # runs: the eye tells four colours and dashes apart
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # in a figure: of the first run, the second, ...
 Runs = RunRecord | Sequence[RunRecord] | None
@@ -40,7 +42,33 @@ def labels_of(runs: Sequence[RunRecord]) -> list[str]:
         labels = [one(run) for run in runs]
         if len(set(labels)) == len(labels):
             return labels
-    return [f"run {i + 1}: {run.stats.method}, {run.stats.setting}" for i, run in enumerate(runs)]
+    return [f"run {i + 1}: {label}" for i, label in enumerate(_different_numbers(runs))]
+
+
+def _different_numbers(runs: Sequence[RunRecord]) -> list[str]:
+    """Of each run the numbers of its scene in which it differs from another, by key path; else its method and setting."""
+    tables = [dict(_leaves(run.scene)) for run in runs]
+    keys = [
+        key
+        for key in dict.fromkeys(k for table in tables for k in table)
+        if len({repr(t.get(key)) for t in tables}) > 1
+    ]
+    if not keys:
+        return [f"{run.stats.method}, {run.stats.setting}" for run in runs]
+    more = f", ... ({len(keys)} numbers)" if len(keys) > MOST_KEYS else ""
+    return [", ".join(f"{key} {table.get(key, 'absent')}" for key in keys[:MOST_KEYS]) + more for table in tables]
+
+
+def _leaves(record: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Every value of a scene as data, by its key path."""
+    if isinstance(record, dict):
+        for key, value in record.items():
+            yield from _leaves(value, f"{path}.{key}" if path else str(key))
+    elif isinstance(record, list | tuple):
+        for i, value in enumerate(record):
+            yield from _leaves(value, f"{path}[{i}]")
+    else:
+        yield path, record
 
 
 def rows_within(run: RunRecord, first: RunRecord) -> Indices:

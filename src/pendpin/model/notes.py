@@ -2,10 +2,11 @@
 
 import numpy as np
 
+from pendpin.effects import Drag
 from pendpin.errors import choices
 from pendpin.model.build import Model, start_state
 from pendpin.model.urdf_joints import SHOWN, homes, ignored
-from pendpin.scene import Scene
+from pendpin.scene import Chain, Scene
 
 TURN = 2 * np.pi
 
@@ -20,9 +21,20 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         for joint in far[:1]
     ]
     lines += _homes_note(scene, model)
+    lines += _payload_note(scene)
     if not scene.effects:
         lines.append("effects: nothing acts in this scene; gravity must be listed too")
     return (*ignored(model.written or (), scene.effects), *model.notes, *lines)
+
+
+def _payload_note(scene: Scene) -> list[str]:
+    """A note on payloads that the air does not see."""
+    if not isinstance(scene.model, Chain) or not any(isinstance(effect, Drag) for effect in scene.effects):
+        return []
+    points = [f"rod_{i + 1}" for i, rod in enumerate(scene.model.all_rods) if rod.payload and not rod.payload_radius]
+    return [f"the payload of {choices(points[:SHOWN])} is a point without drag: payload_radius makes it a sphere"][
+        : len(points)
+    ]
 
 
 def _homes_note(scene: Scene, model: Model) -> list[str]:

@@ -12,7 +12,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pendpin.errors import InputError, is_number, say_note, shown
+from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.integrators.first_crossing import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import Continuation
@@ -222,10 +222,6 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
         raise InputError(f"{name}: this run does not have it, so it has no largest value")
     if name == DRIFT:
         raise InputError(f"{DRIFT} is known at the samples alone: it is the error of the run; ask for energy")
-    if impacts(run) and is_force(run, name):
-        say_note(
-            f"{name} is not defined at the {impacts(run)} impacts of this run: it is that between them", stacklevel=4
-        )
     more = resolved(run)
     value, t, *_ = find_largest(more, lambda rows: sign * rows[name][:, None])
     if t in run.t:

@@ -156,7 +156,13 @@ def text(run: Any) -> str:
     parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
     parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
     if "R3 largest" in rows:
-        parts.append(f"tension R3 from {rows['R3 least'].value:.4g} to {rows['R3 largest']}")
+        least, largest = rows["R3 least"], rows["R3 largest"]
+        pushed = f"compression up to {-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
+        parts.append(
+            f"{pushed}, tension up to {largest}"
+            if least.value < 0
+            else f"tension R3 from {least.value:.4g} to {largest}"
+        )
     parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean swing"))][:1]
     return "\n".join([first, _trust(run), "; ".join(parts)])
 
@@ -164,14 +170,14 @@ def text(run: Any) -> str:
 def _trust(run: Any) -> str:
     stats, parts = run.stats, []
     if stats.stopped:
-        parts.append(f"ended early: {stats.stopped[:200]}")
+        parts.append(f"ended early: {stats.stopped}")
     if stats.error is not None:
         parts.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
     if stats.conservative:
         parts.append(f"energy drift {run.energy().drift:.1e} of the energy exchanged")
     if run.work:
         parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy exchanged")
-    parts += [f"note: {note[:120]}" for note in stats.notes[:1]]
+    parts += [f"note: {note}" for note in stats.notes[:1]]
     return "; ".join(parts) or "an effect has no potential: energy_balance=True computes its work"
 
 

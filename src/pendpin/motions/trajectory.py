@@ -8,7 +8,7 @@ from typing import Any, Self
 
 import numpy as np
 
-from pendpin.errors import PendpinError
+from pendpin.errors import PendpinError, say_note
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.model import model_of_run
 from pendpin.model.configurations import configurations
@@ -60,11 +60,17 @@ class Trajectory(RunRecord):
         behind it, and the double before for one just before it: run.at(t) has the value. At an impact forces and
         accelerations are not defined; those between impacts count, and a Note says so. Raises InputError.
         """
-        return search.extreme(with_samples(self), name, 1.0)
+        return self._extreme(name, 1.0)
 
     def minimum(self, name: str) -> Extreme:
         """The least value of a quantity, and when it is reached in s, like `maximum`."""
-        return search.extreme(with_samples(self), name, -1.0)
+        return self._extreme(name, -1.0)
+
+    def _extreme(self, name: str, sign: float) -> Extreme:
+        found, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
+        if count and search.is_force(self, name):
+            say_note(f"{name} is not defined at the {count} impacts of this run: it is that between them", stacklevel=4)
+        return found
 
     def extend(self, duration: float) -> Self:
         """The run continued for another duration in s, with samples as dense as before.

@@ -19,7 +19,7 @@ from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance,
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import resolved
-from pendpin.motions.search import first_crossings
+from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
 from pendpin.motions.trajectory import Trajectory
@@ -27,6 +27,7 @@ from pendpin.runs.batches.batches import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord, samples_of
+from pendpin.trajectory.columns import DRIFT
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
@@ -78,7 +79,7 @@ def measure(name_or_function: str | Function) -> Measure:
         unit = "s" if statistic == "argmax" else ""
         statistics = STATISTICS[statistic]
         return Measure(
-            *(name_or_function, unit, lambda run: float(statistics(run.t, run[series]))),
+            *(name_or_function, unit, partial(_statistic, series, statistic)),
             of_motion=lambda m: statistics(
                 m.t, m.q[..., {name: i for i, name in enumerate(m.models[0].joints)}[series]]
             ),
@@ -91,6 +92,13 @@ def measure(name_or_function: str | Function) -> Measure:
         f"measure: {not_one_of(name_or_function, MEASURES)}; nor a series of a run followed by "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
+
+
+def _statistic(series: str, statistic: str, run: RunRecord) -> float:
+    """That of a series of a run; the largest and the least, but for angles of joints, are between the samples too."""
+    if statistic in EXTREMES and series not in run.joints and series != DRIFT:
+        return extreme(run, series, EXTREMES[statistic])[statistic == "argmax"]
+    return float(STATISTICS[statistic](run.t, run[series]))
 
 
 def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> float:
@@ -139,6 +147,8 @@ STATISTICS: dict[str, Callable[[Array, Array], Array]] = {  # of the times (n,) 
     "argmax": lambda t, x: t[np.argmax(x, -1)],
 }
 
+EXTREMES = {"max": 1.0, "min": -1.0, "argmax": 1.0}  # statistics that are searched between the samples, and their sign
+
 FAMILIES = (
     f"QUANTITY{choices(f'.{name}' for name in STATISTICS)}: of any quantity of a run, as in theta_1.max; .argmax is a time.",
     f"MEASURE{SPREAD}: its difference between the run and one 100 times looser, an estimate of its error.",
@@ -176,16 +186,15 @@ def settling_time(run: Trajectory) -> float:
 
     NaN for a motion that gets there only in the last tenth of the run: it may not settle.
     """
-    return float(_settled(run.t, run.q[None])[0])
+    more, end = resolved(run), run.q[-1]
 
+    def away(rows: RunRecord) -> Array:
+        return np.abs(rows.q - end).max(-1)
 
-def _settled(t: Array, q: Array) -> Array:
-    """Settling times (c,) of angles q (c, n, nv), s; NaN where they lie in the last tenth of the run."""
-    away = np.abs(q - q[:, -1:]).max(-1)
-    late = away > SETTLED * away.max(-1, keepdims=True)
-    after = late.shape[1] - np.argmax(late[:, ::-1], -1)  # behind the last that is too far away
-    times = np.where(late.any(-1), t[np.minimum(after, len(t) - 1)] - t[0], 0.0)
-    return np.where(times > UNSETTLED * (t[-1] - t[0]), math.nan, times)
+    level = SETTLED * find_largest(more, lambda rows: away(rows)[:, None])[0]
+    last = Changes(*(x[-1:] for x in sign_changes(more, lambda rows: away(rows) - level, level)))
+    time = float(find_instants(more, lambda rows: away(rows) - level, last).sum() - run.t[0]) if len(last.end) else 0.0
+    return math.nan if time > UNSETTLED * (run.t[-1] - run.t[0]) else time
 
 
 def flip_time(run: Trajectory) -> float:
@@ -309,9 +318,7 @@ MEASURES = {
     ),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),
-    "settling_time": Measure(
-        "settling_time", "s", settling_time, of_motion=lambda m: _settled(m.t, m.q), without="did not settle"
-    ),
+    "settling_time": Measure("settling_time", "s", settling_time, without="did not settle"),
     "flip_time": Measure(
         "flip_time",
         "s",
