@@ -43,7 +43,7 @@ class Trajectory(RunRecord):
         Integrated from the sample before, by the run's own method and setting; at the instant of an impact the state
         after it. Raises InputError for other times, and where the run's scene cannot be built again.
         """
-        return continuation.at(with_samples(self), times)
+        return self.of(continuation.at(with_samples(self), times))
 
     def crossings(self, name: str, level: float = 0.0, direction: int = 0) -> Self:
         """The run at the instants at which a quantity crosses a level: upwards (1), downwards (-1) or both ways (0).
@@ -51,7 +51,7 @@ class Trajectory(RunRecord):
         Found between the samples, each to the accuracy of the run. An angle counts its turns: it is not wrapped. There
         may be none. Raises InputError.
         """
-        return search.crossings(with_samples(self), name, level, direction)
+        return self.of(search.crossings(with_samples(self), name, level, direction))
 
     def maximum(self, name: str) -> Extreme:
         """The largest value of a quantity, and when it is reached in s: found between the samples, to the run's accuracy.
@@ -78,7 +78,7 @@ class Trajectory(RunRecord):
         With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
         the run's accuracy.
         """
-        return continuation.extend(with_samples(self), duration)
+        return self.of(continuation.extend(with_samples(self), duration))
 
     def state_transition(self, t0: float, t1: float) -> Array:
         """The derivative of (q, v) at t1 by (q, v) at t0 (s, inside the run): (2 nv, 2 nv), to the accuracy of the run.
