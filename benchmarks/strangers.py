@@ -119,15 +119,17 @@ def likeness(first: str, second: str) -> float:
 def judge(rows: list[Row], said: list[Said]) -> tuple[list[tuple[Row, str, list[Said]]], list[Said]]:
     """Each row with its verdict and findings; and the findings that accuse what is not in the table.
 
-    A finding belongs to the row near its line that it is most like; one that does not fail also to rows without a finding
-    that it contains, such as the parts of a chain. A row fails if a finding of it fails, and holds if one holds and none
-    fails.
+    A finding belongs to the row near its line that it is most like. A chain in one finding contains several rows: if it
+    fails it belongs to the wrong one among them, else to all that have no finding of their own. A row fails if a finding of
+    it fails, and holds if one holds and none fails.
     """
     found: dict[int, list[Said]] = {}
     outside = []
     for one in said:
         scores = {i: likeness(one.equation, row.equation) for i, row in enumerate(rows) if is_near(one, row)}
-        best = max(scores, key=lambda i: (scores[i], -abs(rows[i].line - one.line)), default=None)
+        wrong = [i for i in scores if rows[i].truth == "wrong" and scores[i] >= CONTAINED]
+        among = wrong if one.verdict == "fails" and wrong else scores
+        best = max(among, key=lambda i: (scores[i], -abs(rows[i].line - one.line)), default=None)
         if best is not None and scores[best] >= ALIKE:
             found.setdefault(best, []).append(one)
         elif one.verdict == "fails":
