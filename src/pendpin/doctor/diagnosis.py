@@ -22,7 +22,7 @@ from pendpin.doctor.checking.conditions import (
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
-from pendpin.doctor.letters import MOST_LOADS, bare, idle, in_use
+from pendpin.doctor.letters import MOST_LOADS, answers, bare, idle, in_use
 from pendpin.doctor.mending.definitions import mends_of_definition
 from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
 from pendpin.doctor.mending.monomials import Printer
@@ -85,9 +85,9 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
             finding = doctor.second(first, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
         findings.append(finding)
     findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
-    findings = _doubted(findings, found)
-    findings = _definitions(findings, found)
-    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings))
+    findings = _definitions(_doubted(findings, found), found)
+    findings = _unsupported(findings, found)
+    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings), document.skipped)
 
 
 def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -132,6 +132,37 @@ def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
     return answers
 
 
+def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, without accusations of equations that stand on a definition which nothing confirms.
+
+    Nor of an entry of a mass matrix beside which no other entry holds: its row may be divided by something.
+    """
+    right = {key(side) for f, one in zip(findings, found.equations, strict=True) if f.verdict == "holds" for side in one.sides}
+    entries = any(f.verdict == "holds" and _is_entry(one) for f, one in zip(findings, found.equations, strict=True))
+    answers = []
+    for finding, one in zip(findings, found.equations, strict=True):
+        inside = " in the definition of " in finding.mends[0].words if finding.mends else False
+        if finding.verdict == "fails" and finding.equation and not inside and not found.main.chosen:
+            own = [name for name, meaning in _meanings_used(finding.equation) if key(meaning) not in right and _names_of(meaning)]
+            if own := [name for name in own if len(name) > 2 or name[1:] not in "sc"]:
+                words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+            elif _is_entry(one) and not entries:
+                words = "it is no entry of the mass matrix as it stands; its row may be multiplied by something"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+        answers.append(finding)
+    return answers
+
+
+def _names_of(node: Node) -> set[str]:
+    return symbols(node) - {"pi"}
+
+
+def _is_entry(one: Printed) -> bool:
+    """Whether an equation gives an entry of a mass matrix."""
+    return bool(one.sides) and one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")
+
+
 def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
     """Whether two meanings of a symbol are the same, as they are written or in every motion."""
     with suppress(Unread):
@@ -169,6 +200,10 @@ class _Doctor:
         found = Finding(one.number, one.latex, one.statement.place, "unread", "not checked", remark=one.reason)
         if one.reason:
             return found, []
+        if one.defines and (quantity := answers(one, self.system)):
+            words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
+            equation = Equation((Node("symbol", (0, 0), quantity), one.sides[1]), definitions=one.definitions)
+            return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
         try:
             readings = candidates(one, self.system)
             verdict = check(readings[0][0], self.system)

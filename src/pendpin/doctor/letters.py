@@ -9,20 +9,25 @@ from collections.abc import Callable, Collection, Iterator
 from dataclasses import replace
 from itertools import islice
 
+import numpy as np
+
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.checking.evaluation import evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation
 from pendpin.doctor.printed import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
-from pendpin.doctor.reading.tree import Node, symbols, walk
-from pendpin.doctor.systems.base import Spec, System
+from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.systems.base import Spec, System, random_states
 
 Name = tuple[str, str]  # a letter and its index
-Again = Callable[[Vocabulary], list[Printed]]  # the equations of a text, read with other words
+Again = Callable[..., list[Printed]]  # the equations of a text, read with other words
 
 MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
+LONG = 9  # parts of an expression that does not come to a quantity by chance
+ANSWER = 2.0
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
@@ -44,9 +49,34 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
     equation = _to_first_order(one, system) if small else holding(one, system)
     if equation is not None:
         return weight(equation, system.spec)
+    if one.defines and not small:
+        return ANSWER if answers(one, system) else 0.0
     if 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
         return float(any(loads_at_zero(e, system, one.unknown) != "" for e in one.meant(system.spec)))
     return 0.0
+
+
+def answers(one: Printed, system: System) -> str:
+    """The quantity of the system that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det; empty for none."""
+    spec = system.spec
+    if len(one.sides) != 2 or sum(1 for _ in walk(one.sides[1])) < LONG or one.sides[0].value != one.defines:
+        return ""
+    if one.statement.name:
+        return ""
+    moving = [name for name in (*spec.unknowns, *spec.formulas) if name not in spec.still and name[-1:] != "*"]
+    quantities = random_states(system)
+    for equation in one.meant(spec)[:2]:
+        try:
+            value = evaluate(one.sides[1], equation.context(quantities))
+        except (Unread, KeyError):
+            return ""
+        if value.ndim != 1 or not np.isfinite(value).all():
+            return ""
+        for name in moving:
+            other = quantities[name]
+            if other.ndim == 1 and np.abs(value - other).max() <= TOLERANCE * np.abs(other).max():
+                return name
+    return ""
 
 
 def _to_first_order(one: Printed, system: System) -> Equation | None:
@@ -66,7 +96,7 @@ def settled(equations: list[Printed], system: System, again: Again) -> list[Prin
         singles = ({name: meaning} for name, meaning in islice(_other_meanings(equations, system, words), MOST_TRIED))
         for change in (_defined_anew(equations, system, words), *singles):
             other = replace(words, chosen=words.chosen | change)
-            changed = _with(equations, again(other), change.keys())
+            changed = _with(equations, again(other, before=equations, names=change.keys()), change.keys())
             if (most := held(changed, system)) > here:
                 here, better = most, (changed, other)
         if better is None:
@@ -86,7 +116,8 @@ def with_own_letters(equations: list[Printed], system: System, again: Again) -> 
     own = {name: "" for name in anew if name in moved and {*_meanings(name, words)} <= still}
     if not own:
         return equations
-    changed = _with(equations, again(replace(words, chosen=words.chosen | own)), own)
+    anew_words = replace(words, chosen=words.chosen | own)
+    changed = _with(equations, again(anew_words, before=equations, names=own), own)
     return changed if held(changed, system) >= held(equations, system) else equations
 
 
@@ -160,7 +191,7 @@ def _agreed(equations: list[Printed], system: System, again: Again, words: Vocab
     for _ in range(MOST_CHANGED):
         for name, usual in _slips(equations, system, words):
             other = replace(words, chosen=words.chosen | {name: usual})
-            changed = _with(equations, again(other), [name])
+            changed = _with(equations, again(other, before=equations, names=[name]), [name])
             lost = sum(holding(one, system) is not None for one in equations)
             lost -= sum(holding(one, system) is not None for one in changed)
             if lost in (0, 1):

@@ -1,16 +1,17 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
-from collections.abc import Iterator
+import re
+from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from functools import lru_cache
+from functools import cached_property, lru_cache
 
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.reading.binding import bound
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, raw
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, Written, raw, unknown
 from pendpin.doctor.reading.tokens import tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
@@ -59,6 +60,11 @@ class Printed:
             self._meant[key] = [one for one in every if not of_equation(one, spec)[1]] or every
         return self._meant[key]
 
+    @cached_property
+    def letters(self) -> set[tuple[str, str]]:
+        """The letters with their indices that stand in it."""
+        return {(part.written.letter, part.written.index) for part in parts(self.sides) if part.written}
+
     @property
     def sides(self) -> tuple[Node, ...]:
         """Its sides as it is read first; none where it cannot be read."""
@@ -83,18 +89,86 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
-    return found
+    return _states(_from_one(found))
 
 
-def bind(raw: list[Printed], words: Vocabulary, given: dict[str, Node], usual: dict[str, Node]) -> list[Printed]:
+def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list[Printed]:
+    """The equations with other names."""
+
+    def node(one: Node) -> Node:
+        written = change(one.written) if one.written else None
+        value = unknown(written) if written and one.kind in ("symbol", "derivative") else one.value
+        return replace(one, written=written, value=value, children=tuple(map(node, one.children)))
+
+    return [replace(one, ways=tuple((tuple(map(node, sides)), tight) for sides, tight in one.ways)) for one in raw]
+
+
+def _from_one(raw: list[Printed]) -> list[Printed]:
+    """The equations, whose indices are counted from 1 where q_0 and q_1 both move."""
+    moving = {(p.written.letter, p.written.index) for one in raw for p in parts(one.sides) if p.written and p.written.dots}
+    letters = {letter for letter, _ in moving}
+    if not any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter in letters):
+        return raw
+    shifted = str.maketrans("01", "12")
+    return _rewritten(raw, lambda written: replace(written, index=written.index.translate(shifted)))
+
+
+def _states(raw: list[Printed]) -> list[Printed]:
+    """The equations with rates in place of the second half of a vector of states: x_2 where x_1' = x_2 stands.
+
+    The vector on the left of dydt(1) = y(2) holds the rates of the one on the right.
+    """
+    pairs: dict[tuple[str, str], tuple[str, str]] = {}  # the rate of each state
+    vectors: dict[str, str] = {}  # the vector of rates, and that of states
+    for one in raw:
+        if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
+            left, right = (side.written for side in one.sides)
+            assert left is not None and right is not None
+            named = left.letter != right.letter and left.index[:1] == right.index[:1] == "[" and not left.dots
+            if named and re.search("d|p|f", left.letter):
+                vectors[left.letter] = right.letter
+            same = left.letter == right.letter and left.dots == 1 and left.index and right.index
+            if (same or named) and not right.dots and left.index != right.index:
+                pairs[right.letter, left.index] = (right.letter, right.index)
+    states = {rate: state for state, rate in pairs.items()}
+    if not states:
+        return raw
+
+    def change(written: Written) -> Written:
+        if written.letter in vectors:
+            written = replace(written, letter=vectors[written.letter], dots=written.dots + 1)
+        if (state := states.get((written.letter, written.index))) is not None and state[1] != written.index:
+            written = replace(written, index=state[1], dots=written.dots + 1)
+        return written
+
+    return _rewritten(raw, change)
+
+
+def bind(
+    raw: list[Printed],
+    words: Vocabulary,
+    given: dict[str, Node],
+    usual: dict[str, Node],
+    before: list[Printed] | None = None,
+    names: Collection[tuple[str, str]] = (),
+) -> list[Printed]:
     """The same equations with the meanings that some words give, and with the symbols that the text defines.
 
-    A symbol has the meaning that the last definition before it gave it, or the first one after it, or the `usual` one.
+    `before` holds them bound to words that differ in some `names` only. A symbol has the meaning that the last definition before it gave it, or the first one after it, or the `usual` one.
     """
-    found = [_bind(one, words) for one in raw]
+    if before is None:
+        found = [_bind(one, words) for one in raw]
+    else:
+        found = [
+            _bind(one, words) if one.letters & {*names} else replace(old, words=words, definitions={}, defines="")
+            for one, old in zip(raw, before, strict=True)
+        ]
     used = set().union(*(one.names for one in found))
     usual = {name: meaning for name, meaning in usual.items() if name in used}
-    made = [(i, *definition) for i, one in enumerate(found) for definition in _definitions(one, given)]
+    made: list[tuple[int, str, Node]] = []
+    for i, one in enumerate(found):
+        known = {name for _, name, _ in made} if one.statement.chained else set[str]()
+        made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in known]
     entries = []
     for i, one in enumerate(found):
         known: dict[str, Node] = {}

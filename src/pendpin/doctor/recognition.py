@@ -468,7 +468,8 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         for first, second in (turning, turning[::-1]):
             yield {first: Written("theta"), second: Written("phi")}
     elif family == "cart-pole":
-        slides = [name for name in sorted(moving) if name[0] in "xsqzp" and name[1] in ("", "1", "c")]
+        slides = [n for n in sorted(moving) if n[0] in "xsqzp" and (n[1] in ("", "1", "c") or n[1][:1] == "[")]
+        slides = [name for name in slides if name not in letters.turned]
         if slides and len(turning) == 1 and turning[0] not in slides:
             yield {slides[0]: Written("x"), turning[0]: Written("theta")}
         if {("q", "1"), ("q", "2")} <= moving.keys():

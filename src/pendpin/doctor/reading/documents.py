@@ -3,7 +3,7 @@
 import re
 import tomllib
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
@@ -17,9 +17,10 @@ AROUND = 300  # characters of a sentence before and after an equation
 _LINES = (
     "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
 )
-_OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_LINES})\*?\}}|```math|\n")
+_OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_LINES})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|\n")
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```"}
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
+_ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
 _BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
@@ -27,7 +28,15 @@ _SENTENCE = re.compile(
 )
 _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
 _COMMENT = re.compile(r"\s+(?:#|//|%).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
-_WORD = re.compile(r"(?<![\\\w])[A-Za-z]{3,}(?![\w(])")
+_BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
+_NO_EQUATION = re.compile(r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]")
+_TYPED = re.compile(
+    r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
+    re.I,
+)
+_EQUAL = re.compile(r"\\(?:equiv|triangleq|coloneqq|doteq)\b")
+_LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
+MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
 varphi vartheta thetadot phidot ell lambda dtheta dphi ddtheta ddphi frac atan arctan mlg rho sigma eta tau"""
 _NOT_WORDS = set(_NOT_PROSE.split())
@@ -43,6 +52,7 @@ class Statement:
     before: str = ""  # of its sentence, and the heading that it stands under
     after: str = ""
     section: int = 0  # the number of headings before it
+    chained: bool = False  # its left side is that of the statement before it
 
     @property
     def context(self) -> str:
@@ -64,6 +74,7 @@ class Document:
     rod: str | None = None
     convention: str | None = None
     text: str = ""
+    skipped: tuple[str, ...] = ()  # lines with an equals sign that are no equation
 
     @cached_property
     def sections(self) -> list[str]:
@@ -74,14 +85,55 @@ class Document:
 
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
-    found, covered = [], []
+    found, covered, skipped = [], [], list[str]()
     for start, end, begin, formula in _formulas(text):
         covered.append((start, end))
-        if "=" in formula:
-            found.append((start, _statement(text, start, end, formula, begin)))
-    found += [(start, statement) for start, statement in _lines(text, covered)]
+        if "=" in formula or _EQUAL.search(formula):
+            found += [(begin + at, _statement(text, start, end, row, begin + at)) for at, row in rows(formula)]
+    for start, end, piece in _lines(text, covered, skipped):
+        found += [(start, _statement(text, start, end, piece, start))]
     ordered = [statement for _, statement in sorted(found, key=lambda pair: pair[0])]
-    return Document(tuple(ordered[:MOST_STATEMENTS]), text=text)
+    return Document(tuple(_chained(ordered)[:MOST_STATEMENTS]), text=text, skipped=tuple(skipped))
+
+
+def rows(formula: str) -> list[tuple[int, str]]:
+    """The rows of a display, each with where it begins; those that only go on with a sum or a side belong together."""
+    cuts, depth, place = [0], 0, 0
+    for match in _ROW.finditer(formula):
+        depth += {"begin": 1, "end": -1, "{": 1, "}": -1}.get((match[1] or match[0]), 0)
+        if match[0] == "\\\\" and depth <= 0:
+            cuts.append(match.end())
+    pieces = [(start, formula[start:end]) for start, end in pairwise([*cuts, len(formula)])]
+    joined: list[tuple[int, str]] = []
+    for start, piece in pieces:
+        bare = piece.strip().lstrip("&").strip()
+        before = joined[-1][1].rstrip(" \n&\\") if joined else ""
+        goes_on = bool(before) and ("=" not in bare or before.endswith("=") or (bare[:1] in "+-*" and "=" not in bare))
+        if joined and (goes_on or not bare or _open(before)):
+            first, text = joined[-1]
+            if before.endswith("=") and bare.startswith("="):
+                text, piece = text.rstrip(" \n&\\")[:-1] + " ", piece
+            joined[-1] = (first, text + " " * (start - first - len(text)) + piece if bare else text)
+        elif bare:
+            joined.append((start + len(piece) - len(piece.lstrip(" \n&")), piece.strip(" \n&")))
+    whole = any("=" not in piece and not _EQUAL.search(piece) for _, piece in joined)
+    return [(0, formula)] if whole or len(joined) < 2 else joined
+
+
+def _open(text: str) -> bool:
+    """Whether a bracket of a row is closed only in a later one."""
+    return text.count("(") > text.count(")") or len(re.findall(r"\\left\b", text)) > len(re.findall(r"\\right\b", text))
+
+
+def _chained(found: list[Statement]) -> list[Statement]:
+    """The statements, where one that begins with = goes on with the left side of the one before."""
+    answers: list[Statement] = []
+    for one in found:
+        bare = one.text.lstrip(" &\n")
+        if bare.startswith("=") and answers and (left := _LEFT.match(answers[-1].text)):
+            one = replace(one, text=f"{left[1].strip()} {bare}", chained=True)
+        answers.append(one)
+    return answers
 
 
 def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Statement:
@@ -103,7 +155,8 @@ def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:
     while match := _OPENERS.search(text, place):
         opener = match[0]
         place = match.end()
-        closer = _CLOSERS.get(opener) or opener.replace("begin", "end")
+        fence = {"`": "$$", "<": "</math>"}.get(opener[0], opener.replace("begin", "end"))
+        closer = _CLOSERS.get(opener, fence)
         if opener == "\n" or closer in missing:
             continue
         end = text.find(closer, place)
@@ -118,18 +171,40 @@ def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:
         place = end + len(closer)
 
 
-def _lines(text: str, covered: list[tuple[int, int]]) -> Iterator[tuple[int, Statement]]:
-    """Lines, and pieces of code within them, that are equations and stand outside the marks of mathematics."""
-    start, spans = 0, iter([*covered, (len(text) + 1, len(text) + 1)])
+def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Iterator[tuple[int, int, str]]:
+    """Lines, and pieces of code within them, that are equations and stand outside the marks of mathematics.
+
+    Each with where it begins and ends. A line of code goes on in the next one while a bracket is open or an operator ends it.
+    """
+    start, spans, open_from = 0, iter([*covered, (len(text) + 1, len(text) + 1)]), -1
     span = next(spans)
-    for line in text.split("\n"):
+    for number, line in enumerate(text.split("\n"), start=1):
         end = start + len(line)
         while span[1] <= start:
             span = next(spans)
-        if "=" in line and span[0] >= end and line[0] not in "#%" and len(line) < 20_000:
-            for inside, equation in _in_line(line):
-                yield start + inside, _statement(text, start + inside, end, equation, start + inside)
-        start = end + 1
+        first = start if open_from < 0 else open_from
+        begin, start = first, end + 1
+        whole = text[begin:end]
+        if span[0] < end or len(whole) > 20_000 or whole.lstrip()[:1] in {"#", "%", "!"}:
+            open_from = -1
+            continue
+        if "=" in whole and _goes_on(whole) and len(whole) < MOST_OF_A_LINE:
+            open_from = begin
+            continue
+        open_from = -1
+        if "=" not in whole:
+            continue
+        pieces = list(_in_line(whole))
+        if not pieces:
+            skipped.append(f"line {number}")
+        yield from ((begin + at, end, piece) for at, piece in pieces)
+
+
+def _goes_on(code: str) -> bool:
+    """Whether a line of code goes on in the next one."""
+    bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", code)
+    bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
+    return "\\" not in bare.rstrip()[:-1] and (bracket or bool(re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)))
 
 
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
@@ -137,18 +212,29 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     if codes := list(re.finditer(r"`([^`=]*=[^`]*)`", line)):
         yield from ((match.start(1), match[1]) for match in codes)
         return
+    line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
     label = _LABEL.match(line)
     begin = label.end() if label and "=" not in label[0] else 0
-    equation = line[begin:]
-    while (shorter := _COMMENT.sub("", equation)) != equation:
-        equation = shorter
-    equation = equation.rstrip().removesuffix("\\\\").strip()
-    words = [
-        word for word in _WORD.findall(re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)) if word not in _NOT_WORDS
-    ]
-    sentences = [word for word in words if word.islower()]
-    if equation and len(sentences) < 3 and "|" not in equation.replace("||", "")[:1]:
-        yield begin, equation
+    if typed := _TYPED.match(line[begin:]):
+        begin += typed.end()
+    for match in re.finditer(r"[^;]+", line[begin:]):
+        equation = match[0]
+        while (shorter := _COMMENT.sub("", equation)) != equation:
+            equation = shorter
+        equation = equation.rstrip().removesuffix("\\\\").rstrip()
+        at = begin + match.start() + len(equation) - len(equation.lstrip())
+        equation = equation.strip()
+        if equation[:2] == "[ " and equation[-2:] == " ]":
+            at, equation = at + 2, equation[2:-2]
+        if "=" in equation and not _is_prose(equation) and "|" not in equation.replace("||", "")[:1]:
+            yield at, equation
+
+
+def _is_prose(text: str) -> bool:
+    """Whether a line is a sentence: several words stand beside each other, with nothing but a space between."""
+    bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", text)
+    beside = _BESIDE.findall(bare)
+    return sum(not {first, second} & _NOT_WORDS for first, second in beside) > 1 or bool(_NO_EQUATION.search(bare))
 
 
 def unwrapped(text: str) -> tuple[str, int]:

@@ -5,7 +5,7 @@ from fractions import Fraction
 
 from pendpin.doctor.reading.binding import bound
 from pendpin.doctor.reading.brackets import CLOSING, Brackets
-from pendpin.doctor.reading.names import Vocabulary
+from pendpin.doctor.reading.names import Vocabulary, unknown
 from pendpin.doctor.reading.tokens import Token, is_latex, joined, tokens
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
@@ -147,6 +147,10 @@ class Parser(Brackets):
                 base = Node("function", (base.outer[0], end), "transpose", (base,), ((end, end),))
                 continue
             exponent, mark = self.exponent()
+            if self.peek().kind == "_" and base.kind == "symbol" and base.written and not base.written.index:
+                written = replace(base.written, index=self._index())  # an index after the exponent
+                base = replace(base, value=unknown(written), written=written)
+                mark = (mark[0], self.peek(-1).end)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
             base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
@@ -202,6 +206,13 @@ class Parser(Brackets):
             return self._command()
         if token.kind == "open" and not self.at_symbol():
             return self.group()
+        if token.text == "der" and self.peek(1).text == "(":
+            self.take()
+            inner = self.group()
+            if inner.written is None:
+                raise Unread("der of more than one symbol", token.start)
+            written = replace(inner.written, dots=inner.written.dots + 1)
+            return replace(inner, value=unknown(written), written=written, span=(token.start, inner.outer[1]), bracketed=None)
         if token.text == "diag" and self.peek(1).kind == "open":
             return self._diagonal()
         if token.kind == "|":

@@ -9,6 +9,7 @@ _LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega De
 chi Phi Theta Psi Gamma Lambda"""
 GREEK = {name: name for name in _LETTERS.split()}
 GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
+GREEK |= {"varepsilon": "epsilon", "varrho": "rho"}
 GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta"}
 _SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta κ kappa λ lambda μ mu ν nu ξ xi π pi ρ rho σ sigma
 τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
@@ -27,11 +28,14 @@ class Written:
     frames: str = ""
 
 
-_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|alpha|psi|x|y|z|q)_?([123])?")
+_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|alpha|psi|th|ph|w|v|x|y|z|q)_?([0123])?")
 _SUFFIX = re.compile(
     r"(theta|phi|omega|alpha|psi|x|y|z|q|th|ph)_?([123]?)_?(d{1,2}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{1,2}|p{1,2}))(?:_([123]))?"
 )
-_SHORT = {"th": "theta", "ph": "phi", "thetadot": "theta", "KE": "T", "PE": "V"}
+_OVER_DT = re.compile(r"d(?P<twice>2|d)?_?(?P<name>[A-Za-z][A-Za-z]*?\d?)_?dt2?")
+_DOTTED = re.compile(r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<twice>d|D)?[dD]ot(?P<last>\d?)")
+_OF_STATE = re.compile(r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)[)\]]")
+_SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V"}
 _SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
 _RUN_ON = re.compile(
     r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])"
@@ -43,8 +47,13 @@ def of_word(word: str) -> Written | None:
     """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat; None if it is not one."""
     if word in FUNCTIONS or word == "d":
         return None
+    if match := _OF_STATE.fullmatch(word):
+        return Written(match[1], 0, f"[{match[2]}]")
+    for pattern in (_OVER_DT, _DOTTED):
+        if (match := pattern.fullmatch(word)) and (base := of_word(match["name"] + (match.groupdict().get("index") or match.groupdict().get("last") or ""))):
+            return replace(base, dots=base.dots + (2 if match.groupdict().get("twice") else 1))
     if match := _PREFIX.fullmatch(word):
-        return Written(match[2], len(match[1]), match[3] or "")
+        return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3] or "")
     if match := _SUFFIX.fullmatch(word):
         return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
     letter, _, index = word.partition("_")

@@ -73,8 +73,9 @@ class PrintedNames:
             self.take()
             dots = 1
         end = max(end, self.peek(-1).end if dots else end)
-        if [token.text for token in (self.peek(), self.peek(1), self.peek(2))] == ["(", "t", ")"]:
-            end = [self.take() for _ in range(3)][-1].end  # a function of time
+        for function_of_time in (["(", "t", ")"], ["{", "(", "t", ")", "}"]):
+            if [self.peek(i).text for i in range(len(function_of_time))] == function_of_time:
+                end = [self.take() for _ in function_of_time][-1].end
         return _symbol(written, (start, end))
 
     def _frame_before(self) -> str:
@@ -120,6 +121,9 @@ class PrintedNames:
                 raise Unread(f"{token.text!r} is not a symbol", token.start)
             while self.peek().kind == "dots":
                 written = replace(written, dots=written.dots + ACCENTS[self.take().text])
+            number = self.peek()
+            if not self.latex and token.kind == "letter" and number.kind == "number" and number.start == token.end:
+                written = replace(written, index=self.take().text)  # as in θ1
             if self.peek().kind == "index":
                 written = replace(written, index=self.take().text)
             if self.peek().kind == "_":
@@ -187,9 +191,12 @@ class PrintedNames:
             return None
         order, inner = self._order(), None
         if self.peek().kind != "close":
+            braced = self.peek().text == "{" and self.take()
             if not self.at_symbol():
                 return None
             inner = self.symbol()
+            if braced and self.take().kind != "close":
+                return None
             order = max(order, self._order())
         if self.peek().kind != "close":
             return None

@@ -21,14 +21,16 @@ class Token(NamedTuple):
     end: int
 
 
-ACCENTS = {"dot": 1, "ddot": 2}
+ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 _NAMED = {  # LaTeX's commands that stand for themselves, by the kind of their token
-    "style": "hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf",
-    "plain": "mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it",
-    "space": """, ; : ! quad qquad displaystyle textstyle limits nonumber notag hfill left right middle hspace phantom
+    "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
+        overrightarrow""",
+    "plain": "mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak",
+    "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow therefore",
+    "space": """, ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace phantom
         allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr""",
     "arrow": "uparrow downarrow",
-    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow Rightarrow",
+    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow",
     "command": "sqrt frac partial begin end top intercal over underbrace overbrace",
 }
 _WRITTEN = {  # commands that stand for another text
@@ -66,6 +68,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _DECIMAL_COMMA = re.compile(r"(?:0,|\d+\{,\})\d+|(?<![(,\d])\d+,\d+(?![\d,)]|\s*[,)])")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
+_ELEMENT = re.compile(r"[A-Za-z]\w*(?:\(\d{1,2}\)|\[\d{1,2}\]|\(:,\s*\d{1,2}\)|\[:,\s*\d{1,2}\])")  # of a vector of states, in code
 _INDEXED = re.compile(r"[A-Za-z]+_\d(?=[A-Za-z])")  # a name before another, as in J_1c
 _PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+")  # what is multiplied without a sign
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
@@ -75,7 +78,8 @@ _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if"
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 _DECORATION = re.compile(
     r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*"
-    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]|\b(?:np|numpy|math|sp|sympy)\.(?=sin|cos|tan|sqrt|pi\b)"
+    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]|\b(?:np|numpy|math|Math|sp|sympy|self|params|par|obj|this)\.(?=[A-Za-z])"
+    r"|(?<=[\s.,])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])"
 )
 
 
@@ -155,6 +159,8 @@ def _next(text: str, place: int, latex: bool, code: bool) -> list[Token]:
         return [Token("number", match[0].replace("{,}", ".").replace(",", "."), place, match.end())]
     if match := _NUMBER.match(text, place):
         return [Token("number", match[0], place, match.end())]
+    if not latex and (match := _ELEMENT.match(text, place)) and not FUNCTIONS & {re.split(r"\W", match[0])[0]}:
+        return [Token("word", match[0], place, match.end())]
     if letter.isascii() and letter.isalpha():
         match = (_LATIN if latex else _WORD).match(text, place)
         assert match is not None
@@ -169,9 +175,9 @@ def _letters(word: str, place: int, latex: bool, code: bool) -> list[Token]:
     if not latex and (match := _INDEXED.match(word)) and not is_rate(word):
         first = Token("word", match[0], place, match.end() + place)
         return [first, *_letters(word[match.end() :], first.end, latex, code)]
-    if not latex and (is_word(word) or (code and not _PRODUCT.fullmatch(word))):
+    if not latex and (word == "der" or is_word(word) or (code and not _PRODUCT.fullmatch(word))):
         return [Token("word", word, place, place + len(word))]
-    if word == "diag":
+    if word in ("diag", "der"):
         return [Token("word", word, place, place + len(word))]
     found = []
     for part in letters_of(word, latex):
@@ -215,6 +221,12 @@ def joined(found: list[Token]) -> list[Token]:
             if line and line[0].kind == "operator" and "relation" not in rest:
                 continue
             related = False
+        if token.kind == "gap":
+            gap = [other.kind for other in takewhile(lambda other: other.kind not in ("row", "gap"), found[i + 1 :])]
+            if related and "relation" in gap:
+                kept.append(token._replace(kind=","))
+                related = False
+            continue
         if token.kind == "&" and not inside and kept and kept[-1].kind != "row":
             if related and rest and "relation" not in rest and rest[0] == "open":
                 kept.append(token._replace(kind="label", text=str(len(rest))))

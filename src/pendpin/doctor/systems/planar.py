@@ -71,6 +71,12 @@ xp2 | m | x_2
 yp2 | m | y_2 z_2
 T | N m | T K E_k E_c KE
 V | N m | V U E_p PE
+T1 | N m | T_1 K_1 E_k1
+T2 | N m | T_2 K_2 E_k2
+V1 | N m | V_1 U_1 E_p1
+V2 | N m | V_2 U_2 E_p2
+S1 | N | T_1 S_1 F_1 N_1
+S2 | N | T_2 S_2 F_2 N_2
 L | N m | L
 E | N m | E H
 p1 | N m s | p_1 p_theta1 p_theta_1 p_theta,1
@@ -102,6 +108,9 @@ xp | m | x_p x_2 x_m x_1 x_G
 yp | m | y_p y_2 y_m y y_1 y_G
 T | N m | T K E_k E_c KE
 V | N m | V U E_p PE
+Tc | N m | T_c T_1 K_c K_1 T_M T_C
+Tp | N m | T_p T_2 K_p K_2 T_m T_P
+S | N | S T R N F_T F_r
 L | N m | L
 E | N m | E H
 q | - | q *q
@@ -231,9 +240,35 @@ def _pair(body: str, relative: bool, pose: str, loads: tuple[str, ...]) -> tuple
         **{f"p{i}": linkage.momentum(f"theta{i}") for i in (1, 2)},
         **{f"w{i}": (lambda q, i=i: q[f"dtheta{i}"] + q.number(0)) for i in (1, 2)},
         "tau": lambda q: np.stack([q["tau1"], q["tau2"]]),
+        **{f"T{i}": _moving_energy(i) for i in "12"},
+        **{f"V{i}": (lambda q, i=i: q[f"m{i}"] * q["g"] * q[f"y{i}"]) for i in "12"},
+        "S2": lambda q: _pull(q, "2", ("2",)),
+        "S1": lambda q: _pull(q, "1", ("1", "2")),
         **{f"M{i}{j}": linkage.mass(f"theta{i}", f"theta{j}") for i, j in ((1, 1), (1, 2), (2, 2))},
         **zeros,
     }
+
+
+def _moving_energy(i: str) -> Formula:
+    """The kinetic energy of one of two links."""
+
+    def value(q: Quantities) -> Values:
+        across, up = (q.derivative(lambda there, name=name: there[name], "t") for name in (f"x{i}", f"y{i}"))
+        turn = q["dtheta1"] + (q["dtheta2"] if i == "2" and " relative" in q.spec.kind else q.number(0))
+        turn = q["dtheta2"] if i == "2" and " relative" not in q.spec.kind else turn
+        return (q[f"m{i}"] * (across**2 + up**2) + q[f"I{i}"] * turn**2) / q.number(2)
+
+    return value
+
+
+def _pull(q: Quantities, link: str, carried: tuple[str, ...]) -> Values:
+    """What a link pulls along itself on the bodies that it carries."""
+    start = (q.number(0), q.number(0)) if link == "1" else (q["xp1"], q["yp1"])
+    across, up = ((q[f"{axis}{link}"] - begin) / q[f"h{link}"] for axis, begin in zip("xy", start, strict=True))
+    total = q.number(0)
+    for i in carried:
+        total = total - q[f"m{i}"] * (_rate(f"x{i}", 2)(q) * across + (_rate(f"y{i}", 2)(q) + q["g"]) * up)
+    return total
 
 
 def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
@@ -266,6 +301,9 @@ def _cart(body: str, pose: str, mirrored: bool) -> Spec:
         "yp": linkage.place("y", (SLIDES, "h")),
         "px": linkage.momentum("x"),
         "ptheta": linkage.momentum("theta"),
+        "Tc": lambda q: q["M"] * q["dx"] ** 2 / q.number(2),
+        "Tp": lambda q: q["T"] - q["Tc"],
+        "S": lambda q: -(q["N"] * (q["xp"] - q["x"]) + q["P"] * q["yp"]) / q["h"],
         "N": lambda q: q["m"] * _rate("xp", 2)(q),
         "P": lambda q: q["m"] * (q["g"] + _rate("yp", 2)(q)),
     }
