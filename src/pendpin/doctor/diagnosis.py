@@ -37,7 +37,7 @@ from pendpin.errors import brief
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
-MOST_HOPELESS = 10  # equations without a mend, after which two changes are no longer tried
+MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 EQUALLY = 0.3  # equations: readings that explain about as much
 
@@ -87,7 +87,9 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
     findings = _definitions(_doubted(findings, found), found)
     findings = _unsupported(findings, found)
-    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings), document.skipped)
+    return Diagnosis(
+        tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings), document.skipped
+    )
 
 
 def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -137,13 +139,22 @@ def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
 
     Nor of an entry of a mass matrix beside which no other entry holds: its row may be divided by something.
     """
-    right = {key(side) for f, one in zip(findings, found.equations, strict=True) if f.verdict == "holds" for side in one.sides}
+    right = {
+        key(side)
+        for f, one in zip(findings, found.equations, strict=True)
+        if f.verdict == "holds"
+        for side in one.sides
+    }
     entries = any(f.verdict == "holds" and _is_entry(one) for f, one in zip(findings, found.equations, strict=True))
     answers = []
     for finding, one in zip(findings, found.equations, strict=True):
         inside = " in the definition of " in finding.mends[0].words if finding.mends else False
         if finding.verdict == "fails" and finding.equation and not inside and not found.main.chosen:
-            own = [name for name, meaning in _meanings_used(finding.equation) if key(meaning) not in right and _names_of(meaning)]
+            own = [
+                name
+                for name, meaning in _meanings_used(finding.equation)
+                if key(meaning) not in right and _names_of(meaning)
+            ]
             if own := [name for name in own if len(name) > 2 or name[1:] not in "sc"]:
                 words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
                 finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
@@ -202,7 +213,7 @@ class _Doctor:
             return found, []
         if one.defines and (quantity := answers(one, self.system)):
             words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
-            equation = Equation((Node("symbol", (0, 0), quantity), one.sides[1]), definitions=one.definitions)
+            equation = Equation((one.sides[1], one.sides[1]), definitions=one.definitions)
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
         try:
             readings = candidates(one, self.system)

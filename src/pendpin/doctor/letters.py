@@ -63,17 +63,18 @@ def answers(one: Printed, system: System) -> str:
         return ""
     if one.statement.name:
         return ""
-    moving = [name for name in (*spec.unknowns, *spec.formulas) if name not in spec.still and name[-1:] != "*"]
     quantities = random_states(system)
-    for equation in one.meant(spec)[:2]:
+    known = {name: quantities[name] for name in spec.unknowns}
+    if "weight" in spec.formulas and len(quantities["weight"]) == len(spec.coordinates):
+        known |= {f"weight on {name}": part for name, part in zip(spec.coordinates, quantities["weight"], strict=True)}
+    for equation in one.meant(spec)[:1]:
         try:
             value = evaluate(one.sides[1], equation.context(quantities))
         except (Unread, KeyError):
             return ""
         if value.ndim != 1 or not np.isfinite(value).all():
             return ""
-        for name in moving:
-            other = quantities[name]
+        for name, other in known.items():
             if other.ndim == 1 and np.abs(value - other).max() <= TOLERANCE * np.abs(other).max():
                 return name
     return ""

@@ -105,7 +105,9 @@ def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list
 
 def _from_one(raw: list[Printed]) -> list[Printed]:
     """The equations, whose indices are counted from 1 where q_0 and q_1 both move."""
-    moving = {(p.written.letter, p.written.index) for one in raw for p in parts(one.sides) if p.written and p.written.dots}
+    moving = {
+        (p.written.letter, p.written.index) for one in raw for p in parts(one.sides) if p.written and p.written.dots
+    }
     letters = {letter for letter, _ in moving}
     if not any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter in letters):
         return raw

@@ -22,6 +22,7 @@ from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, ra
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.linkages import POSES
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import RODS
 from pendpin.doctor.systems.scene import scene_spec
@@ -38,7 +39,7 @@ RARELY = 5  # times that a letter stands more often than another that is a slip
 ROD = 0.5  # equations: what a rod on a universal joint counts before any holds
 LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
-MOST_ALIKE, MOST_SETTLED = 3, 10  # how many of a family, and of all
+MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
 MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # what equations of other sections count, each and all together
@@ -220,7 +221,7 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
         readings = sorted(small, key=lambda one: -one.score) if any(one.credits.sum() for one in small) else readings
     if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
         return better
-    return _by_section(page, [_settled(reading) for reading in _likeliest(page, readings)])
+    return _by_section(page, [_settled(reading) for reading in _likeliest(page, readings)], readings)
 
 
 def _every(page: _Page) -> Iterator[Reading]:
@@ -237,7 +238,7 @@ def _likeliest(page: _Page, readings: list[Reading]) -> list[Reading]:
     best, found = readings[0].score, list[Reading]()
     often = Counter[str]()
     for one in readings:
-        family = one.system.kind.split()[0]
+        family = " ".join(word for word in one.system.kind.split() if word in (*FAMILIES, *RODS, *POSES))
         if one.score > best - CLOSE and often[family] < MOST_ALIKE:
             often[family] += 1
             found.append(one)
@@ -261,7 +262,16 @@ def _score(reading: Reading, inside: np.ndarray, text: str) -> float:
     return float(reading.credits[inside].sum()) + elsewhere + reading.likelier + reading.prior(text)
 
 
-def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
+def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:
+    """The same system with bodies of another kind, if that explains what the reading does not, in more places than one."""
+    kind = reading.system.kind.split()
+    others = (
+        one for one in every if one.system.kind.split()[::2] == kind[::2] and one.system.kind.split()[3:] == kind[3:]
+    )
+    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() > 1]
+
+
+def _by_section(page: _Page, readings: list[Reading], every: list[Reading]) -> Recognition:
     """Each section read as by what explains it best, with the others that explain about as much."""
     text = page.document.text
     count = len(page.raw)
@@ -280,6 +290,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         best = 0 if scores[0] > scores[best] - 0.5 else best  # the page's own, but where another is better
         near = [(scores[best] - score, one) for one, score in zip(readings, scores, strict=True)]
         near = [(less, one) for less, one in near if less < CLEARLY and one is not readings[best]]
+        near += [(CLEARLY, one) for one in _kin(readings[best], every)]
         for i in np.flatnonzero(inside):
             chosen[i], rivals[i] = readings[best], tuple(near)
     return Recognition(main, tuple(chosen), tuple(rivals))
@@ -442,7 +453,7 @@ def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
                 moving[name] += node.written.dots > 0
             inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
             moving.update(inside if node.kind == "derivative" else ())
-            turned.update(inside if node.kind == "function" else ())
+            turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
     return Letters(+moving, every, turned)
 
 

@@ -14,7 +14,13 @@ from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Quantities, Values
 
 TOLERANCE = 1e-9  # relative to the terms, in floats
-ENERGIES = {"V": 1, "E": 2, "L": -3, "V1": 5, "V2": 7}  # each known up to a constant of its own: by how much it is moved to see its slope
+ENERGIES = {
+    "V": 1,
+    "E": 2,
+    "L": -3,
+    "V1": 5,
+    "V2": 7,
+}  # each known up to a constant of its own: by how much it is moved to see its slope
 MOST_READINGS = 24
 
 

@@ -17,7 +17,9 @@ AROUND = 300  # characters of a sentence before and after an equation
 _LINES = (
     "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
 )
-_OPENERS = re.compile(rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_LINES})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|\n")
+_OPENERS = re.compile(
+    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_LINES})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|\n"
+)
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```"}
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
 _ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
@@ -29,7 +31,9 @@ _SENTENCE = re.compile(
 _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
 _COMMENT = re.compile(r"\s+(?:#|//|%).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
-_NO_EQUATION = re.compile(r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]")
+_NO_EQUATION = re.compile(
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]"
+)
 _TYPED = re.compile(
     r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
     re.I,

@@ -50,7 +50,9 @@ def of_word(word: str) -> Written | None:
     if match := _OF_STATE.fullmatch(word):
         return Written(match[1], 0, f"[{match[2]}]")
     for pattern in (_OVER_DT, _DOTTED):
-        if (match := pattern.fullmatch(word)) and (base := of_word(match["name"] + (match.groupdict().get("index") or match.groupdict().get("last") or ""))):
+        if (match := pattern.fullmatch(word)) and (
+            base := of_word(match["name"] + (match.groupdict().get("index") or match.groupdict().get("last") or ""))
+        ):
             return replace(base, dots=base.dots + (2 if match.groupdict().get("twice") else 1))
     if match := _PREFIX.fullmatch(word):
         return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3] or "")
