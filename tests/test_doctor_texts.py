@@ -240,18 +240,89 @@ def test_letters_that_a_text_names_in_passing_are_mass_and_length(letters, rod):
     [
         ("The tension in the rod is", PULL, "holds"),
         ("The reaction along the rod is", OPPOSITE, "holds if"),
-        ("With a force", PULL, "not checked"),
+        ("With a force", PULL, "holds"),
+        ("With a force", PULL.replace("+ M g", "- M g"), "not checked"),
         pytest.param("The tension in the rod is", PULL.replace("+ M g", "- M g"), "fails", marks=pytest.mark.slow),
     ],
-    ids=["tension", "along the rod", "any force", "wrong"],
+    ids=["tension", "along the rod", "any force", "another force", "wrong"],
 )
 def test_a_force_is_what_the_words_before_it_say(words, force, verdict):
-    """A tension is R_3, a force along the rod is R_3 either way, and of another one nothing tells whether it is right."""
+    """A tension is R_3, a force along the rod is R_3 either way, and another one holds where it is one of these."""
     assert verdicts(f"{HANGING}{words}\n{force}", rod="thin")[3] == verdict
 
 
 def test_the_first_line_says_how_many_equations_are_not_checked():
-    found = pp.diagnose(HANGING + PULL, rod="thin")
+    found = pp.diagnose(HANGING + PULL.replace("+ M g", "- M g"), rod="thin")
     assert found.ok
     assert "1 of 4 equations is NOT CHECKED; say what these symbols are: --symbols N=" in str(found).split("\n")[1]
     assert "NOT CHECKED" not in str(pp.diagnose(HANGING, rod="thin"))
+
+
+# --- strangers' pages ------------------------------------------------------------------------------------------------
+
+
+def test_each_section_is_read_as_of_its_own_system():
+    """A pendulum, then two: what holds in its section is not held against the other."""
+    single = "# One bob\n$$ m l^2\\ddot\\theta = -m g l\\sin\\theta $$\n$$ T = \\frac12 m l^2\\dot\\theta^2 $$\n"
+    double = (
+        "# Double pendulum\n$$ V = -(m_1+m_2) g l_1\\cos\\theta_1 - m_2 g l_2\\cos\\theta_2 $$\n"
+        "$$ (m_1+m_2) l_1\\ddot\\theta_1 + m_2 l_2\\ddot\\theta_2\\cos(\\theta_1-\\theta_2) "
+        "+ m_2 l_2\\dot\\theta_2^2\\sin(\\theta_1-\\theta_2) + (m_1+m_2) g\\sin\\theta_1 = 0 $$\n"
+    )
+    assert verdicts(single + double) == ["holds"] * 4
+
+
+def test_two_equations_on_a_line_and_a_chain_that_goes_on_are_read():
+    text = r"$$ T = \frac12 m l^2\dot\theta^2 \qquad V = -m g l\cos\theta $$ and $$ \ddot\theta = -\frac gl\sin\theta $$ so "
+    assert verdicts(text) == ["holds"] * 3
+    chain = (
+        r"$$ T - V = \frac12 m l^2\dot\theta^2 - V $$" + "\n" + r"$$ = \frac12 m l^2\dot\theta^2 + m g l\cos\theta $$"
+    )
+    assert verdicts(text + chain) == ["holds"] * 5
+    assert verdicts(text + chain.replace("+ m g l", "- m g l"))[4] == "fails"
+
+
+STATES = """function dydt = f(t, y)
+dydt(1) = y(2);
+dydt(2) = -(g/l)*sin(y(1));
+dydt(3) = 0;
+"""
+
+
+def test_a_vector_of_states_is_read_as_angles_and_rates():
+    assert verdicts(STATES)[:2] == ["holds", "holds"]
+    assert verdicts(STATES.replace("-(g/l)", "-(l/g)"))[1] != "holds"
+
+
+def test_code_goes_on_over_lines_and_nothing_is_dropped_in_silence():
+    """The accelerations of two pendulums by their numerators; a loop is named as not looked at."""
+    code = """for i = 1:3
+num = -m2*l1*omega1**2*sin(theta1 - theta2)*cos(theta1 - theta2) + g*m2*sin(theta2)*cos(theta1 - theta2)
+num = num - m2*l2*omega2**2*sin(theta1 - theta2) - (m1 + m2)*g*sin(theta1)
+x1 = l1*sin(theta1)
+y1 = (-l1*
+  cos(theta1))
+omega1 = dtheta1
+omega2 = dtheta2
+x2 = x1 + l2*sin(theta2)
+"""
+    found = pp.diagnose(code)
+    assert [f.verdict for f in found.findings if f.latex.startswith(("x", "y"))] == ["holds"] * 3
+    assert found.skipped == ("line 1",)
+    assert "line 1" in str(found).splitlines()[-1]
+
+
+def test_equations_that_contradict_each_other_are_not_said_to_hold():
+    """Of two definitions of one symbol the one is right with which an equation holds."""
+    text = r"$D = m l^2$, $T = \frac12 D\dot\theta^2$, $m l^2\ddot\theta = -m g l\sin\theta$, $V = -m g l\cos\theta$, "
+    assert verdicts(text + r"$D = 3 m l^2$")[4] == "not checked"
+    assert verdicts(text + r"$V = m g l\cos\theta$")[4] != "holds"
+
+
+def test_no_body_is_made_equal_to_another_to_save_a_slip():
+    text = r"""$$ x_1 = l_1\sin\theta_1, \quad x_2 = l_1\sin\theta_1 + l_2\sin\theta_2 $$
+$$ V = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2 $$
+$$ T = \frac12 m_1 l_1^2\dot\theta_1^2 + \frac12 m_2(l_1^2\dot\theta_1^2 + l_2^2\dot\theta_2^2
++ 2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2)) $$"""
+    assert verdicts(text) == ["holds"] * 4
+    assert verdicts(text.replace("m_2(l_1^2", "m_1(l_1^2"))[3] == "fails"

@@ -87,9 +87,8 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
     findings = _definitions(_doubted(findings, found), found)
     findings = _unsupported(findings, found)
-    return Diagnosis(
-        tuple(findings), found.main.system, found.title, found.main.remarks, _shared(findings), document.skipped
-    )
+    main, shared = found.main, _shared(findings)
+    return Diagnosis(tuple(findings), main.system, found.title, main.remarks, shared, document.skipped)
 
 
 def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -139,23 +138,15 @@ def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
 
     Nor of an entry of a mass matrix beside which no other entry holds: its row may be divided by something.
     """
-    right = {
-        key(side)
-        for f, one in zip(findings, found.equations, strict=True)
-        if f.verdict == "holds"
-        for side in one.sides
-    }
-    entries = any(f.verdict == "holds" and _is_entry(one) for f, one in zip(findings, found.equations, strict=True))
+    held = [one for f, one in zip(findings, found.equations, strict=True) if f.verdict == "holds"]
+    right, entries = {key(side) for one in held for side in one.sides}, any(map(_is_entry, held))
     answers = []
     for finding, one in zip(findings, found.equations, strict=True):
         inside = " in the definition of " in finding.mends[0].words if finding.mends else False
         if finding.verdict == "fails" and finding.equation and not inside and not found.main.chosen:
-            own = [
-                name
-                for name, meaning in _meanings_used(finding.equation)
-                if key(meaning) not in right and _names_of(meaning)
-            ]
-            if own := [name for name in own if len(name) > 2 or name[1:] not in "sc"]:
+            used = _meanings_used(finding.equation)
+            own = [name for name, meaning in used if key(meaning) not in right and symbols(meaning) - {"pi"}]
+            if own := [name for name in own if name not in ("?s", "?c")]:
                 words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
                 finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
             elif _is_entry(one) and not entries:
@@ -163,10 +154,6 @@ def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
                 finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
         answers.append(finding)
     return answers
-
-
-def _names_of(node: Node) -> set[str]:
-    return symbols(node) - {"pi"}
 
 
 def _is_entry(one: Printed) -> bool:

@@ -125,7 +125,8 @@ def _states(raw: list[Printed]) -> list[Printed]:
     for one in raw:
         if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
             left, right = (side.written for side in one.sides)
-            assert left is not None and right is not None
+            assert left is not None
+            assert right is not None
             named = left.letter != right.letter and left.index[:1] == right.index[:1] == "[" and not left.dots
             if named and re.search("d|p|f", left.letter):
                 vectors[left.letter] = right.letter
@@ -156,7 +157,8 @@ def bind(
 ) -> list[Printed]:
     """The same equations with the meanings that some words give, and with the symbols that the text defines.
 
-    `before` holds them bound to words that differ in some `names` only. A symbol has the meaning that the last definition before it gave it, or the first one after it, or the `usual` one.
+    `before` holds them bound to words that differ in some `names` only. A symbol has the meaning that the last definition
+    before it gave it, or the first one after it, or the `usual` one.
     """
     if before is None:
         found = [_bind(one, words) for one in raw]
@@ -169,8 +171,8 @@ def bind(
     usual = {name: meaning for name, meaning in usual.items() if name in used}
     made: list[tuple[int, str, Node]] = []
     for i, one in enumerate(found):
-        known = {name for _, name, _ in made} if one.statement.chained else set[str]()
-        made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in known]
+        old = {name for _, name, _ in made} if one.statement.chained else set[str]()
+        made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in old]
     entries = []
     for i, one in enumerate(found):
         known: dict[str, Node] = {}

@@ -268,7 +268,8 @@ def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:
     others = (
         one for one in every if one.system.kind.split()[::2] == kind[::2] and one.system.kind.split()[3:] == kind[3:]
     )
-    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() > 1]
+    least = 1 if kind[1:2] == ["any"] else 2
+    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() >= least]
 
 
 def _by_section(page: _Page, readings: list[Reading], every: list[Reading]) -> Recognition:
@@ -464,7 +465,10 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     turning = [
         n for n in turning if n[1] or not {(n[0], "1"), (n[0], "2")} <= {*turning}
     ]  # of q = (q_1, q_2) the parts
-    single, pair = [n for n in turning if n[1] in ("", "1", "0")], [n for n in turning if n[1] in ("1", "2")]
+    single, pair = (
+        [n for n in turning if n[1] in ("", "1", "0") or n[1][:1] == "["],
+        [n for n in turning if n[1] in ("1", "2")],
+    )
     usual = sorted(turning, key=lambda name: -mentioned[name])
     if family in ("plane", "cart-pole") and usual[1:] and mentioned[usual[0]] > RARELY * mentioned[usual[1]]:
         turning = single = usual[:1]  # another letter may be a slip

@@ -1,10 +1,10 @@
 """The smallest changes of a printed equation that make it hold, the simplest first, each verified on the changed text."""
 
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, replace
 from functools import partial
-from itertools import pairwise
+from itertools import combinations, pairwise
 from typing import Any
 
 import numpy as np
@@ -32,6 +32,7 @@ from pendpin.doctor.systems.base import Quantities, System, Values, random_state
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # moves times parts of an equation that are tried
+MOST_TOGETHER = 120  # moves of which every pair is tried
 MOST_PAIRED = 700  # single moves that are tried in pairs
 MOST_HIDDEN = 100  # moves under a derivative, whose texts are read again
 MOST_MENDS = 4  # of an equation
@@ -122,6 +123,8 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     chosen = _verified(patient, singles)
     if not chosen and pairs:
         chosen = _verified(patient, _pairs(listed, effects, rows))
+    if not chosen and pairs and nodes < MOST_NODES // 8:
+        chosen = _verified(patient, list(_any_two(equation, tried, listed, size)))
     return chosen
 
 
@@ -146,6 +149,20 @@ def _differentiated(equation: Equation) -> set[int]:
     """The parts under a derivative, by id: what changes there is tried on the text."""
     derivatives = (part for part in parts(equation.sides) if part.kind == "derivative")
     return {id(below) for part in derivatives for below in walk(part.children[0])}
+
+
+def _any_two(equation: Equation, tried: Trial, listed: list[Edit], size: float) -> Iterator[Edit]:
+    """Two of the likeliest moves in the same term, whose effects do not add up, each pair tried on numbers."""
+    tops = (term for side in equation.sides for term in (side.children if side.kind == "sum" else (side,)))
+    place = {id(part): i for i, term in enumerate(tops) for part in walk(term)}
+    terms = {id(edit): {place.get(part) for part in edit.instead or ()} for edit in listed}
+    likely = sorted((edit for edit in listed if edit.instead), key=_order)[:MOST_TOGETHER]
+    for a, b in combinations(likely, 2):
+        if terms[id(a)] & terms[id(b)] and not overlap(a.splices, b.splices):
+            both = _both(a, b)
+            after = tried(both.instead or {})
+            if after is not None and _zero(after, size):
+                yield both
 
 
 def mends_of_mismatch(patient: Patient) -> list[Mend]:

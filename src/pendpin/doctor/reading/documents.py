@@ -32,7 +32,7 @@ _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Z
 _COMMENT = re.compile(r"\s+(?:#|//|%).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]"
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]{2}"
 )
 _TYPED = re.compile(
     r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
@@ -102,7 +102,7 @@ def read_text(text: str) -> Document:
 
 def rows(formula: str) -> list[tuple[int, str]]:
     """The rows of a display, each with where it begins; those that only go on with a sum or a side belong together."""
-    cuts, depth, place = [0], 0, 0
+    cuts, depth = [0], 0
     for match in _ROW.finditer(formula):
         depth += {"begin": 1, "end": -1, "{": 1, "}": -1}.get((match[1] or match[0]), 0)
         if match[0] == "\\\\" and depth <= 0:
@@ -178,7 +178,7 @@ def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:
 def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Iterator[tuple[int, int, str]]:
     """Lines, and pieces of code within them, that are equations and stand outside the marks of mathematics.
 
-    Each with where it begins and ends. A line of code goes on in the next one while a bracket is open or an operator ends it.
+    Each with where it begins and ends. Code goes on in the next line while a bracket is open.
     """
     start, spans, open_from = 0, iter([*covered, (len(text) + 1, len(text) + 1)]), -1
     span = next(spans)

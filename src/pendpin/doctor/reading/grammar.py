@@ -212,9 +212,7 @@ class Parser(Brackets):
             if inner.written is None:
                 raise Unread("der of more than one symbol", token.start)
             written = replace(inner.written, dots=inner.written.dots + 1)
-            return replace(
-                inner, value=unknown(written), written=written, span=(token.start, inner.outer[1]), bracketed=None
-            )
+            return Node("symbol", (token.start, inner.outer[1]), unknown(written), written=written)
         if token.text == "diag" and self.peek(1).kind == "open":
             return self._diagonal()
         if token.kind == "|":

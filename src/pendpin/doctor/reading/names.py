@@ -49,11 +49,11 @@ def of_word(word: str) -> Written | None:
         return None
     if match := _OF_STATE.fullmatch(word):
         return Written(match[1], 0, f"[{match[2]}]")
-    for pattern in (_OVER_DT, _DOTTED):
-        if (match := pattern.fullmatch(word)) and (
-            base := of_word(match["name"] + (match.groupdict().get("index") or match.groupdict().get("last") or ""))
-        ):
-            return replace(base, dots=base.dots + (2 if match.groupdict().get("twice") else 1))
+    for pattern in (_OVER_DT, _DOTTED):  # as dtheta_dt and thetaDot1
+        if match := pattern.fullmatch(word):
+            parts = match.groupdict()
+            if base := of_word(parts["name"] + (parts.get("index") or parts.get("last") or "")):
+                return replace(base, dots=base.dots + (2 if parts["twice"] else 1))
     if match := _PREFIX.fullmatch(word):
         return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3] or "")
     if match := _SUFFIX.fullmatch(word):

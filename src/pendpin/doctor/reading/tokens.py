@@ -68,9 +68,7 @@ _NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
 _DECIMAL_COMMA = re.compile(r"(?:0,|\d+\{,\})\d+|(?<![(,\d])\d+,\d+(?![\d,)]|\s*[,)])")
 _LATIN = re.compile(r"[A-Za-z]+")
 _WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
-_ELEMENT = re.compile(
-    r"[A-Za-z]\w*(?:\(\d{1,2}\)|\[\d{1,2}\]|\(:,\s*\d{1,2}\)|\[:,\s*\d{1,2}\])"
-)  # of a vector of states, in code
+_ELEMENT = re.compile(r"[A-Za-z]\w*(?:\(\d{1,2}\)|\[\d{1,2}\]|\(:,\s*\d{1,2}\)|\[:,\s*\d{1,2}\])")
 _INDEXED = re.compile(r"[A-Za-z]+_\d(?=[A-Za-z])")  # a name before another, as in J_1c
 _PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+")  # what is multiplied without a sign
 _COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
