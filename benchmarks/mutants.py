@@ -43,6 +43,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with: those that
     "runs/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
     "error_estimates_rounding",
     "motions/search.py": "instants run_surface events special_states sweep",
+    "runs/limits.py": "limits",
     "runs/energy_balance.py": "energy_balance scene_contacts",
     "runs/batches/series.py": "ensemble sweep turns",
     "effects/drag.py": "effects effects_drag effects_answers",
@@ -65,7 +66,7 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
         "np.fmin(self.first[place], t if direction > 0 else np.nan)",
     ),
     "lyapunov 3 % too large": ("sweeps/measures.py", "return growth / float(", "return 1.03 * growth / float("),
-    "memory of residuals 13 times too short": ("fitting/uncertainty.py", "np.ceil(4 * (0.5", "np.ceil(0.3 * (0.5"),
+    "memory of residuals 13 times too short": ("fitting/uncertainty.py", "np.ceil(4 * time)", "np.ceil(0.3 * time)"),
     "the smaller of two bounds": (
         "runs/accuracy/estimate.py",
         "np.maximum(gaps.second * scatter",
@@ -73,6 +74,39 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
     ),
     "work of impacts off by 5e-5": ("dynamics/contacts/contacts.py", "[joints] / 2,", "[joints] / 2.0001,"),
     "lift of drag at 0.49 of a rod": ("effects/drag.py", "turn + 0.5 * lift", "turn + 0.49 * lift"),
+    "Modes.hertz doubled": ("stability/modes.py", "return self.omega / (2 * np.pi)", "return self.omega / np.pi"),
+    "hertz of the table doubled": ("stability/modes.py", "{self.omega / (2 * np.pi):.6g}", "{self.omega / np.pi:.6g}"),
+    "modes that are left out, one too many": ("stability/modes.py", "max(left, 0)", "max(left, 0) + 1"),
+    "the kinetic energy of a run with the other sign": (
+        "graphics/report.py",
+        "run.kinetic[-1] - run.kinetic[0]",
+        "run.kinetic[0] - run.kinetic[-1]",
+    ),
+    "the potential in the kinetic energy's row": (
+        "graphics/report.py",
+        "{run.kinetic[-1] - run.kinetic[0]:",
+        "{run.potential[-1] - run.potential[0]:",
+    ),
+    "events that are left out, one too few": (
+        "graphics/report.py",
+        "and {len(run.events) - MOST_EVENTS}",
+        "and {len(run.events) - MOST_EVENTS - 1}",
+    ),
+    "rows that are left out, one too few": ("ground/report.py", "len(self.rows) - most", "len(self.rows) - most - 1"),
+    "per cent of effects ten times too small": (
+        "sweeps/significance.py",
+        "{100 * row.change:.2g}",
+        "{10 * row.change:.2g}",
+    ),
+    "the fastest swing as the slowest": ("stability/report.py", "float(swings.min())", "float(swings.max())"),
+    "microseconds called milliseconds": ("verification/work_precision/report.py", "3g} µs", "3g} ms"),
+    "the unit of a step left out": ("verification/work_precision/report.py", '" s" if curve.kind', '"" if curve.kind'),
+    "the claim of an accuracy without its scale": (
+        "verification/agreement/validate.py",
+        "return run.stats.error * scale(build(run.source.model))",
+        "return run.stats.error",
+    ),
+    "days that are counted ten times too long": ("runs/limits.py", "gained / LONGEST if", "gained / LONGEST / 10 if"),
 }
 PATIENCE = 10.0  # times the time that the tests took without a fault
 START = 30  # s of processor, beside that

@@ -1,6 +1,7 @@
 """A limit is a limit of the whole call: compiling, every run, and completing the samples. No clock is read here."""
 
 import json
+import re
 import subprocess
 import sys
 from collections import OrderedDict
@@ -221,3 +222,19 @@ def test_a_run_that_stalls_keeps_its_samples_and_names_the_place(clock: Clock, m
     assert float(words[words.index("=") + 1]) == pytest.approx(stalls, abs=0.5)
     assert stalls - 0.5 < partial.t[-1] < 10.0
     np.testing.assert_allclose(partial.q, whole[: len(partial.t)], rtol=0, atol=1e-6)
+
+
+@pytest.mark.parametrize(("days", "refused"), [(0.9, False), (1.1, True), (30.0, True)])
+def test_the_longest_rest_of_a_run_is_a_day(days: float, refused: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """86,400 s of processor at the pace of the last window, on a clock of the test; the days in the message are those."""
+    now = 0.0
+    monkeypatch.setattr(limits.time, "process_time", lambda: now)
+    took = 2 * limits.WINDOW
+    patience = limits.Patience(days * 86_400 / took + 1.0, limits.Deadline(None), lambda t: 0.0, lambda t: None)
+    patience(0.0)
+    now = took
+    if not refused:
+        patience(1.0)
+        return
+    with pytest.raises(limits.Stalled, match=re.escape(f"the rest would take about {days:.0e} days")):
+        patience(1.0)
