@@ -4,9 +4,8 @@ Smooth scenes of few joints go side by side, by runs/batches/series.py.
 """
 
 from contextlib import suppress
-from functools import partial
+from functools import lru_cache, partial
 from importlib.util import find_spec
-from threading import Lock
 
 import numpy as np
 
@@ -200,31 +199,20 @@ def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
     return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
 
 
-_VECTORS: dict[str, Vectors | None] = {}
-_LOCK = Lock()
-
-
+@lru_cache(1)
 def vectors_of(task: Task) -> Vectors | None:
-    """What runs the task in vectors, made once in a process; None where that cannot be."""
-    name = f"{task.plan.identity} {[m.name for m in task.chosen]} {task.scene.model_dump_json()}"
-    with _LOCK:
-        if name not in _VECTORS:
-            _VECTORS.clear()
-            _VECTORS[name] = _made(task)
-        return _VECTORS[name]
-
-
-def _made(task: Task) -> Vectors | None:
-    """None for a scene that series do not take, or a key that changes how it is run."""
+    """What runs a task side by side, made once for it; None where series do not take its scene, or a key changes the run."""
     solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
-    if find_spec("heyoka") is None or solver.method not in ("auto", "taylor") or not task.scene.duration:
-        return None
-    if solver.accuracy is not None and not (solver.accuracy >= VECTOR.finest and task.scene.duration):
-        return None
-    if kinds - {"model", "effects", "start"} or "start.time" in task.plan.keys:
-        return None
-    smooth = all(effect.smooth for effect in task.scene.effects)
-    if not smooth or len(build(task.scene.model).joints) > MOST_JOINTS or solver.engine != "auto":
-        return None
-    made = Vectors(task)
-    return made if made.series[0].covered else None
+    side_by_side = (
+        find_spec("heyoka") is not None
+        and task.scene.duration > 0
+        and solver.method in ("auto", "taylor")
+        and solver.engine == "auto"
+        and (solver.accuracy is None or solver.accuracy >= VECTOR.finest)
+        and not kinds - {"model", "effects", "start"}
+        and "start.time" not in task.plan.keys
+        and all(effect.smooth for effect in task.scene.effects)
+        and len(build(task.scene.model).joints) <= MOST_JOINTS
+    )
+    made = Vectors(task) if side_by_side else None
+    return made if made and made.series[0].covered else None

@@ -11,7 +11,7 @@ from typing import Any
 from pendpin.errors import InputError, RunError
 from pendpin.ground.libraries import optional
 from pendpin.runs.batches.pools import in_processes, in_threads
-from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.cases import run_block, vectors_of
 from pendpin.sweeps.task import EXTRA, Block, Task, versions
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
@@ -27,6 +27,7 @@ Results = Generator[
 
 def run_in_threads(task: Task, spans: Sequence[Span], workers: int) -> Results:
     """The blocks' results from threads of this process. Close the iterator to stop."""
+    vectors_of(task)  # made here, for all threads
     return in_threads(lambda span: run_block(task, *span), spans, workers)
 
 
