@@ -55,7 +55,7 @@ def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, aske
         raise InputError(
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
         )
-    equations, parameters = equations_of(engine, effects, start, asked=asked, by_rod=by_rod)
+    equations, parameters = equations_of(engine, effects, start, asked, by_rod)
     return Compiled(engine, equations, Values.of(parameters), time.perf_counter() - begin)
 
 
