@@ -27,7 +27,9 @@ OFF = 100 * TIGHT  # of a transition over a period
 STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
-FLAT = 1e-7  # of the largest singular value: along such a way orbits are a family: a step goes across it, by the shortest way
+FLAT = (
+    1e-7  # of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way
+)
 MOST_RADIANS = 1e7  # of what is fastest, over a period: two million steps, some seconds for one rod
 NEAR = 0.2  # of the largest distance: a return so near is a first guess
 SAMPLES = 2000  # of the run in which a first guess of the period is looked for
@@ -72,7 +74,7 @@ def periodic_orbit(
 ) -> PeriodicOrbit:
     """The periodic motion near a guess, by Newton's method on the return map.
 
-    Where orbits are a family, as without damping, it is one near the guess. Another may be nearer: each step of the method is
+    Where orbits are a family, as without damping, it is one near the guess. Another may be nearer: each step is
     the shortest, their sum need not be.
 
     Args:
