@@ -33,6 +33,7 @@ SMALL = {
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
     "long_runs": "--swings 100",
+    "modes": "--rods 3",
     "mutants": "2 mutants.jsonl --modules trajectory/record.py --hypothesis-profile few",
     "one_run": "--starts 16 --repetitions 1 --rows planar many short",
     "overhead": "--repetitions 1 --duration 10",
