@@ -3,8 +3,7 @@
     python benchmarks/modes.py [--rods 10 30 100 300 1000]
 
 Point masses have omega² l / g at the zeros of the Laguerre polynomial L_n, each twice. Pinocchio's data take 600 MB for 100
-rods, so it is asked up to there; its model and data are kept, and only its five lines are timed. Times are processor time, the
-least of three.
+rods, so it is asked up to there; its model and data are kept, and only its five lines are timed. Times are of the processor.
 """
 
 import argparse
