@@ -6,7 +6,6 @@ from typing import Any, Self
 
 import numpy as np
 
-from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
@@ -121,6 +120,8 @@ def _unstable_way(stiffness: Array) -> Array | None:
 
 def _stiffness(scene: Scene) -> Stiffness | None:
     """The derivative (nv, nv) of the accelerations at rest by positions (nv,); None where a scene has none."""
+    from pendpin.dynamics.derivatives import Variational  # here: pp.Start alone does not need derivatives
+
     try:
         equations = Variational(scene)
     except (InputError, MissingLibrary):
