@@ -193,7 +193,8 @@ class Variational:
     the state itself. Times are since the scene's start, in s. Use one in each thread.
 
     Friction and stops are left out: they act at events. `contacts` keeps friction, between two events: `self.contacts` then
-    says what is held. The places `still` of the state (2 nv,) are 0.
+    says what is held. Friction holds no joint
+    whose place is among those that stay 0, `still`.
 
     Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
     without llvmlite.
@@ -209,9 +210,7 @@ class Variational:
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         by_rod = not still and not touching and records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        self.block: Block = differentiate_equations(
-            self.variation, start, by_rod, still
-        )  # its state is (y, w_1, ..., w_K)
+        self.block: Block = differentiate_equations(self.variation, start, by_rod)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
         if touching and isinstance(engine, AngleEngine):
             bound = bind_contacts(self.model, self.variation.effects, engine)
@@ -255,19 +254,19 @@ def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
 # --- their machine code ------------------------------------------------------------------------------------------------
 
 
-def differentiate_equations(variation: Variation, start: float, by_rod: bool, still: tuple[int, ...] = ()) -> Block:
+def differentiate_equations(variation: Variation, start: float, by_rod: bool) -> Block:
     """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
 
-    The places `still` of the state are 0. Raises MissingLibrary without llvmlite.
+    Raises MissingLibrary without llvmlite.
     """
     llvm.require("what takes derivatives")
     engine, effects, asked, parameters, masks = variation[:5]
     directions = variation.directions or (STATE,)
 
     def write() -> Recording:
-        return add_tangents(record(engine, effects, start, still, asked, by_rod, masks), directions)
+        return add_tangents(record(engine, effects, start, (), asked, by_rod, masks), directions)
 
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
-    key = ("derivatives", parameters.structure, still, len(parameters.values), places)
+    key = ("derivatives", parameters.structure, len(parameters.values), places)
     values = Values(variation.shared, variation.of_rods, parameters.tables)
     return look_up(key, write, parameters).function.block(values)
