@@ -33,9 +33,9 @@ def draw_fit(fit: Any) -> Any:
     top.legend(loc="upper right", fontsize=8, ncols=4)
     units = sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__)
     top.set_ylabel(f"measured and fitted, {' or '.join(units)}")
-    middle.set_ylabel(f"fitted less measured, {' or '.join(units)}")
+    middle.set_ylabel(f"measured less fitted, {' or '.join(units)}")
     middle.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
-    middle.set_xlabel("s, swings one after the other")
+    middle.set_xlabel("time, s; swings one after the other")
     _correlation(below, fit)
     figure.suptitle(textwrap.fill(fit.verdict, 120), fontsize=10, x=0.01, ha="left")
     return figure
@@ -51,7 +51,7 @@ def _swings(top: Any, middle: Any, shown: Any, begin: float) -> float:
             scale = scales[k]
             top.plot(t, scale * swing.y[:, k], "k.", markersize=1)
             top.plot(*_broken(t, scale * predicted[:, k]), color=color, linewidth=0.8)
-            rest = np.where(compared, predicted[:, k] - swing.y[:, k], np.nan)
+            rest = np.where(compared, swing.y[:, k] - predicted[:, k], np.nan)
             middle.plot(*_broken(t, scale * rest), color=color, linewidth=0.7)
         begin = t[-1] + 0.02 * (t[-1] - t[0])
     return begin

@@ -111,9 +111,9 @@ class Fit(Result):
 
     @property
     def residuals(self) -> tuple[Swing, ...]:
-        """Fitted less measured, swing by swing, (m, columns)."""
+        """Measured less fitted, swing by swing, (m, columns)."""
         pairs = zip(self.train.swings, self.train.predicted, strict=True)
-        return tuple(swing._replace(y=predicted - swing.y) for swing, predicted in pairs)
+        return tuple(swing._replace(y=swing.y - predicted) for swing, predicted in pairs)
 
     @property
     def follows(self) -> bool:
