@@ -62,8 +62,7 @@ class LinearFits:
         draw = np.random.default_rng(0)
         fit = pp.fit(scene, table | {"a": table["a"] + draw.normal(0, SIZE, len(table["a"]))}, FREE)
         x, p, solved = fit.solution.x, fit.solution.problem, fit.solution.solved
-        J = p.by_unknowns(x, solved.starts, solved.r, central=True)
-        self.problem, self.J = p, solved.rest(J)[:, :, None, :]
+        self.problem, self.J = p, solved.rest(solved.J)[:, :, None, :]
         self.starts, self.seen = solved.Q[:, :, None, :], ~np.isnan(p.batch.y.transpose(2, 0, 1))
         self.inverse = np.linalg.pinv((self.J * p.scale).reshape(-1, len(x)), rcond=1e-5) * p.scale[:, None]
         gradients = fit.setting.free.gradients(fit.solution.z)
