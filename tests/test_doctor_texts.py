@@ -326,3 +326,20 @@ $$ T = \frac12 m_1 l_1^2\dot\theta_1^2 + \frac12 m_2(l_1^2\dot\theta_1^2 + l_2^2
 + 2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2)) $$"""
     assert verdicts(text) == ["holds"] * 4
     assert verdicts(text.replace("m_2(l_1^2", "m_1(l_1^2"))[3] == "fails"
+
+
+def test_hamiltons_equations_are_derived_at_constant_momenta():
+    text = r"$$ H = \frac{p^2}{2 m l^2} - m g l\cos\theta $$ $$ p = m l^2\dot\theta $$ $$ V = -m g l\cos\theta $$"
+    double = r"""$$ V = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2 $$
+$$ \dot p_1 = -\frac{\partial H}{\partial\theta_1} $$
+$$ \dot\theta_1 = \frac{\partial H}{\partial p_1} $$
+$$ \dot y_2 = l_1\dot\theta_1\sin\theta_1 + l_2\dot\theta_2\sin\theta_2 $$"""
+    assert verdicts(text + r" $$ \dot p = -\frac{\partial H}{\partial\theta} $$") == ["holds"] * 4
+    assert verdicts(double) == ["holds"] * 4
+    assert verdicts(double.replace(r"= -\frac{\partial H}", r"= \frac{\partial H}"))[1] == "fails"
+
+
+def test_an_equation_without_gravity_beside_gravity_does_not_hold():
+    text = r"$$ V = -m g l\cos\theta $$ $$ T = \frac12 m l^2\dot\theta^2 $$ $$ m l^2\ddot\theta = 0 $$"
+    assert verdicts(text)[:2] == ["holds", "holds"]
+    assert verdicts(text)[2] not in ("holds", "holds if")

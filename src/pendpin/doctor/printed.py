@@ -219,7 +219,9 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
         Printed(
             replace(statement, place=statement.line_of(sides[0].outer[0])),
             number + i,
-            text[sides[0].outer[0] : sides[-1].outer[1]].strip() if several else statement.text,
+            text[sides[0].outer[0] : sides[-1].outer[1]].strip()
+            if several
+            else statement.text.strip().removesuffix("\\\\").strip(),
             text,
             i,
             ways=((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ())),

@@ -127,7 +127,10 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
     for condition in conditions(system):
         if _may_mean(condition, equation, system) and _holds_under(equation, system, condition):
             others = sum(not _may_mean(condition, other, system) for other in neighbours)
-            if _is_static(condition, equation, system) or (others < FEW and not chosen):
+            most = (
+                1 if condition.instead[:1] == (("g", 0.0),) else FEW
+            )  # beside one law with gravity no other is without
+            if _is_static(condition, equation, system) or (others < most and not chosen):
                 return condition.words
     return small_angles(equation, system)
 

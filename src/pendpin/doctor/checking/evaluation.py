@@ -120,6 +120,14 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
 def derivative(node: Node, context: Context) -> Values:
     """A derivative in time or by a coordinate or rate. Raises Unread for one by anything else."""
     name, quantities = context.meaning(node.value), context.quantities
+    below = node.children[0]
+    hamiltonian = below.kind == "symbol" and below.written and below.written.letter == "H"
+    if (
+        hamiltonian
+        and context.meaning(below.value) == "E"
+        and (slope := hamiltonian_slope(name, quantities)) is not None
+    ):
+        return slope
     if name not in ("t", *quantities.spec.state):
         raise Unread(f"a derivative by {name.lstrip('?')} is not read", node.span[0])
     if all(context.means_constant(part) for part in walk(node.children[0]) if part.kind in ("symbol", "derivative")):
@@ -128,6 +136,22 @@ def derivative(node: Node, context: Context) -> Values:
         return quantities.derivative(lambda q: evaluate(node.children[0], replace(context, quantities=q)), name)
     except KeyError:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
+
+
+def hamiltonian_slope(name: str, quantities: Quantities) -> Values | None:
+    """The derivative of the energy as a function of coordinates and momenta: Hamilton's; None for any other variable.
+
+    By a coordinate at constant momenta it is that of the Lagrangian reversed; by a momentum the rate of its coordinate.
+    """
+    coordinates = quantities.spec.coordinates
+    if name in coordinates:
+        return -quantities.derivative(lambda q: q["L"], name)
+    for coordinate in coordinates:
+        index = coordinate.lstrip("abcdefghijklmnopqrstuvwxyz")
+        momenta = {f"p{coordinate}", f"p{index}" if index else "", "p" if len(coordinates) == 1 else ""}
+        if name in momenta - {""} and name in quantities.spec.formulas:
+            return quantities[f"d{coordinate}"]
+    return None
 
 
 def _product(node: Node, parts: list[Values]) -> Values:
