@@ -175,7 +175,8 @@ def _other_meanings(equations: list[Printed], system: System, words: Vocabulary)
         lone |= {(s.written.letter, s.written.index) for s in one.sides if s.kind == "symbol" and s.written}
     for name, _ in wrong.most_common():
         meanings = _meanings(name, words)
-        own = (name in lone or name not in right) and meanings and not set(meanings) & {*system.spec.state, *system.spec.unknowns}
+        solved = {*system.spec.state, *system.spec.unknowns}
+        own = (name in lone or name not in right) and meanings and not set(meanings) & solved
         for meaning in (*([""] if own else []), *(meanings if len(meanings) > 1 else ())):
             yield name, meaning
 
