@@ -9,19 +9,13 @@ their times; and for one rod the Taylor integrator beside heyoka fed with the cl
 import argparse
 import time
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any
 
 import numpy as np
 from rich.console import Console
 from rich.table import Table
 
 import pendpin as pp
-from pendpin.engines import compiled, machine_code
-from pendpin.integrators import taylor
-from pendpin.runs import integration
 from pendpin.scene import builtin_scene
-from pendpin.verification.simulators import base
 from pendpin.verification.work_precision.cost import cost
 from pendpin.verification.work_precision.figure import save_cost_plot
 from pendpin.verification.work_precision.report import CostReport, time_text
@@ -104,9 +98,6 @@ def beside_raw_heyoka(console: Console, given: pp.Scene) -> None:
 
 def main() -> None:
     """Print the comparisons, and write a figure of each where a folder is given."""
-    own_clock: Any = SimpleNamespace(**(vars(time) | {"perf_counter": time.process_time}))
-    for module in (integration, compiled, machine_code, taylor, base):  # the clocks of all runs
-        module.time = own_clock
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--rods", type=int, nargs="*", default=[1, 3, 10, 30])
     parser.add_argument("--pictures", type=Path)

@@ -139,3 +139,14 @@ def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) ->
     for one, other in combinations(found.values(), 2):
         known = (one.doubt + other.doubt).max() + one.rounding + other.rounding
         assert tip_distance(one.tips, other.tips, 1.0).max() <= references.CONTRADICTION * known
+
+
+def test_no_point_is_advised_that_another_beats() -> None:
+    """In error and in time: of random points of three methods the row of an accuracy is the cheapest that meets it."""
+    random = np.random.default_rng(5)
+    for _ in range(200):
+        curves = [curve(str(i), *map(tuple, 10.0 ** random.uniform(-9, 0, (6, 2)))) for i in range(3)]
+        points = [point for one in curves for point in one.points]
+        found = row(curves, 1e-5, 0.0)
+        meeting = [point for point in points if point.error <= 1e-5]
+        assert found.seconds == (min(point.seconds for point in meeting) if meeting else None)

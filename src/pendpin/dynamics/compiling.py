@@ -49,14 +49,14 @@ def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, aske
                 f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
                 'use solver.engine = "auto"'
             )
-    begin = time.perf_counter()
+    begin = time.thread_time()
     by_rod = not isinstance(engine, Moving) and records_by_rod(engine, effects)
     if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
         )
     equations, parameters = equations_of(engine, effects, start, asked, by_rod)
-    return Compiled(engine, equations, Values.of(parameters), time.perf_counter() - begin)
+    return Compiled(engine, equations, Values.of(parameters), time.thread_time() - begin)
 
 
 def in_motion(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:

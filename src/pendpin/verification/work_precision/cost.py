@@ -107,14 +107,17 @@ def cost(
     others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
-    rows, interrupted = list[CostRow](), False
+    contested, interrupted = list[float](), False
     try:
-        rows.extend(_answers(bench, climb, methods_tried, others, accuracy, limit))  # keeps what came before Ctrl-C
+        contested.extend(
+            _contests(bench, climb, methods_tried, others, accuracy, limit)
+        )  # keeps what came before Ctrl-C
         for one in methods_tried + others if thorough else ():
             climb.up_to(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
-    missing = simulators.missing() if peers else ()
+    missing, curves = simulators.missing() if peers else (), [one.curve for one in methods_tried + others]
+    rows = [row(curves, error, bench.known.error) for error in contested]  # of all points: a later one may be better
     return _report(bench, methods_tried + others, rows, accuracy, repetitions, missing, interrupted)
 
 
@@ -134,16 +137,19 @@ def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: 
         simulators.peers(scene)
 
 
-def _answers(
+def _contests(
     bench: _Bench, climb: Climb, series: list[Series], others: list[Series], accuracy: float, limit: Budget
-) -> Iterator[CostRow]:
-    """The row of each accuracy, from coarse to fine; the time that is left is shared among those that can be answered."""
+) -> Iterator[float]:
+    """Every series up to each accuracy, from coarse to fine, each yielded when it is done.
+
+    The time that is left is shared among those that can be answered.
+    """
     accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
     for i, error in enumerate(accuracies):
         asked = max(sum(other >= least for other in accuracies[i:]), 1)
         _contest(climb, bench, series, error, Budget(limit.left / asked / (2 if others else 1)))
         _contest(climb, bench, others, error, Budget(limit.left / (2 * asked - 1)))
-        yield row([one.curve for one in series + others], error, least)
+        yield error
 
 
 def _report(
@@ -236,14 +242,14 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
     name = method.removesuffix(UNCOMPILED)
 
     def run(setting: float, stop: float) -> Trial:
-        begin, scene = time.perf_counter(), bench.scene.by(name, setting)
+        begin, scene = time.thread_time(), bench.scene.by(name, setting)
         try:
             result = run_to_setting(scene if name == method else uncompiled(scene), progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:
             hopeless = not isinstance(error, RunError)
-            seconds = stop if isinstance(error, Halted) else time.perf_counter() - begin
+            seconds = stop if isinstance(error, Halted) else time.thread_time() - begin
             return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
         stats = result.stats
         return Trial(
