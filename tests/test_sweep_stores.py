@@ -189,7 +189,7 @@ def test_a_store_of_another_sweep_is_refused(tmp_path: Path) -> None:
         )  # fmt: skip
     assert_same(load(store), first)
     (tmp_path / "other").mkdir()
-    with pytest.raises(pp.InputError, match="not a sound store of a sweep"):
+    with pytest.raises(pp.InputError, match="not a store of a sweep"):
         small(tmp_path / "other")
 
 
@@ -373,3 +373,11 @@ def test_the_command(tmp_path: Path, capsys: pytest.CaptureFixture[str], monkeyp
     shutil.rmtree("map.zarr")
     assert run_main("map", "map.zarr") == 1
     assert LOOSER == 100.0
+
+
+def test_a_store_of_an_older_format_is_refused_unread(tmp_path: Path) -> None:
+    """Zarr 2 knows filters that run code when an array is read: such a store is refused by its JSON alone."""
+    (tmp_path / ".zgroup").write_text('{"zarr_format": 2}')
+    (tmp_path / ".zattrs").write_text('{"pendpin_sweep": 3, "keys": [], "measures": []}')
+    with pytest.raises(pp.InputError, match="not a store of a sweep"):
+        load(tmp_path)

@@ -18,11 +18,12 @@ import numpy as np
 
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import write_csv
+from pendpin.ground.files import read_whole, write_csv
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.task import Block, Task, versions
 
 FORMAT = 3
+MAX_JSON = 100_000_000  # bytes, of a store's own description
 NOT_RUN = "not run"  # why a case of a block that is not done has no measures
 REMEDY = "delete it or name another store"
 
@@ -76,7 +77,9 @@ class Store:
                 _fill(self._store, task, blocks)
             elif not resumed:
                 _create(task, blocks, path)
-            self._group: Any = zarr.open_group(self._store, mode="r+")
+            else:
+                _refuse_unread(path)
+            self._group: Any = zarr.open_group(self._store, mode="r+", zarr_format=3)
             _refuse_foreign(self._group.attrs)
             for name, value in _identity(task).items():
                 if (there := self._group.attrs.get(name)) != value:
@@ -113,6 +116,7 @@ def load(path: Path) -> Any:
     with _one_line(path, "read"):
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
+        _refuse_unread(path)
         return _dataset(str(path))
 
 
@@ -121,7 +125,7 @@ def _dataset(store: Any) -> Any:
     with _quiet():
         import xarray
 
-        dataset = xarray.open_zarr(store, consolidated=False, chunks=None)
+        dataset = xarray.open_zarr(store, consolidated=False, chunks=None, zarr_format=3)
         _refuse_foreign(dataset.attrs)
         dataset, keys = dataset.load(), tuple(dataset.attrs["keys"])
         varied = short_names(keys)
@@ -177,6 +181,18 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
             np.where(np.isnan(values), np.nan, values).tobytes(), checksum
         )  # one NaN, whatever its bits
     return checksum + 1
+
+
+def _refuse_unread(path: Path) -> None:
+    """Raises InputError for a folder that is not a store of a sweep in Zarr 3, by its JSON alone.
+
+    No array is opened for that: a filter of the formats before, as numcodecs' Pickle, runs code when it reads.
+    """
+    try:
+        attributes = json.loads(read_whole(path / "zarr.json", MAX_JSON, "a store's description"))["attributes"]
+    except (InputError, ValueError, LookupError, TypeError):
+        raise InputError(f"it is not a store of a sweep; {REMEDY}") from None
+    _refuse_foreign(attributes)
 
 
 def _refuse_foreign(attributes: Any) -> None:
