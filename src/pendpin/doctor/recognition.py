@@ -268,8 +268,7 @@ def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:
     others = (
         one for one in every if one.system.kind.split()[::2] == kind[::2] and one.system.kind.split()[3:] == kind[3:]
     )
-    least = 1 if kind[1:2] == ["any"] else 2
-    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() >= least]
+    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() > 1]
 
 
 def _by_section(page: _Page, readings: list[Reading], every: list[Reading]) -> Recognition:
