@@ -67,6 +67,15 @@ def test_in_which_motions_an_equation_fails():
     assert [pp.diagnose([text]).findings[0].when for text in words] == list(words.values())
 
 
+def test_a_chain_of_which_one_part_alone_has_a_zero_of_energy_is_mended():
+    """Its first equation holds but for a constant in the energy, its second has none: both count at the same states."""
+    page = r"""A simple pendulum of length $l$ and mass $m$ with the energy $E$. $$ m l^2 \ddot\theta = -m g l \sin\theta $$
+    $$ E = \frac{1}{2} m l^2 \dot\theta^2 - m g l \cos\theta = \frac{1}{2} m l^2 \dot\theta^2 - 2 m g l \cos\theta $$"""
+    right, wrong = pp.diagnose(page).findings
+    assert (right.verdict, wrong.verdict) == ("holds", "fails")
+    assert wrong.mends
+
+
 def test_far_fetched_mends_are_not_named():
     wrong = ["ddphi = g*m*sin(theta)**3 + l*dtheta"]
     (finding,) = pp.diagnose(wrong, rod="thin").findings

@@ -157,6 +157,15 @@ def residuals_and_sizes(
             yield (constant[:, :half] - constant[:, half : 2 * half]) * slope[:, :half], size
 
 
+def stack_residuals(
+    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
+) -> Values:
+    """The residuals as one array (k, n); where a constant in the energies halves some rows, all have the first half."""
+    rows = [rows for rows, _ in residuals_and_sizes(equation, quantities, known, instead)]
+    states = min(part.shape[1] for part in rows)
+    return np.concatenate([part[:, :states] for part in rows])
+
+
 def slopes(equation: Equation, quantities: Quantities, instead: Instead | None) -> list[Values]:
     """How the residuals change as the zero of potential energy is moved by one unit, rows (k, n)."""
     moved = dict(instead or {})
@@ -172,7 +181,7 @@ def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Val
     """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
     try:
         with np.errstate(all="ignore"):
-            return np.concatenate([rows for rows, _ in residuals_and_sizes(equation, quantities, None, instead)])
+            return stack_residuals(equation, quantities, None, instead)
     except Unread:
         return None
 

@@ -16,7 +16,7 @@ from pendpin.doctor.checking.residuals import (
     Equation,
     changed,
     relative_error,
-    residuals_and_sizes,
+    stack_residuals,
 )
 from pendpin.doctor.mending.additions import by_need, equal_products, possible
 from pendpin.doctor.mending.edits import Edit, Editor, apply, overlap
@@ -108,7 +108,7 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     if nodes > MOST_NODES:
         return []
     known: Known = {}
-    rows = np.concatenate([rows for rows, _ in residuals_and_sizes(equation, quantities, known)])
+    rows = stack_residuals(equation, quantities, known)
     found = list(needs(equation, quantities, known))
     editor = patient.editor
     listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
