@@ -34,6 +34,10 @@ SCENES = {
     "ur5": pp.Scene(model=pp.UrdfModel("ur5"), effects=[GRAVITY], duration=0.5),
     "panda": pp.Scene(model=pp.UrdfModel("panda"), effects=[GRAVITY], duration=0.1),
 }
+DAMPED = pp.Scene(
+    model=pp.Chain(rods=MIXED[2:4]),
+    effects=[GRAVITY, pp.effects.Viscous(coefficient=0.2, joints=["theta_1"]), pp.effects.Viscous(coefficient=0.1)],
+)
 PACKAGES = {"pinocchio": "pinocchio", "mujoco": "mujoco", "drake": "pydrake"}
 
 
@@ -75,6 +79,18 @@ def test_the_engine_agrees_at_every_state(name: str, folders: dict[str, Path], e
     file = folder_test(folders[name], engine)
     for number in range(STATES):
         file.test_state(number)
+
+
+def test_two_dampings_are_carried_by_mjcf_alone(tmp_path: Path, engine: ModuleType) -> None:
+    """Drake takes one of the two of SDF's universal joint, and engines ignore those of a URDF: neither is written."""
+    folder = write_reference(DAMPED, tmp_path / "damped").path
+    assert {file.name for file in folder.glob("model.*")} == {"model.xml"}
+    file = folder_test(folder, engine)
+    if "mujoco" in str(engine.__file__):
+        file.test_state(0)
+    else:
+        with pytest.raises(ValueError, match=r"mujoco_engine\.py"):
+            file.test_state(0)
 
 
 @pytest.mark.parametrize("quantity", ["a", "mass_matrix", "wrench", "kinetic", "potential"])

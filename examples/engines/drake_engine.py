@@ -34,13 +34,15 @@ def compute(folder, joints, q, v):
 
 def load(folder):
     """The model, its root welded to the world, in the field of gravity of the reference."""
+    if not (folder / "model.urdf").exists():  # nor does Drake read the MJCF to the same mass matrix
+        raise ValueError("no model.urdf: engines ignore a URDF's damping; compare this folder by mujoco_engine.py")
     text = (folder / "model.urdf").read_text()
     robot = ElementTree.fromstring(text)
     children = {child.get("link") for child in robot.iter("child")}
     (root,) = [link.get("name") for link in robot.findall("link") if link.get("name") not in children]
     plant = MultibodyPlant(time_step=0.0)
     Parser(plant).AddModelsFromString(text, "urdf")
-    if root != "world":  # which is the world to Drake
+    if root != "world":  # which is the world to Drake; it lets any other root float
         plant.WeldFrames(plant.world_frame(), plant.GetFrameByName(root))
     gravity = json.loads((folder / "reference.json").read_text())["conventions"]["gravity"]
     plant.mutable_gravity_field().set_gravity_vector(gravity)

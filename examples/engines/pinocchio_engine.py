@@ -8,6 +8,8 @@ import pinocchio as pin
 
 def compute(folder, joints, q, v):
     """Accelerations, mass matrix, wrenches and energies, in the order of the joints in reference.json."""
+    if not (folder / "model.urdf").exists():
+        raise ValueError("no model.urdf: Pinocchio ignores a URDF's damping; compare this folder by mujoco_engine.py")
     model = pin.buildModelFromUrdf(str(folder / "model.urdf"))
     gravity = json.loads((folder / "reference.json").read_text())["conventions"]["gravity"]
     model.gravity = pin.Motion(np.array(gravity), np.zeros(3))

@@ -179,7 +179,8 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     """The model as SDF 1.9, hung on the world, with viscous damping of joints, N m s/rad, by name.
 
     Two perpendicular hinges at one point are one universal joint, named by both with __ between. Gravity belongs to an
-    SDF world and is not in the model. Raises InputError for a body with no mass or a moment of inertia of 0.
+    SDF world and is not in the model. Raises InputError for a body with no mass or a moment of inertia of 0, and for a
+    universal joint with two dampings, of which Drake takes one.
     """
     tree, names = tree_of(model.pin), model.joints
     links = _links(tree)
@@ -221,6 +222,10 @@ def _sdf_joint(
     kind = "universal" if len(link.joints) == 2 else tree.kinds[link.body]
     if kind == "universal" and abs(tree.axes[link.joints[0]] @ tree.axes[link.joints[1]]) > POINT:
         raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[link.body]} are not")
+    values = {damping.get(names[joint], 0.0) for joint in link.joints}
+    if kind == "universal" and len(values) > 1:
+        both = " and ".join(names[joint] for joint in link.joints)
+        raise InputError(f"Drake takes one damping of SDF's universal joint; {both} have two: MJCF carries them")
     name = "__".join(names[joint] for joint in link.joints)
     joint = ElementTree.SubElement(out, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent").text = link_of[link.parent]
