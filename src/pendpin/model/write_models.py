@@ -225,7 +225,7 @@ def _sdf_joint(
     values = {damping.get(names[joint], 0.0) for joint in link.joints}
     if kind == "universal" and len(values) > 1:
         both = " and ".join(names[joint] for joint in link.joints)
-        raise InputError(f"Drake takes one damping of SDF's universal joint; {both} have two: MJCF carries them")
+        raise InputError(f"{both} have two dampings, and Drake takes one of SDF's universal joint; MJCF carries both")
     name = "__".join(names[joint] for joint in link.joints)
     joint = ElementTree.SubElement(out, "joint", name=name, type=kind)
     ElementTree.SubElement(joint, "parent").text = link_of[link.parent]

@@ -104,7 +104,8 @@ def _scale_growth(growth: Array, run: RunRecord, length: float) -> RoundingError
     speeds = np.append(compute_speeds(run, length), np.full(len(growth) - len(run.t), np.inf))
     times = np.append(run.t - run.t[0], np.full(len(growth) - len(run.t), np.inf))
     path = np.where(times > 0, times * speeds, 0.0)
-    error = EPS + ROUNDING.model_units * EPS * path + growth * _count_units(run) * EPS
+    walk = ROUNDING.walk_units * float(np.sqrt(run.stats.steps))
+    error = EPS + (ROUNDING.model_units + walk) * EPS * path + growth * _count_units(run) * EPS
     return RoundingError(error, float(growth[-1]), float(path[-1]))
 
 
