@@ -122,7 +122,19 @@ def test_json_has_all(monkeypatch, capfd) -> None:
     found = loads(capfd.readouterr().out)
     assert found["ok"] is True
     assert found["stopped"] is False
-    fields = {"case", "method", "measured", "bound", "seconds", "failure", "claimed", "beside", "ok", "verdict"}
+    fields = {
+        "case",
+        "method",
+        "measured",
+        "bound",
+        "seconds",
+        "failure",
+        "claimed",
+        "beside",
+        "ok",
+        "verdict",
+        "left_out",
+    }
     assert all(set(row) == fields and row["ok"] is True for row in found["outcomes"])
     case, _ = found["cases"]
     assert set(case) == {"name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods"}

@@ -157,7 +157,7 @@ def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[f
 
 def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
     """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
-    tape, symbols = recording.tape, hy.make_vars(*(f"y{i}" for i in range(recording.size)))
+    tape, symbols = recording.tape, [hy.make_vars(f"y{i}") for i in range(recording.size)]
     functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}
     terms = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
     for place in tape.needed(recording.places):
