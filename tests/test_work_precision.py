@@ -259,6 +259,7 @@ def test_the_command(
 ) -> None:
     """A table with words, JSON with every point, a figure; a bad name is refused in one line."""
     monkeypatch.chdir(tmp_path)
+    monkeypatch.setenv("COLUMNS", "120")  # wide enough for headings of one line
     short = ["--methods", "taylor,dop853", "--budget", "0.1"]
     assert run_main("cost", *short) == 0
     lines = [line for line in capsys.readouterr().out.splitlines() if line.strip()]

@@ -231,8 +231,8 @@ def _states(setting: Setting, problem: Problem, x: Array) -> Array:
 def restart(setting: Setting, problem: Problem) -> Problem:
     """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
     fresh = _problem(setting)
-    kept = {"still": problem.still, "batch": problem.batch, "weights": problem.weights, "share": problem.share}
-    return _rescale(setting, replace(fresh, **kept), fresh.prior)
+    kept = {"batch": problem.batch, "weights": problem.weights, "share": problem.share}
+    return _rescale(setting, replace(fresh, still=np.zeros_like(fresh.still), **kept), fresh.prior)
 
 
 def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
