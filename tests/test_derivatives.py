@@ -288,3 +288,17 @@ def test_a_function_has_no_derivative() -> None:
     scene = pp.Scene(model=MODELS["one rod"], effects=[fx.Torque(lambda t, q, v: -v)])
     with pytest.raises(pp.InputError, match=r"effects\[0\]"):
         Variational(scene)
+
+
+def test_friction_that_is_zero_and_stays_so_holds_nothing() -> None:
+    """Equations with friction of 0 have the bits of those without, where no direction is that of the friction."""
+    rod = pp.Rod(length=1.0, mass=1.0, radius=0.02)
+    scene = pp.Scene(model=pp.Chain(rods=[rod]), effects=[fx.Gravity(), fx.DryFriction(kinetic=0.0)], duration=1.0)
+    with_it, without = (
+        Variational(s, ["model.rods[0].mass"], contacts=True)
+        for s in (scene, scene.replace({}, effects=scene.effects[:1]))
+    )
+    assert with_it.contacts is None
+    t, y, w = np.zeros(1), np.array([[0.7, 0.4, 1.3, -0.8]]), np.array([[[0.1, 0.2, -0.3, 0.4]]])
+    for one, other in zip(with_it.rates(t, y, w), without.rates(t, y, w), strict=True):
+        np.testing.assert_array_equal(one, other)
