@@ -212,7 +212,9 @@ class Variational:
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
         self.block: Block = differentiate_equations(self.variation, start, by_rod)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
-        if self.variation.asked.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
+        if self.variation.asked.contacts and isinstance(
+            engine, AngleEngine
+        ):  # not where all friction is 0 and stays so
             bound = bind_contacts(self.model, self.variation.effects, engine)
             moving = np.isin(np.arange(len(bound.static)), still, invert=True)
             self.contacts = replace(bound, static=bound.static * moving, block=self.block)
