@@ -37,12 +37,12 @@ def panels_of(run: RunRecord) -> list[Panel]:
 
 
 def draw_energy(ax: Any, run: RunRecord) -> None:
-    """Kinetic and potential energy and their sum, the potential from its least value on."""
+    """Kinetic and potential energy and their sum, the energy, the potential from its least value on."""
     kinetic, potential = run.kinetic, run.potential - run.potential.min()
     ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1], linewidth=1.2)
     if potential.any():
         ax.plot(run.t, potential, label="potential*", color=COLORS[0], linewidth=1.2)
-        ax.plot(run.t, kinetic + potential, label="sum", color=BLACK, linewidth=1.6, zorder=1)
+        ax.plot(run.t, kinetic + potential, label="energy", color=BLACK, linewidth=1.6, zorder=1)
         ax.plot([], [], " ", label="* above its least")
     ax.set_ylabel("energy, J")
 
@@ -50,7 +50,7 @@ def draw_energy(ax: Any, run: RunRecord) -> None:
 def draw_drift(ax: Any, run: RunRecord) -> None:
     """The change of the energy, which should be none, divided by the energy exchanged."""
     ax.plot(run.t, run[DRIFT], color=BLACK, linewidth=0.9)
-    for label in ("change of the sum /", "energy exchanged"):
+    for label in ("change of the energy /", "energy exchanged"):
         ax.plot([], [], " ", label=label)
     ax.set_ylabel("energy drift")
 

@@ -162,9 +162,9 @@ def _is_shown(run: RunRecord, name: str) -> bool:
     part, index = place_of(run, name)
     if part in "qva":
         return index[-1] in joints_shown(run)
-    return part not in ("wrench", "tips", *Reactions._fields) or (
-        part in Reactions._fields and index[-1] in rods_shown(run)
-    )
+    if part in Reactions._fields or part == "omega":
+        return index[1] in rods_shown(run)
+    return part not in ("wrench", "tips")
 
 
 def plots_of(run: RunRecord) -> tuple[Plot, ...]:
@@ -174,7 +174,7 @@ def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     energy = (
         Curve("kinetic", "kinetic", COLORS[1]),
         Curve("potential", "potential", COLORS[0], least),
-        Curve("energy", "sum", BLACK, least),
+        Curve("energy", "energy", BLACK, least),
     )
     positions = _curves([run.joints[joint] for joint in joints])
     rates = _curves([f"{run.joints[joint]}_rate" for joint in joints])

@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
-from pendpin.ground.arrays import Array, Mask, across
+from pendpin.ground.arrays import Array, Mask, across, cross
 from pendpin.model.bodies import NEAR, pinocchio, tree_of
 from pendpin.model.build import SIGNS, Model
 
@@ -187,6 +187,18 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
         energy[i] = pin.computeKineticEnergy(model.pin, data, q[i], v[i])
 
     return _placed(model, len(q), [body.joint for body in model.bodies], move), energy
+
+
+def spins_and_momentum(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
+    """Of a chain at states q, v (n, nv): the rods' angular velocities (n, rods, 3) rad/s along b1, b2, b3, and its
+    angular momentum (n, 3) kg m²/s about the support, in W.
+    """
+    chain = model.chain
+    assert chain is not None
+    moving = kinematics.motion(chain, split_by_rod(q), split_by_rod(v))
+    own = moving.omega * np.stack([chain.I1, chain.I2, chain.I3], -1)
+    turned = np.einsum("nrij,nrj->ni", moving.frames, own)
+    return moving.omega, (turned + cross(moving.centres, chain.m[:, None] * moving.centre_velocities).sum(1)) * SIGNS
 
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:

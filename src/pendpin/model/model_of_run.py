@@ -10,6 +10,7 @@ from pendpin.model.build import Model, build
 from pendpin.model.urdf_joints import WrittenJoint, written_text
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
+from pendpin.trajectory.columns import is_chain
 
 FRAMES = ("world", "parent", "child")
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
@@ -71,6 +72,13 @@ def swings_of(run: RunRecord, model: Model | None = None) -> Array:
     if model.chain is not None and model.chain.l.sum() < SHORTEST * model.chain.l.min():
         return kinematics.swings_of_chain(run.tips)
     return kinematics.swings(model, kinematics.poses(model, run.q))
+
+
+def spins_and_momentum_of(run: RunRecord) -> tuple[Array, Array]:
+    """The rods' angular velocities (n, rods, 3) and the angular momentum (n, 3) of a chain. Raises InputError."""
+    if not is_chain(run):
+        raise InputError("omega and angular_momentum are those of a chain of rods; this model is none")
+    return kinematics.spins_and_momentum(model_of(run), run.q, run.v)
 
 
 def as_written(run: RunRecord) -> str:

@@ -17,7 +17,8 @@ from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
 
 TIGHT = 1e-10  # the tolerance beside a run with a fixed step, whose own error is larger
-OF_STATES = ("q", "v", "tips", "kinetic", "potential", "energy")  # what is a function of the state alone
+# what is a function of the state alone
+OF_STATES = ("q", "v", "tips", "swing", "omega", "angular_momentum", "kinetic", "potential", "energy")
 _STEP = 1e-3  # of differences, relative: their error is its fourth power, and rounding over it
 _CENTRAL = ((-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12))
 _FORWARD = ((0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4))  # where a number cannot be smaller, as a radius of 0
@@ -117,4 +118,4 @@ def _quantity(run: RunRecord, scene: Scene, change: Array, name: str) -> Array:
     """A quantity (n,) at the states of a run moved by a change (n, 2 nv), in another scene."""
     q, v = np.split(np.concatenate([run.q, run.v], 1) + change, 2, axis=1)
     moved = fill_in(scene, bind_for_run(scene), None, Run.at_states(run.t - scene.start.time, q, v))
-    return replace(moved, t=run.t)[name]
+    return run.of(replace(moved, t=run.t))[name]

@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError, PendpinError
+from pendpin.model.build import Model
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import find_coarse, resolved
@@ -93,7 +94,7 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
         "farthest sideways": (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m"),
     }
     for name, (quantity, unit) in of_whole.items():
-        if name != "largest swing" or not np.isnan(run.swing).any():
+        if name != "largest swing" or _swings(run, model):
             rows[name] = whole = _largest(run, more, quantity, unit)
             later = whole.time is not None and whole.time >= half
             rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
@@ -105,6 +106,14 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
                 run, more, lambda rows, name=name: getattr(rows.rod_reactions, name), unit
             )
     return rows
+
+
+def _swings(run: Any, model: Model | None) -> bool:
+    """Whether a rod of the run can swing, as far as its model can be built again."""
+    try:
+        return not np.isnan(swings_of(run, model)).any()
+    except PendpinError:
+        return False
 
 
 def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str, first: float = -np.inf) -> Figure:

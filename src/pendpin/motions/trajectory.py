@@ -6,8 +6,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-import numpy as np
-
 from pendpin.errors import PendpinError, say_note
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.model import model_of_run
@@ -189,13 +187,19 @@ class Trajectory(RunRecord):
         except PendpinError:
             return None
 
+    @property
+    def omega(self) -> Array:
+        """Angular velocities of the rods of a chain, (n, rods, 3) in rad/s along b1, b2, b3. Raises InputError."""
+        return self._spins_and_momentum[0]
+
+    @property
+    def angular_momentum(self) -> Array:
+        """That of a chain about its support, (n, 3) in kg m²/s, in W, of the motion relative to W. Raises InputError."""
+        return self._spins_and_momentum[1]
+
     @cached_property
-    def swing(self) -> Array:
-        """The largest angle of any rod from hanging straight down, (n,) rad; NaN as `slides` and where none can swing."""
-        try:
-            return model_of_run.swings_of(self)
-        except PendpinError:
-            return np.full(len(self.t), np.nan)
+    def _spins_and_momentum(self) -> tuple[Array, Array]:
+        return model_of_run.spins_and_momentum_of(self)
 
     @cached_property
     def computed_efforts(self) -> dict[str, Array]:

@@ -13,6 +13,8 @@ Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 AXES = "xyz"
 UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
 UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
+UNITS |= {"omega": "rad/s", "swing": "rad", "angular_momentum": "kg m²/s"}
+OF_CHAINS = ("omega", "angular_momentum")  # computed from the model of a chain when the first is asked for
 DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
 EFFORTS = "efforts"  # neither are they: computed when the first is asked for
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
@@ -24,6 +26,10 @@ def columns(run: Any) -> dict[str, Place]:
     t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
     rod), or, without universal joints, the wrench of each joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others;
     kinetic, potential, energy; work_ of each kind of effect. The energy drift and the efforts are quantities, not columns.
+
+    Of a chain also tension_1, the axial force at the upper end of rod 1, which is R3_1; omega1_1 to omega3_1, the angular
+    velocity of rod 1 along b1, b2, b3; swing, the angle of the line from the support to the last tip from straight down;
+    angular_momentum_x, _y, _z about the support in W. All are relative to the support.
     """
     joints, rods = run.joints, run.tips.shape[1]
     places: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
@@ -36,14 +42,33 @@ def columns(run: Any) -> dict[str, Place]:
         count = run.rod_reactions.R1.shape[1]
         for name in Reactions._fields:
             places |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
+        if is_chain(run):
+            places |= {f"tension_{i + 1}" if count > 1 else "tension": ("R3", (..., i)) for i in range(count)}
+            for k in range(3):
+                name = f"omega{k + 1}"
+                places |= {f"{name}_{i + 1}" if count > 1 else name: ("omega", (..., i, k)) for i in range(count)}
     else:
         for j, joint in enumerate(joints):
             places |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
     places |= {f"tip_{axis}": ("tips", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
     places |= {f"tip_{axis}_{i + 1}": ("tips", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
+    if is_chain(run):
+        places["swing"] = ("swing", ...)
+        places |= {f"angular_momentum_{axis}": ("angular_momentum", (..., k)) for k, axis in enumerate(AXES)}
     places |= {f"work_{kind}": (kind, ...) for kind in run.work}
     energies = {name: places.pop(name) for name in ("kinetic", "potential", "energy")}
     return places | energies
+
+
+def is_chain(run: Any) -> bool:
+    """Whether a run is of a chain of rods, whose model its scene holds."""
+    return run.rod_reactions is not None and (run.scene.get("model") or {}).get("kind") == "chain"
+
+
+def swing(run: Any) -> Array:
+    """The angle (n,) rad of the line from the support to the last tip from straight down: that of a load on a rope."""
+    x, y, z = run.tips[:, -1].T
+    return np.arctan2(np.hypot(x, y), -z)
 
 
 def effort_places(run: Any) -> dict[str, Place]:
@@ -124,5 +149,9 @@ def column(run: Any, name: Any) -> Array:
         return run.computed_efforts[kind][:, joint]
     if part in run.work:
         return run.work[part]
+    if part == "swing":
+        return swing(run)
+    if part in OF_CHAINS and not hasattr(type(run), part):
+        raise InputError(f"{name}: a record alone has none; Trajectory.of(record) computes it")
     array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)
     return np.asarray(array[index])

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.ground.files import path_of, refuse_other_format, write_csv
 from pendpin.ground.libraries import optional
-from pendpin.trajectory.columns import AXES, UNITS, WRENCH, unit_of
+from pendpin.trajectory.columns import AXES, UNITS, WRENCH, is_chain, unit_of
 
 ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 TABLES = (".csv", ".txt")
@@ -45,6 +45,11 @@ def to_xarray(run: Any) -> Any:
     }
     reactions = {} if run.rod_reactions is None else run.rod_reactions._asdict()
     fixed |= {name: (("t", "rod"), values, {"units": UNITS[name]}) for name, values in reactions.items()}
+    if is_chain(run):
+        fixed |= {"tension": (("t", "rod"), reactions["R3"], {"units": "N"})}
+        fixed |= {f"omega{k + 1}": (("t", "rod"), run.omega[..., k], {"units": UNITS["omega"]}) for k in range(3)}
+        fixed["swing"] = (("t",), run["swing"], {"units": UNITS["swing"]})
+        fixed["angular_momentum"] = (("t", "axis"), run.angular_momentum, {"units": UNITS["angular_momentum"]})
     fixed |= {f"work_{kind}": (("t",), work, {"units": "J"}) for kind, work in run.work.items()}
     coordinates = {
         "t": ("t", run.t, {"units": "s"}),
