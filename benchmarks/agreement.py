@@ -8,9 +8,8 @@ import sys
 from pathlib import Path
 
 from pendpin.graphics.figure import write_figure
-from pendpin.verification.agreement.page import draw_motions
 from pendpin.verification.agreement.published import published_cases
-from pendpin.verification.agreement.validate import AgreementReport, validate
+from pendpin.verification.agreement.validate import AgreementReport, draw_motions, validate
 
 DOCS = Path(__file__).parents[1] / "docs"
 MARKS = ("<!-- table -->\n", "<!-- end of table -->")

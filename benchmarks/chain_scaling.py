@@ -19,7 +19,7 @@ from rich.console import Console
 from rich.table import Table
 
 from pendpin.equations.chain import solution, thin
-from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import ChainInertia
 
 GRAVITY = np.array([0.0, 0.0, 9.81])  # m/s², in I
 

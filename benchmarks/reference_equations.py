@@ -9,7 +9,7 @@ import pendpin as pp
 from pendpin.dynamics.binding import Binding
 from pendpin.effects import Motion, cross
 from pendpin.equations import recursion, trees
-from pendpin.equations.numbers import symbols
+from pendpin.equations.base import symbols
 from pendpin.model.build import Model
 
 # --- equations in symbols -------------------------------------------------------------------------------------------

@@ -20,7 +20,7 @@ from pendpin import effects as fx
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
-from pendpin.equations.numbers import exact
+from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.ground.keypaths import number_at
 from pendpin.model.build import build, start_state

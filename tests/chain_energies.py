@@ -3,7 +3,7 @@
 import numpy as np
 
 from pendpin.equations.chain import kinematics
-from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import ChainInertia
 
 
 def energy(chain: ChainInertia, q: np.ndarray, v: np.ndarray, field: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -8,7 +8,7 @@ from itertools import pairwise
 import mpmath as mp
 import numpy as np
 
-from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import ChainInertia
 
 G = np.array([0.0, 0.0, 9.81])  # m/s², in I
 TILTED = np.array([0.4, -0.3, 9.7])  # m/s²

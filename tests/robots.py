@@ -12,7 +12,7 @@ import numpy as np
 import pinocchio as pin
 
 import pendpin as pp
-from pendpin.equations.numbers import exact
+from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.ground.arrays import EPS
 from pendpin.model.bodies import tree_of

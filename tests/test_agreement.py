@@ -13,9 +13,8 @@ import pendpin as pp
 from pendpin.cli import main
 from pendpin.scene import METHODS
 from pendpin.verification.agreement import validate as module
-from pendpin.verification.agreement.page import page
 from pendpin.verification.agreement.published import published_cases
-from pendpin.verification.agreement.validate import TO_ACCURACY, USUAL, largest_difference, validate
+from pendpin.verification.agreement.validate import TO_ACCURACY, USUAL, largest_difference, page, validate
 
 CASES = published_cases()
 QUICK = ("dop853", "rk4")

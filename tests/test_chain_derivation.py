@@ -14,7 +14,7 @@ from laws import law
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 from pendpin.equations.chain import kinematics, refinement, solution
-from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import ChainInertia
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)

@@ -13,7 +13,7 @@ import pytest
 import pendpin as pp
 from bad_input import AtOnce, run_main
 from pendpin.cli.app import app
-from pendpin.cli.printing import print_table
+from pendpin.cli.outputs import print_table
 from pendpin.errors import Interrupted, not_one_of
 from pendpin.ground.report import Table
 from pendpin.scene.toml import examples_folder
@@ -130,7 +130,7 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
     def interrupted(path: Path) -> None:
         raise Interrupted("stopped by the user after 3 of 9 cases")
 
-    monkeypatch.setattr("pendpin.cli.commands.scenes.read_scene", interrupted)
+    monkeypatch.setattr("pendpin.cli.commands.run.read_scene", interrupted)
     assert run_main("urdf", "chain.toml") == 130
     assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
 

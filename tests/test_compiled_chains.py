@@ -16,9 +16,9 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
 from pendpin.engines.machine.passes import recorded_by_rod
 from pendpin.engines.machine.tape import Tape
-from pendpin.equations.numbers import exact
-from pendpin.equations.passes import inward, outward, total
+from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
+from pendpin.equations.trees import inward, outward, total
 from pendpin.model.build import build, tree_of_chain
 from test_compiled import rates
 from test_recursion import GRAVITY

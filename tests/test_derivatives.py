@@ -15,7 +15,7 @@ from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
-from pendpin.equations.numbers import exact
+from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import build

@@ -17,7 +17,7 @@ from pendpin import effects as fx
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Directions, LongChain, Revolute, Spherical
-from pendpin.equations import numbers
+from pendpin.equations.base import exact, symbols
 from pendpin.model import kinematics
 from pendpin.model.build import build
 
@@ -223,7 +223,7 @@ def _values(effect: fx.Effect, xp, convert) -> list:
 @pytest.mark.parametrize("name", EFFECTS)
 def test_the_same_lines_run_on_fifty_digits(name: str) -> None:
     """Floats and mpmath's numbers agree to rounding."""
-    xp = numbers.exact(50)
+    xp = exact(50)
     for one, other in zip(_values(EFFECTS[name], np, np.asarray), _values(EFFECTS[name], xp, xp.asarray), strict=True):
         assert largest(one - other.astype(float)) < 1e-13 * max(1.0, largest(one))
 
@@ -243,7 +243,7 @@ def test_the_same_lines_run_on_symbols(effect: fx.Effect) -> None:
         numbers_in.extend(x.ravel())
         return np.array([hy.expression(name) for name in fresh] or [0.0], dtype=object).reshape(x.shape)
 
-    found = _values(effect, numbers.symbols(), variables)
+    found = _values(effect, symbols(), variables)
     expressions = [hy.expression(x) for x in np.concatenate([np.ravel(x) for x in found])]
     compiled = hy.cfunc(expressions, [hy.expression(name) for name in names])
     expected = np.concatenate([np.ravel(x) for x in _values(effect, np, np.asarray)])

@@ -11,8 +11,7 @@ from pendpin.errors import InputError, Interrupted
 from pendpin.motions.simulate import simulate
 from pendpin.verification import hardcases
 from pendpin.verification.hardcases import CASES, hard
-from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
-from pendpin.verification.hardcases.running import outcome
+from pendpin.verification.hardcases.base import GROUPS, THICK, Case, outcome, scene
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"

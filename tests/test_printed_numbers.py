@@ -11,7 +11,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.cli.printing import print_report
+from pendpin.cli.outputs import print_report
 from pendpin.effects import Gravity, Stop, Viscous
 from pendpin.graphics.report import page_report, run_report
 from pendpin.ground.report import FEW, Report, Table
@@ -26,8 +26,8 @@ from pendpin.verification.agreement.published import published_cases
 from pendpin.verification.agreement.validate import AgreementReport, Comparison, validate
 from pendpin.verification.hardcases import CASES, HardReport
 from pendpin.verification.hardcases.base import Outcome
-from pendpin.verification.work_precision.curves import Curve, Point
 from pendpin.verification.work_precision.report import CostReport, CostRow, row
+from pendpin.verification.work_precision.series import Curve, Point
 
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 MOST_EVENTS = 5  # in the list, here

@@ -15,7 +15,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from laws import law
-from pendpin.equations.numbers import exact, symbols
+from pendpin.equations.base import exact, symbols
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.equations.trees import Tree
 from pendpin.ground.arrays import EPS
@@ -247,7 +247,7 @@ def test_libraries_of_other_number_types_load_late():
     """Importing the recursion brings neither mpmath nor heyoka nor Pinocchio."""
     code = """if True:
         import sys
-        import pendpin.equations.numbers, pendpin.equations.recursion
+        import pendpin.equations.base, pendpin.equations.recursion
         print({'mpmath', 'heyoka', 'pinocchio', 'scipy'} & set(sys.modules))"""
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "set()"

@@ -9,15 +9,12 @@ from typing import Annotated, Any, NoReturn
 
 import typer
 
-from pendpin.cli.commands.doctor import doctor
-from pendpin.cli.commands.fit import fit
-from pendpin.cli.commands.run import plot, run, view
-from pendpin.cli.commands.scenes import new, schema, urdf
+from pendpin.cli.commands.run import new, plot, run, schema, urdf, view
 from pendpin.cli.commands.stability import effects, modes, stability
-from pendpin.cli.commands.sweep import map_, sweep
-from pendpin.cli.commands.verification import check, cost, hard, reference, validate
+from pendpin.cli.commands.sweep import fit, map_, sweep
+from pendpin.cli.commands.verification import check, cost, doctor, hard, reference, validate
 from pendpin.cli.inputs import flag
-from pendpin.cli.streams import drop_output, finish_output, prepare_streams, say
+from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.ground.versions import VERSION
 

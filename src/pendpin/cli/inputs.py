@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 import typer
 
-from pendpin.cli.streams import say
+from pendpin.cli.outputs import say
 from pendpin.errors import InputError, inside
 
 if TYPE_CHECKING:

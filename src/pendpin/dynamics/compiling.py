@@ -8,20 +8,206 @@ from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from threading import Lock
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.binding import Binding, bodies_of
 from pendpin.dynamics.binding.acting import plain_arithmetic
-from pendpin.dynamics.chain_samples import Sampler, parameters_of_samples, record_samples
-from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod, staying_zero
-from pendpin.effects import Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine, Moving, Values
+from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
+from pendpin.dynamics.symbols import (
+    MOTION,
+    Asked,
+    external_wrenches,
+    motion_in_links,
+    parameters_of,
+    record,
+    records_by_rod,
+    staying_zero,
+    tree_with_numbers,
+)
+from pendpin.effects import Bodies, Effect
+from pendpin.engines import Compiled, CompiledEquations, Engine, Loads, Moving, Values
 from pendpin.engines.machine import llvm
+from pendpin.engines.machine.code import Block
 from pendpin.engines.machine.tape import Recording
+from pendpin.engines.spherical import Thin
+from pendpin.equations import recursion, thin_recursion
+from pendpin.equations.base import JOINTS
+from pendpin.equations.trees import Joint, Tree, joints_at, outward, prepared, total
 from pendpin.errors import InputError
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, applied, cross, dot, transposed
 from pendpin.model.build import Model
+
+PARTS = 3  # of what is given: positions, rates, further torques
+ACCELERATION, WRENCH = 2, 12  # numbers of a rod; those of its pose follow
+_DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
+
+
+class ChainSamples(NamedTuple):
+    """A chain at n samples."""
+
+    acceleration: Array  # (n, nv) rad/s²
+    wrench: Array  # (n, joints, 6) N, N m, by each joint's parent, in the joint's frame
+    poses: Array  # (n, rods, 4, 4) of the rods' links, in W
+    kinetic: Array  # (n,) J
+
+
+# of t, q, v and further torques (2,) of a rod, as terms: its numbers, and the kinetic energy of the chain
+Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]
+# of the same and the external wrenches (2, 6): accelerations (2,) and wrenches (2, 6)
+Equations = Callable[[Any, Array, Array, Array, Array | None], tuple[Array, Array]]
+
+
+def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
+    """What is computed at a sample, recorded for one rod; that of a single rod is written out."""
+    by_rod = _rods(engine.model) > 1
+    tape, numbers, xp = begin_tape(engine.model, by_rod)
+    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * JOINTS)
+    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state.reshape(PARTS, JOINTS))
+    if by_rod:
+        return Recording(tape, [], [kinetic], parts=PARTS, width=JOINTS, more_of_rod=list(rows))
+    return Recording(tape, [], [*rows, kinetic], width=PARTS * JOINTS)
+
+
+def parameters_of_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:
+    """The parameters of `record_samples`, and its structure."""
+    numbers = list_parameters(engine.model, _rods(engine.model) > 1)
+    numbers.constant("samples")
+    _sampled(engine, effects, start, numbers, np)
+    return numbers
+
+
+class Sampler:
+    """Samples of a chain in machine code, with one set of parameters."""
+
+    def __init__(self, model: Model, block: Block) -> None:
+        self._rods, self._block = _rods(model), block
+
+    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> ChainSamples:
+        """The samples at t (n,), q, v (n, nv) with further torques (n, nv)."""
+        n, rods = len(t), self._rods
+        _, more = self._block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
+        kinetic = more[:, -1].copy()
+        rows = more[:, :-1].reshape(n, rods, -1)
+        a, wrench, frames = np.split(rows, [ACCELERATION, ACCELERATION + WRENCH], 2)
+        poses = np.zeros((n, rods, 4, 4))
+        poses[..., :3, :], poses[..., 3, 3] = frames.reshape(n, rods, 3, 4), 1.0
+        return ChainSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, kinetic)
+
+
+def _rods(model: Model) -> int:
+    assert model.chain is not None
+    return model.chain.n
+
+
+def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Sampled:
+    model = engine.model
+    numbers.constant((isinstance(engine, Thin), numbers.by_rod))
+    loads = Binding(model, effects, xp, start, numbers).loads
+    bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
+    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+    thin = isinstance(engine, Thin)
+    equations = _sample_directions(model, loads, tree, numbers, xp) if thin else _sample_angles(loads, tree, xp)
+
+    def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
+        links = motion_in_links(model, loads, tree, q, v, xp)
+        wrenches = external and external(t, q, v)
+        a, wrench = equations(t, q, v, more, wrenches)
+        frames = _poses(tree, q, xp)
+        moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
+        kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
+        return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic
+
+    return sampled
+
+
+def _sample_angles(loads: Loads, tree: Tree, xp: Any) -> Equations:
+    """Accelerations (nv,) and wrenches (nv, 6), by the articulated bodies and Newton-Euler."""
+
+    def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
+        tau = more if loads.torque is None else more + loads.torque(t, q, v)
+        field = loads.field(t)
+        a = recursion.accelerations(tree, q, v, field, tau, external, xp)
+        return a, recursion.wrenches(tree, q, v, a, field, external, xp)
+
+    return equations
+
+
+def _sample_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
+    """The same of a thin rod, whose joint carries no moment, by the recursion in directions; these are in W here."""
+    assert model.chain is not None
+    rods = (getattr(model.chain, name) for name in thin_recursion.ThinRods._fields)
+    chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
+
+    def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
+        placed, signs = prepared(tree, xp)
+        joints, force, moment = joints_at(placed, signs * q, xp), None, None
+        turning = _turning(joints, signs * v, tree.parents, xp)
+        R, spin = turning[1].R, turning[1].spin
+        if external is not None:
+            f, about_joint = np.split(external[1], 2)
+            force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
+        state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
+        turned, reaction = thin_recursion.turning(chain, *state, loads.field(t), force, moment, xp)
+        across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
+        across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
+        forces = np.stack([applied(joints[1].R, reaction), reaction])
+        return signs * _accelerations(joints, turning, across, xp), np.concatenate([forces, np.zeros((2, 3))], -1)
+
+    return equations
+
+
+class _Turning(NamedTuple):
+    """How a joint's frame turns."""
+
+    R: Array  # (3, 3), to W
+    spin: Array  # (3,) rad/s, in the frame
+    coriolis: Array  # (3,) rad/s², the part of its angular acceleration that the rates add
+
+
+def _turning(joints: Sequence[Joint], rates: Array, parents: Sequence[int], xp: Any) -> list[_Turning]:
+    """How the two frames of a rod turn."""
+
+    def turn(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], _Turning]:
+        joint, (R, spin) = joints[i], above
+        R, arriving = R @ joint.R, applied(transposed(joint.R), spin)
+        own = joint.axis * rates[i]
+        return (R, arriving + own), _Turning(R, arriving + own, cross(arriving, own))
+
+    return outward(turn, (np.eye(3), np.zeros(3)), parents, xp)
+
+
+def _accelerations(joints: Sequence[Joint], turning: Sequence[_Turning], across: Array, xp: Any) -> Array:
+    """theta'' and phi'' (2,) from the angular acceleration of the rod across its axis, (3,) in its frame.
+
+    Along its axis the joint decides, from the support down.
+    """
+    of_theta = applied(transposed(joints[1].R), joints[0].axis)
+
+    def swing(i: int, alpha: Array) -> tuple[Array, Array]:
+        for joint, one in zip(joints, turning, strict=True):
+            alpha = applied(transposed(joint.R), alpha) + one.coriolis
+        theta, phi = (across - alpha)[0] / of_theta[0], (across - alpha)[1]
+        return alpha + of_theta * theta + joints[1].axis * phi, np.array([theta, phi])
+
+    return outward(swing, np.zeros(3), [-1], xp)[0]
+
+
+def _poses(tree: Tree, q: Array, xp: Any) -> Array:
+    """The pose (3, 4) of a rod's link in W."""
+    placed, signs = prepared(tree, xp)
+    joints = joints_at(placed, signs * q, xp)
+
+    def place(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], Array]:
+        R, r = above
+        r, R = r + applied(R, joints[i].r), R @ joints[i].R
+        return (R, r), np.concatenate([R, r[:, None]], 1)
+
+    return outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)[1]
+
+
+# --- the equations of a scene as machine code -----------------------------------------------------------------------
 
 MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes

@@ -18,8 +18,7 @@ import numpy as np
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.binding.acting import acting, expand_as_written
 from pendpin.dynamics.compiling import look_up
-from pendpin.dynamics.contacts.binding import bind_contacts
-from pendpin.dynamics.contacts.contacts import Contacts
+from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod

@@ -13,10 +13,8 @@ import numpy as np
 from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import acting, move_home
 from pendpin.dynamics.binding.held_torques import HeldTorque
-from pendpin.dynamics.chain_samples import Sampler
-from pendpin.dynamics.compiling import compilable, compile_engine, compile_sampler, in_motion
-from pendpin.dynamics.contacts.binding import bind_contacts
-from pendpin.dynamics.contacts.contacts import Contacts
+from pendpin.dynamics.compiling import Sampler, compilable, compile_engine, compile_sampler, in_motion
+from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical

@@ -16,8 +16,7 @@ from pendpin.engines.machine.tape import Recording, Term
 from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
-from pendpin.equations.passes import outward, total
-from pendpin.equations.trees import Tree
+from pendpin.equations.trees import Tree, outward, total
 from pendpin.ground.arrays import Array, Indices, Mask, cross
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import SIGNS, Model, tree_of_chain

@@ -19,8 +19,7 @@ from pendpin.engines.chain import LongChain
 from pendpin.engines.pinocchio import Revolute, centres_of, external_forces
 from pendpin.equations.base import PHI, split_by_rod
 from pendpin.equations.chain import angles, thin
-from pendpin.equations.chain.inertia import ChainInertia
-from pendpin.equations.chain.kinematics import Joints, rods_last
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, rods_last
 from pendpin.ground.arrays import Array, across, cross
 from pendpin.model.bodies import append_body, pinocchio, with_gravity
 from pendpin.model.build import FLIP, SIGNS, Model

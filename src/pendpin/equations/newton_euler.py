@@ -17,7 +17,7 @@ def solve(rod: RodInertia, q: Array, v: Array, field: Array, xp: Any = np) -> Ro
 
     Parameters: q, v (..., 2) hold theta, phi in rad and rad/s; field (3,) or (..., 3) is the uniform acceleration
     field in the inertial frame I (z down), m/s²; gravity is (0, 0, 9.81). xp
-    brings the functions of the number type (pendpin.equations.numbers).
+    brings the functions of the number type (pendpin.equations.base).
     """
     m, h, I1, I2, I3 = rod
     J1, J2 = I1 + m * h**2, I2 + m * h**2  # about the joint

@@ -16,8 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.equations.passes import inward, joined, outward
-from pendpin.equations.trees import Joint, Tree, joints_at, prepared
+from pendpin.equations.trees import Joint, Tree, inward, joined, joints_at, outward, prepared
 from pendpin.ground.arrays import (
     Array,
     applied,

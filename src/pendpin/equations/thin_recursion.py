@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.equations.chain.inertia import ChainInertia
-from pendpin.equations.passes import inward, joined, outward
+from pendpin.equations.chain.kinematics import ChainInertia
+from pendpin.equations.trees import inward, joined, outward
 from pendpin.ground.arrays import Array, applied, cross, dot, outer, symmetric
 
 _UNIT = np.eye(3)

@@ -8,7 +8,7 @@ import annotated_types
 import numpy as np
 
 from pendpin.effects import DryFriction
-from pendpin.equations.numbers import symbols
+from pendpin.equations.base import symbols
 from pendpin.errors import InputError, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import parsed

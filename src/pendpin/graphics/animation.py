@@ -9,10 +9,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, MissingLibrary
-from pendpin.graphics.compare import Runs, labels_of, runs_of
 from pendpin.graphics.drawing import Drawing, smooth_trail
 from pendpin.graphics.page import compressed, page, pick, write_page
-from pendpin.graphics.panels import COLORS, plain_name
+from pendpin.graphics.panels import COLORS, Runs, labels_of, plain_name, runs_of
 from pendpin.graphics.report import Check, page_report
 from pendpin.graphics.run_drawing import compared_drawing, drawing_of, ends_of
 from pendpin.ground.arrays import Array

@@ -9,17 +9,20 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError
-from pendpin.graphics.compare import DASHES, Runs, labels_of, runs_of
 from pendpin.graphics.panels import (
     COLORS,
+    DASHES,
     MOST_JOINTS,
     PATHS,
+    Runs,
     draw_distance,
     draw_drift,
     draw_quantities,
+    labels_of,
     panels_of,
     plain_name,
     quantity_panels,
+    runs_of,
     turns,
 )
 from pendpin.ground.arguments import axes

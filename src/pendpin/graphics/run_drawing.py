@@ -8,9 +8,8 @@ import numpy as np
 
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.compare import distance, labels_of, rows_within
 from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape
-from pendpin.graphics.panels import BLACK, COLORS, joints_shown, rods_shown
+from pendpin.graphics.panels import BLACK, COLORS, distance, joints_shown, labels_of, rods_shown, rows_within
 from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics

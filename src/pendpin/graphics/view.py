@@ -16,7 +16,7 @@ from pendpin.graphics.drawing import Drawing
 from pendpin.graphics.page import FRAMES_PER_SECOND, page, pick, placed
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.ground.libraries import optional
-from pendpin.model.configurations import configurations
+from pendpin.model.kinematics import configurations
 from pendpin.trajectory import RunRecord
 
 KEYS = 2000  # poses of a body at most

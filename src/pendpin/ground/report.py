@@ -1,7 +1,7 @@
 """A report: what a tool found, as sentences and tables with units, as plain data, and whether all is well.
 
 Every result of a tool is a `Result`: it says what it found in one `Report`, and prints alike as text, in a notebook or on a
-page. cli/printing.py prints reports on the terminal, as tables or as JSON.
+page. cli/outputs.py prints reports on the terminal, as tables or as JSON.
 """
 
 import html

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.equations.base import PHI
-from pendpin.equations.chain.inertia import ChainInertia
+from pendpin.equations.chain.kinematics import ChainInertia
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError, choices, find, shown
 from pendpin.ground.arrays import EPS, TINY, Array, Mask

@@ -9,7 +9,7 @@ from typing import Any, Self
 from pendpin.errors import PendpinError, say_note
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.model import model_of_run
-from pendpin.model.configurations import configurations
+from pendpin.model.kinematics import configurations
 from pendpin.motions import continuation, search
 from pendpin.motions.search import Extreme
 from pendpin.motions.summary import Summary, page, summary, text

@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.dynamics.binding.acting import expand_as_written
 from pendpin.dynamics.contacts.contacts import Mode, Scales
-from pendpin.dynamics.contacts.guards import RATE, Guards, guards_of
+from pendpin.dynamics.contacts.falls import RATE, Guards, guards_of
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing

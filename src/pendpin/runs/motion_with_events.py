@@ -6,8 +6,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.contacts.falls import LowFall, falls_of, rates_and_mode
-from pendpin.dynamics.contacts.guards import Guards, guards_of
+from pendpin.dynamics.contacts.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
 from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError

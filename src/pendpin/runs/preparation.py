@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 
-from pendpin.dynamics.contacts.binding import check_start
+from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing
 from pendpin.errors import InputError

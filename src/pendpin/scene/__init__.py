@@ -5,9 +5,17 @@ To add a kind of model: a record in models.py, and the function that builds it i
 integration: a field in solver.py; a method: a record in methods.py.
 """
 
-from pendpin.scene.data import Data
 from pendpin.scene.methods import EVENT_METHODS, FIXED_METHODS, METHODS, Form, Method, method_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
-from pendpin.scene.scene import Scene, builtin_scene, chosen_scene, load_scene, scene_of, urdf_folder
+from pendpin.scene.scene import (
+    Data,
+    Scene,
+    Start,
+    Values,
+    builtin_scene,
+    chosen_scene,
+    load_scene,
+    scene_of,
+    urdf_folder,
+)
 from pendpin.scene.solver import Solver, least_tolerance
-from pendpin.scene.start import Start, Values

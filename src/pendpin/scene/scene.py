@@ -1,11 +1,12 @@
 """A scene: what is simulated, as frozen, validated data, described by a JSON schema."""
 
+import math
 from collections.abc import Iterator, Mapping
 from pathlib import Path
-from typing import Any, Self
+from typing import Annotated, Any, Literal, Self
 
 import numpy as np
-from pydantic import Field, SerializeAsAny, model_validator
+from pydantic import AfterValidator, Discriminator, Field, SerializeAsAny, Tag, model_validator
 from pydantic_core import PydanticSerializationError
 
 from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
@@ -13,13 +14,74 @@ from pendpin.errors import InputError, KeyPath, inside, shown, written
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of, path_of
 from pendpin.ground.keypaths import parsed, places_of
-from pendpin.ground.records import NotNegative, Record
-from pendpin.scene.data import Data
+from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
 from pendpin.scene.methods import FIXED_METHODS
 from pendpin.scene.models import AnyModel, UrdfModel
 from pendpin.scene.solver import MAX_SAMPLES, Solver
-from pendpin.scene.start import Start
 from pendpin.scene.toml import example_names, read_toml, write_toml
+
+Values = Annotated[
+    Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~by name")]
+    | Annotated[tuple[Number, ...], Tag("~in order")],
+    Discriminator(lambda value: "~by name" if isinstance(value, dict) else "~in order"),
+]
+
+
+class Start(Record):
+    """When and where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
+
+    time: Number = Field(0.0, description="s; the run goes from here to time + duration")
+    positions: Values = Field(default_factory=FrozenDict, description="rad, or degrees; m for prismatic joints")
+    velocities: Values = Field(default_factory=FrozenDict, description="rad/s, or degrees/s; m/s for prismatic joints")
+    unit: Literal["radians", "degrees"] = Field("radians", description="of the angles and their rates")
+
+    def __eq__(self, other: object) -> bool:
+        """Whether both are the same start; the public class, which adds two ways to find one, makes no difference."""
+        return isinstance(other, Start) and vars(self) == vars(other)
+
+    def __hash__(self) -> int:
+        return hash((self.time, self.positions, self.velocities, self.unit))
+
+
+# --- how measured swings are read from a CSV file -------------------------------------------------------------------
+
+_Measured = Annotated[
+    Annotated[tuple[str, ...], Tag("~joints")] | Annotated[str, Tag("~tip")],
+    Discriminator(lambda given: "~tip" if isinstance(given, str) else "~joints"),
+]
+_Offsets = Annotated[
+    Annotated[Literal["free", "zero"], Tag("~word")]
+    | Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~table")],
+    Discriminator(lambda given: "~table" if isinstance(given, dict) else "~word"),
+]
+
+
+class Data(Record):
+    """How measured swings are read from a CSV file, for a fit: which column measures what.
+
+    A column measures the sum of the joints listed (an absolute angle is a sum), or one coordinate of a tip in W, in m,
+    as "rod_1.y". Each column has a zero of its own, which the fit finds unless `offsets` says otherwise.
+    """
+
+    time: str = Field("t", description="the column of times, s")
+    segment: str | None = Field(None, description="the column that tells independent swings apart; one swing if absent")
+    columns: Annotated[dict[str, _Measured], Field(min_length=1), AfterValidator(FrozenDict)] = Field(
+        description='by column: the joints whose angles add up to it, or the coordinate of a tip, as "rod_1.y"'
+    )
+    unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")
+    offsets: _Offsets = Field(
+        "free", description="the zero of each column: free, zero, or by column in `unit` (m for tips)"
+    )
+    noise: Positive | None = Field(None, description="rad, standard deviation of the sensors; estimated if absent")
+
+    def in_si(self, column: str) -> tuple[float, str]:
+        """What one of the column's unit is in rad or m, and the name of its unit."""
+        if isinstance(self.columns[column], str):
+            return 1.0, "m"
+        return (math.pi / 180, "degrees") if self.unit == "degrees" else (1.0, "rad")
+
+
+# --- a scene --------------------------------------------------------------------------------------------------------
 
 SAMPLES_PER_SECOND = 60
 

@@ -1,5 +1,6 @@
 """`linearize`: the linear model x' = A x + B u of a scene near a state, by exact derivatives."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -9,16 +10,64 @@ import numpy as np
 
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.timing import NEGLIGIBLE, changes_with_time
 from pendpin.dynamics.vibrations import is_stable, spectrum
+from pendpin.effects import AsWritten, ContactEffect, Drag, Effect
 from pendpin.engines import AngleEngine
 from pendpin.equations import recursion
-from pendpin.errors import brief
+from pendpin.errors import InputError, brief, choices, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
 from pendpin.model.bodies import tree_of
-from pendpin.model.build import build, start_state, tree_of_chain
+from pendpin.model.build import Model, build, start_state, tree_of_chain
+from pendpin.motions.small_motions import rest_of
 from pendpin.scene import Scene, Start, chosen_scene
-from pendpin.stability.rests import chosen_start, remarks
+
+AT_START = "start"
+ZERO = 1e-9  # degrees or m: what is less is 0 in words
+FEW_JOINTS = 4  # that say where a rest is
+
+
+def chosen_start(scene: Scene, at: Start | str | None) -> Start:
+    """The start that `at` names: the rest near the scene's start for None, the scene's own for "start", or one given.
+
+    Raises InputError for another value, and where there is no rest.
+    """
+    if at is None:
+        return rest_of(scene)
+    if isinstance(at, Start):
+        return at
+    if at == AT_START:
+        return scene.start
+    raise InputError(f'at: {shown(at)} is not a Start, nor "{AT_START}", nor None for the rest near the start')
+
+
+def place_of(model: Model, q: Array) -> str:
+    """Positions (nv,) in rad or m in words: the first that are not 0."""
+    places = zip(model.joints, np.where(model.slides, q, np.degrees(q)), model.slides, strict=True)
+    parts = [f"{name} {x:.5g}{' m' if slides else '°'}" for name, x, slides in places if abs(x) > ZERO]
+    return choices(parts[:FEW_JOINTS] + ["..."] * (len(parts) > FEW_JOINTS)) or "all 0"
+
+
+def remarks(scene: Scene) -> tuple[str, ...]:
+    """What the linear model of a scene leaves out or freezes, a sentence for each effect."""
+    return tuple(
+        f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _remark_on(effect, scene)
+    )
+
+
+def _remark_on(effect: Effect, scene: Scene) -> Iterator[str]:
+    if isinstance(effect, ContactEffect):
+        yield f"{effect.kind} is left out: it acts through events"
+    if isinstance(effect, AsWritten) and not effect.smooth:
+        yield "friction and limits as written are left out: they act through events"
+    if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
+        yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
+    if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):
+        yield f"{effect.kind} is taken as it is at the start, though it may change with time"
+
+
+# --- `linearize` ----------------------------------------------------------------------------------------------------
 
 REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
 MOST_ROWS = 24  # eigenvalues that are printed

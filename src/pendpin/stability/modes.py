@@ -18,7 +18,7 @@ from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build
 from pendpin.motions.small_motions import small_motions
 from pendpin.scene import Scene, chosen_scene
-from pendpin.stability.rests import place_of, remarks
+from pendpin.stability.linearize import place_of, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
 MOST_ROWS = 20  # of a table that is printed

@@ -18,8 +18,7 @@ from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
 from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
 from pendpin.scene import Chain, Scene, Start, chosen_scene
-from pendpin.stability.linearize import LinearModel, linearize
-from pendpin.stability.rests import place_of, remarks, rest_of
+from pendpin.stability.linearize import LinearModel, linearize, place_of, remarks, rest_of
 
 MOST_RODS = 4  # of a chain, each tried hanging and upright
 CORRECTIONS = 30  # of Newton's method, from there to a rest

@@ -6,8 +6,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.inputs import Json, Plot, SceneInput, flag, on_scene
-from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_report
+from pendpin.cli.outputs import print_files, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
 
 

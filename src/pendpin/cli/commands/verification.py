@@ -1,5 +1,6 @@
 """What a result is worth, and what it costs: pendpin check, hard, validate, reference, cost."""
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -7,8 +8,7 @@ from typing import Annotated
 import typer
 
 from pendpin.cli.inputs import Json, Plot, SceneInput, flag, lasting, naming_options, on_scene
-from pendpin.cli.outputs import refuse_outputs
-from pendpin.cli.printing import print_files, print_json, print_report
+from pendpin.cli.outputs import print_files, print_json, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
 from pendpin.errors import PendpinError
 
@@ -49,7 +49,7 @@ def hard(
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
     from pendpin.verification.hardcases import CASES
     from pendpin.verification.hardcases import hard as run_cases
-    from pendpin.verification.hardcases.running import catalogue_report
+    from pendpin.verification.hardcases.base import catalogue_report
 
     if listed:
         print_report(catalogue_report(CASES.values()), json)
@@ -93,7 +93,7 @@ def validate(
             report = compare(cases or (), chosen, progress)
         print_report(report.report(), json)
     if html is not None:
-        from pendpin.verification.agreement.page import write_page
+        from pendpin.verification.agreement.validate import write_page
 
         print_files([write_page(html, report)], json)
     if report.stopped:
@@ -170,3 +170,63 @@ def cost(
             print_files([save_cost_plot(report, plot, short)], json)
     if report.interrupted:
         raise KeyboardInterrupt
+
+
+# --- printed equations ----------------------------------------------------------------------------------------------
+
+
+def doctor(
+    file: Annotated[
+        Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
+    ],
+    rod: Annotated[
+        str | None,
+        typer.Option(
+            help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, polar. Found if absent."
+        ),
+    ] = None,
+    convention: Annotated[
+        str | None,
+        typer.Option(
+            help="theta-ccw, phi-reversed, z-up, z-mirrored, swapped, b3-up, transposed, separated by commas; or standard. "
+            "Found if absent."
+        ),
+    ] = None,
+    symbols: Annotated[
+        str | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
+    ] = None,
+    scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations describe.")] = None,
+    html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
+    limit: Limit = None,
+    json: Json = False,
+) -> None:
+    """Say which printed equation of a rod is wrong, and which change corrects it.
+
+    The exit status is 0 only if at least one equation could be read and each one that was read is right.
+    """
+    from pendpin.doctor.diagnose import diagnose_file
+    from pendpin.doctor.recognition import check_choices
+    from pendpin.doctor.reports.text import lines
+
+    refuse_outputs([file], html=html)
+    with naming_options():
+        check_choices(rod, convention)
+    with limited(limit) as work, waiting("reading", json, work) as progress:
+        diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
+    print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
+    if html:
+        from pendpin.doctor.reports.page import write_report
+
+        print_files([write_report(html, diagnosis)], json)
+    if not diagnosis.ok:
+        raise typer.Exit(1)
+
+
+def _print_lines(lines: Iterable[Iterable[tuple[str, str]]]) -> None:
+    """Lines of pieces of text, each with its style."""
+    from rich.console import Console
+    from rich.text import Text
+
+    console = Console()
+    for line in lines:
+        console.print(Text.assemble(*line), soft_wrap=True)

@@ -246,7 +246,7 @@ def _single(value: Any) -> Any:
 @cache
 def fifty_digits() -> Any:
     """Arithmetic on mpmath's numbers of 50 digits."""
-    from pendpin.equations.numbers import exact
+    from pendpin.equations.base import exact
 
     numbers = exact(50)
     return SimpleNamespace(

@@ -18,7 +18,7 @@ from pendpin.dynamics.binding.acting import (
 )
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
-from pendpin.equations.passes import total
+from pendpin.equations.trees import total
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics

@@ -7,18 +7,22 @@ reverse their rates, times the restitution, by impulses that may push and not pu
 """
 
 import math
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.binding.acting import chosen_joints, in_order
 from pendpin.dynamics.parameters import Numbers
-from pendpin.effects import DryFriction
+from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
 from pendpin.engines.machine.code import Block
-from pendpin.errors import RunError
+from pendpin.errors import InputError, RunError, shown
 from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.model.build import Model
+from pendpin.model.kinematics import scale
 
 SHRINKS = 50.0  # a joint: exponent of the decay of the rates in a series of impacts, before its limit is taken
 MOST_IMPACTS = 20_000  # at one time
@@ -311,3 +315,57 @@ def _impacts_before_the_limit(back: Array) -> int:
     """
     loss = 1.0 - float(back.max())
     return MOST_IMPACTS if loss == 0 else int(min(MOST_IMPACTS, SHRINKS * (len(back) + 1) / loss))
+
+
+# --- contacts -------------------------------------------------------------------------------------------------------
+
+
+def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) -> Contacts:
+    """The contacts of a scene, joint by joint.
+
+    Friction adds up. Of several limits on one side of a joint the tighter holds, with its own restitution; of equal ones
+    that with the smaller restitution. Raises InputError for joints that are unknown or named twice, and for stops that
+    leave a joint no room.
+    """
+    nv = len(model.joints)
+    acts = [(effect, where) for effect, where in in_order(effects) if isinstance(effect, ContactEffect)]
+    none = np.zeros(nv, np.result_type(float, *(x for effect, _ in acts for x in effect.resistance())))  # varied.py
+    kinetic, static, falling = dict[str, Array](), none.copy(), []
+    reach, restitution = np.full((2, nv), np.inf), np.zeros((2, nv))  # reach: minus the lower limit, and the upper one
+    kinds, places = np.full((2, nv), "", dtype=object), np.full((2, nv), "", dtype=object)
+    for effect, where in acts:
+        joints = chosen_joints(model, effect.joints, f"{where}.joints")
+        slide, hold = effect.resistance()
+        static[joints] += hold
+        if isinstance(effect, DryFriction) and effect.stribeck is not None:
+            falling.append((np.isin(np.arange(nv), joints).astype(float), effect))
+        if isinstance(effect, DryFriction):
+            kinetic.setdefault(effect.kind, none.copy())[joints] += slide
+        low, high, back = effect.limits()
+        for side, limit in enumerate((-low, high)):
+            tighter = (limit < reach[side]) | ((limit == reach[side]) & (back < restitution[side]))
+            at = np.intersect1d(joints, np.flatnonzero(tighter))
+            reach[side, at], restitution[side, at], kinds[side, at], places[side, at] = limit, back, effect.kind, where
+    lower, upper = -reach[0], reach[1]
+    _refuse_no_room(model, lower, upper, places)
+    total = sum(kinetic.values(), none)
+    limits = (lower, upper, restitution)
+    lengths = np.where(model.slides, scale(model), 1.0)
+    return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
+
+
+def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> None:
+    """Raise InputError where lower >= upper (nv,); places (2, nv) names the effects that set the limits."""
+    for joint in np.flatnonzero(lower >= upper):
+        below, above = places[:, joint]
+        raise InputError(
+            f"{below} and {above}: their stops leave joint {shown(model.joints[joint])} no room: "
+            f"one keeps it above {lower[joint]:g}, the other below {upper[joint]:g}"
+        )
+
+
+def check_start(contacts: Contacts, model: Model, q: Array) -> None:
+    """Raise InputError if positions q (nv,) are beyond a stop."""
+    for name, x, low, high in zip(model.joints, q, contacts.lower, contacts.upper, strict=True):
+        if not low <= x <= high:
+            raise InputError(f"start.positions.{name}: {x:g} is beyond its stop at {low if x < low else high:g}")

@@ -1,6 +1,6 @@
 """Passes along a chain of any length, recorded once for a rod: what the equations carry from rod to rod becomes a loop.
 
-The equations see a chain of one rod (pendpin.equations.passes): it hangs on what a pass carries outward, and what a pass
+The equations see a chain of one rod (pendpin.equations.trees): it hangs on what a pass carries outward, and what a pass
 carries inward hangs on it. Most of what is carried has structure: entries that stay 0, or entries that are equal, as those
 of a symmetric matrix. A body is recorded until this structure no longer changes: first as if a rod passed on what it
 receives, then with each entry on its own that turned out to differ.
@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.engines.machine.tape import Cell, Pass, Tape, Term, recorded
-from pendpin.equations.passes import Step, inward_steps, outward_steps
+from pendpin.equations.trees import Step, inward_steps, outward_steps
 from pendpin.ground.arrays import Array
 
 Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.equations.numbers import FUNCTIONS
+from pendpin.equations.base import FUNCTIONS
 from pendpin.ground.arrays import Array
 
 _MOST_FACTORS = 8  # up to which a whole power is written out
@@ -330,7 +330,7 @@ class Term:
 
 @cache
 def recorded() -> Any:
-    """The functions of the number type (as in pendpin.equations.numbers), over object arrays of terms and numbers."""
+    """The functions of the number type (as in pendpin.equations.base), over object arrays of terms and numbers."""
     sine, cosine = _recording("sin"), _recording("cos")
     recording: dict[str, Callable[..., Any]] = {name: _recording(name) for name in FUNCTIONS}
     # the sine of -x as -sin x: the function of the angle itself

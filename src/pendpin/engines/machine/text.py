@@ -7,6 +7,7 @@ from typing import NamedTuple
 from pendpin.engines.machine.lines import (
     DECLARED,
     ROW,
+    TRIGONOMETRY,
     WIDE,
     arithmetic,
     kind_of,
@@ -18,7 +19,6 @@ from pendpin.engines.machine.lines import (
     table_row,
 )
 from pendpin.engines.machine.tape import LEAVES, Cell, Recording, Tape
-from pendpin.engines.machine.trigonometry import TRIGONOMETRY
 
 EVERY = 4096  # calls between two of the progress callback; a power of 2
 # The first cells of a block: the count of calls, the progress callback, how many rods there are, where loops leave numbers

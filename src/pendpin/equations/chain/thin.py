@@ -10,8 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.equations.chain.inertia import ChainInertia, above, below
-from pendpin.equations.chain.kinematics import Joints, rods_first, rods_last
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
 from pendpin.equations.chain.refinement import project
 from pendpin.equations.chain.system import RodLoads, System, empty_band
 from pendpin.errors import InputError

@@ -10,8 +10,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, loads_at, reactions
 from pendpin.engines import LongChain, Revolute
 from pendpin.equations import balances, lagrange, newton_euler, recursion
-from pendpin.equations.base import RodInertia
-from pendpin.equations.numbers import exact
+from pendpin.equations.base import RodInertia, exact
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model

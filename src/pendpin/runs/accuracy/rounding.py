@@ -15,7 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.dynamics.contacts.binding import check_start
+from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Engine
 from pendpin.ground.arrays import EPS, Array

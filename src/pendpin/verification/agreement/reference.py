@@ -16,7 +16,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.effects import Effect, FieldEffect, Viscous
 from pendpin.equations import recursion
-from pendpin.equations.numbers import exact
+from pendpin.equations.base import exact
 from pendpin.equations.trees import Tree, joints_at, prepared
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import EPS, Array, applied

@@ -15,9 +15,8 @@ from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
 from pendpin.verification.claims import Progress
-from pendpin.verification.hardcases import chains, chaos, long_runs
-from pendpin.verification.hardcases.base import Case, Outcome, Solve, scene
-from pendpin.verification.hardcases.running import measured, outcome
+from pendpin.verification.hardcases import chains, chaos
+from pendpin.verification.hardcases.base import Case, Outcome, Solve, measured, outcome, scene
 from pendpin.verification.simulators import Peer, PeerRun, require_libraries, task_of
 from pendpin.verification.simulators.base import Kind
 from pendpin.verification.simulators.drake import drake_peers
@@ -52,9 +51,9 @@ def contests(cases: Sequence[Case]) -> tuple[Case, ...]:
 
 
 COMPARED: Mapping[str, Callable[[], Scene]] = {
-    **{f"cone-{rate:g}": partial(long_runs.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
-    "swings-in-space": lambda: scene(long_runs.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
-    "triple-1e4": lambda: long_runs.triple(3.0),
+    **{f"cone-{rate:g}": partial(chaos.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
+    "swings-in-space": lambda: scene(chaos.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
+    "triple-1e4": lambda: chaos.triple(3.0),
     "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),
     "whip": lambda: chains.whip(12, 0.3),
     "chaos-methods": lambda: chaos.wild(5.0),

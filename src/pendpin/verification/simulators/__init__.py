@@ -9,11 +9,10 @@ from pendpin.effects import Gravity
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.model.build import build, start_state
 from pendpin.scene import Scene
-from pendpin.verification.simulators.base import Peer, PeerRun, PeerTask, Probe
+from pendpin.verification.simulators.base import Peer, PeerRun, PeerTask, Probe, same_for_all
 from pendpin.verification.simulators.drake import drake_peers
 from pendpin.verification.simulators.mujoco import mujoco_peers
 from pendpin.verification.simulators.scipy import scipy_peers
-from pendpin.verification.simulators.text import same_for_all
 
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
 

@@ -16,8 +16,7 @@ from pendpin.errors import RunError
 from pendpin.ground.arrays import Array
 from pendpin.ground.versions import version
 from pendpin.integrators.fixed import count_equal_steps
-from pendpin.verification.simulators.base import Look, Peer, PeerTask, Prepared, loading, peer
-from pendpin.verification.simulators.text import LEAST
+from pendpin.verification.simulators.base import LEAST, Look, Peer, PeerTask, Prepared, loading, peer
 
 STAGES = {"rk4": 4, "euler": 1, "implicitfast": 1}  # evaluations a step
 STEPS_AT_ONCE = 1_000  # between two looks at the clock

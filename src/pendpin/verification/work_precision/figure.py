@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.errors import InputError
 from pendpin.graphics.figure import new_figure, write_figure
 from pendpin.scene import METHODS
-from pendpin.verification.work_precision.curves import Curve
+from pendpin.verification.work_precision.series import Curve
 
 TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.ground.report import Report, Result, Table
-from pendpin.verification.work_precision.curves import Curve, Point
+from pendpin.verification.work_precision.series import Curve, Point
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
 UNCOMPILED = " not compiled"  # after the name of a method: called from Python, where `simulate` would compile
