@@ -18,6 +18,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects.cables import _asin_over_x
+from pendpin.graphics.run_drawing import plots_of
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.trajectory import RunRecord
@@ -352,6 +353,66 @@ def test_quantities_of_a_chain_have_derivatives(moving: pp.Trajectory) -> None:
         for name in ("swing", "omega2_2", "angular_momentum_x"):
             difference = (up[name] - down[name]) / 2e-4
             np.testing.assert_allclose(run.sensitivity([key], name)[:, 0], difference, rtol=0, atol=1e-5)
+
+
+# --- pictures of a rope -----------------------------------------------------------------------------------------------
+
+
+@pytest.fixture(scope="module")
+def rope() -> pp.Trajectory:
+    """Fourteen rods on a support that shakes."""
+    shaken = fx.Support(amplitude=(0.1, 0.0, 0.0), frequency=3.0)
+    return pp.simulate(still(beam(14), fx.Gravity(), shaken, theta_1=0.9, phi_1=0.2), tolerance=1e-7, samples=41)
+
+
+def test_the_figure_of_a_rope(rope: pp.Trajectory) -> None:
+    """Offset, swing and tension over time; shapes at eight instants end at the tips; tension over arc length is R3."""
+    figure = rope.plot()
+    time, (shape, along, path) = figure.axes[:-3], figure.axes[-3:]
+    assert [ax.get_ylabel() for ax in time] == ["tip's offset, m", "swing, rad", "tension R3, N", "energy, J"]
+    assert [text.get_text() for text in time[3].get_legend().get_texts()][:3] == ["kinetic", "potential*", "energy"]
+    lines = {line.get_label(): line.get_ydata() for ax in time for line in ax.lines}
+    assert np.array_equal(lines["y"], rope["tip_y"])
+    assert np.array_equal(lines["largest in the rope"], rope.reactions().R3.max(1))
+    ropes = [line for line in shape.lines if len(line.get_xdata()) == 15]
+    assert [line.get_label() for line in ropes] == [f"{t:.4g} s" for t in rope.t[[0, 6, 11, 17, 23, 29, 34, 40]]]
+    assert np.array_equal(ropes[-1].get_xydata()[1:], rope.tips[-1][:, 1:])
+    peak = int(rope.reactions().R3.max(1).argmax())
+    assert f"{rope.t[peak]:.4g} s, peak" in [line.get_label() for line in along.lines]
+    for line in along.lines:
+        row = int(np.abs(rope.t - float(line.get_label().split()[0])).argmin())
+        assert np.array_equal(line.get_ydata(), rope.reactions().R3[row])
+    np.testing.assert_allclose(along.lines[0].get_xdata(), LENGTH / 14 * np.arange(14), atol=1e-12)
+    assert shape.get_title() == "shape of the rope, relative to the support"
+    assert path.get_title() == "path of the tip relative to the support,\nfrom above"
+
+
+def test_a_rope_is_more_than_twelve_rods_and_its_page_begins_with_it(rope: pp.Trajectory) -> None:
+    """Twelve rods have the figure of rods; nothing is relative where nothing moves."""
+    titles = [plot.title for plot in plots_of(rope)]
+    assert titles[:3] == ["Tip's offset from the support", "Swing of the line to the tip", "Tension R3, 3 of 14 rods"]
+    assert all(curve.name in rope for plot in plots_of(rope) for curve in plot.curves)
+    rods = pp.simulate(still(beam(12), fx.Gravity(), theta_1=0.9), tolerance=1e-6, samples=5)
+    assert plots_of(rods)[0].title.startswith("Energy")
+    assert [ax.get_title() for ax in rods.plot().axes[-3:]] == [
+        "path of the tip, from above",
+        "from the front",
+        "from the side",
+    ]
+
+
+def test_pictures_of_ropes_that_hang_still_or_are_compared(rope: pp.Trajectory, tmp_path: Path) -> None:
+    """One sample, a rope between two points, two runs together, a file: each has its figure, without doubled names."""
+    straight = pp.simulate(still(beam(13), fx.Gravity()), duration=0.0, samples=1)
+    assert len(straight.plot().axes) == 8
+    held = fx.Anchor(link="rod_13", point=(0, -1.4, 0), stiffness=1e5, damping=10.0)
+    up = math.acos(0.7)
+    between = still(beam(13), fx.Gravity(), held, theta_1=math.pi / 2 - up, theta_7=2 * up)
+    assert "swing, rad" not in [ax.get_ylabel() for ax in pp.simulate(between, samples=9, tolerance=1e-6).plot().axes]
+    loaded = pp.Trajectory.load(rope.save(tmp_path / "run.npz"))
+    assert "relative to the support" in loaded.plot().axes[-1].get_title()
+    both = rope.plot(compare=loaded).axes[-2].get_legend().get_texts()
+    assert [text.get_text() for text in both].count("at any time") == 1
 
 
 # --- slewing --------------------------------------------------------------------------------------------------------

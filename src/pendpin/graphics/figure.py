@@ -25,6 +25,7 @@ from pendpin.graphics.panels import (
     runs_of,
     turns,
 )
+from pendpin.graphics.ropes import SIDES, is_rope, panels_of_rope
 from pendpin.ground.arguments import axes
 from pendpin.ground.files import path_of, write_whole
 from pendpin.trajectory import RunRecord
@@ -84,7 +85,10 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
     """
     figure = new_figure()
     runs = [run, *compare]
-    panels, sides = (quantity_panels(run, names), ()) if names else (panels_of(run), PATHS)
+    if names:
+        panels, sides = quantity_panels(run, names), ()
+    else:
+        panels, sides = (panels_of_rope(run), SIDES) if is_rope(run) else (panels_of(run), PATHS)
     if compare and not names:
         panels = [*panels, draw_distance]
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
@@ -98,8 +102,10 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
     for ax in axes:
         for line in ax.lines:
             line.set_alpha(FAINT if turns(run) > MOST_TURNS else line.get_alpha())
+            line.set_marker("o" if len(run.t) == 1 else line.get_marker())  # no line goes through one sample
         ax.sharex(axes[0])
         ax.tick_params(labelbottom=ax is axes[-1])
+    for ax in (*axes, *paths):
         if ax.get_legend_handles_labels()[0]:
             ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
     axes[-1].set_xlabel("time, s")
@@ -126,7 +132,7 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
         return draw_distance(ax, runs)
     for i, run in enumerate(runs):
         ax.set_prop_cycle(color=COLORS)
-        before, lacks = set(ax.lines), False
+        before, lacks = {*ax.lines, *ax.collections}, False
         try:
             draw_panel(ax, run)
         except InputError:
@@ -138,6 +144,8 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
                 line.set_linestyle("-" if line.get_linestyle() == "--" else line.get_linestyle())
         for line in set(ax.lines) - before if i else ():
             line.set(linestyle=DASHES[i % len(DASHES)], label="_another run", linewidth=1.8, alpha=0.75)
+        for area in set(ax.collections) - before if i else ():
+            area.set_label("_another run")
         if lacks:
             ax.plot([], [], " ", label=f"run {i + 1} has none")
     return None
@@ -155,9 +163,8 @@ def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) ->
 
     matplotlib's own layout would draw everything twice.
     """
-    longest = max(len(text) for ax in axes for text in ax.get_legend_handles_labels()[1] or [""])
-    beside, inner = LEFT + WIDTH + 0.55 + LETTER * longest, max(sum(rows), LEAST * bool(paths))
-    width, height = beside + (LEFT + PATH + 0.2) * bool(paths), TOP + inner + BOTTOM
+    beside, inner = LEFT + WIDTH + _room_for_legend(axes), max(sum(rows), LEAST * bool(paths))
+    width, height = beside + (LEFT + PATH + max(0.2, _room_for_legend(paths))) * bool(paths), TOP + inner + BOTTOM
     rows, x = [row * inner / sum(rows) for row in rows], beside + LEFT
     places = [(LEFT, sum(rows[i + 1 :]), WIDTH, row - 0.25) for i, row in enumerate(rows)]
     tall = inner / max(1, len(paths)) - 0.85  # with room for names below and a title above
@@ -167,6 +174,12 @@ def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) ->
     for ax, (x, y, w, h) in zip((*axes, *paths), places, strict=True):
         ax.set_position((x / width, (BOTTOM + y) / height, w / width, h / height))
         ax.yaxis.set_label_coords(-LABEL / w, 0.5)
+
+
+def _room_for_legend(axes: list[Any]) -> float:
+    """The width in inches of the widest legend to the right of some axes, 0 without any."""
+    longest = max((len(text) for ax in axes for text in ax.get_legend_handles_labels()[1]), default=0)
+    return 0.55 + LETTER * longest if longest else 0.0
 
 
 def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:

@@ -6,9 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.effects import FrameEffect
 from pendpin.errors import InputError, one_line, shown
 from pendpin.graphics.drawing import smooth
 from pendpin.ground.arrays import Array, Indices
+from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
 
@@ -218,7 +220,8 @@ def draw_path_from_above(ax: Any, run: RunRecord) -> None:
     if run.rod_reactions is not None:
         ax.plot([0], [0], "+", color="#718096", markersize=9)
     _draw_path(ax, run, 0, 1)
-    ax.set_title("path of the tip, from above", fontsize=10)
+    said = relative(run)
+    ax.set_title(f"path of the tip{(said and f' {said},{chr(10)}') or ', '}from above", fontsize=10)
 
 
 def draw_path_from_the_front(ax: Any, run: RunRecord) -> None:
@@ -248,6 +251,15 @@ def _draw_path(ax: Any, run: RunRecord, right: int, up: int) -> None:
 
 
 PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_front, draw_path_from_the_side)
+
+
+def relative(run: RunRecord) -> str:
+    """What a figure says where the support moves, as all places are those in its frame."""
+    if isinstance(run.source, Scene):
+        moves = any(isinstance(effect, FrameEffect) for effect in run.source.effects)
+    else:
+        moves = any(effect.get("kind") == "support" for effect in run.scene.get("effects") or ())
+    return "relative to the support" if moves else ""
 
 
 def quantity_panels(run: RunRecord, names: tuple[str, ...]) -> list[Panel]:

@@ -10,6 +10,7 @@ from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape
 from pendpin.graphics.panels import BLACK, COLORS, distance, joints_shown, labels_of, rods_shown, rows_within
+from pendpin.graphics.ropes import is_rope
 from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
@@ -18,7 +19,7 @@ from pendpin.model.model_of_run import leaving, model_of
 from pendpin.model.urdf_joints import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import DRIFT, place_of, unit_of
+from pendpin.trajectory.columns import AXES, DRIFT, place_of, unit_of
 from pendpin.trajectory.parts import Reactions
 
 MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
@@ -178,7 +179,12 @@ def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     positions = _curves([run.joints[joint] for joint in joints])
     rates = _curves([f"{run.joints[joint]}_rate" for joint in joints])
     plots = [Plot("Energy, potential above its least", energy), Plot(f"Position{some}", positions)]
-    return (*plots, *_reactions(run), Plot(f"Rates{some}", rates))
+    reactions = _reactions(run)
+    if not is_rope(run):
+        return (*plots, *reactions, Plot(f"Rates{some}", rates))
+    offset = Plot("Tip's offset from the support", _curves([f"tip_{axis}" for axis in AXES]))
+    swing = Plot("Swing of the line to the tip", _curves(["swing"]))
+    return (offset, swing, reactions[0], *plots, *reactions[1:], Plot(f"Rates{some}", rates))
 
 
 def _reactions(run: RunRecord) -> list[Plot]:
