@@ -77,7 +77,7 @@ def swings_of(run: RunRecord, model: Model | None = None) -> Array:
 def spins_and_momentum_of(run: RunRecord) -> tuple[Array, Array]:
     """The rods' angular velocities (n, rods, 3) and the angular momentum (n, 3) of a chain. Raises InputError."""
     if not is_chain(run):
-        raise InputError("omega and angular_momentum are those of a chain of rods; this model is none")
+        raise InputError("this model is not a chain of rods, so it has neither omega nor angular_momentum")
     return kinematics.spins_and_momentum(model_of(run), run.q, run.v)
 
 
