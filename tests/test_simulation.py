@@ -1,5 +1,8 @@
 """Runs against exact solutions and published values, and the laws that every run keeps."""
 
+from concurrent.futures import ThreadPoolExecutor
+from pathlib import Path
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +11,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.equations.exact import planar, spherical
+from pendpin.runs.preparation import known_dynamics, known_runs
 from pendpin.scene import builtin_scene
 from scenes import scene_of
 
@@ -73,6 +77,7 @@ def test_scipy_runs_the_methods_where_cyrk_is_missing(method: str, monkeypatch: 
     """Without CyRK the same methods run on SciPy and give the same motion."""
     with_cyrk = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     monkeypatch.setitem(__import__("sys").modules, "CyRK", None)
+    known_runs.clear()  # which method runs was decided with CyRK there
     without = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     assert (with_cyrk.stats.library, without.stats.library) == ("CyRK", "scipy")
     assert np.abs(with_cyrk.tips - without.tips).max() < 2e-6
@@ -125,3 +130,57 @@ def test_an_interrupt_keeps_what_is_done() -> None:
     assert 10 < partial.t[-1] <= seen[-1]
     assert partial.stats.stopped == "stopped by the user"
     assert partial.energy().drift < 1e-9
+
+
+# --- what is kept from run to run -----------------------------------------------------------------------------------
+
+
+def test_a_run_does_not_depend_on_those_before() -> None:
+    """Scenes that differ in one number, by turns: each gives the bits that it gives where nothing is known."""
+    first = swing(THICK, 1.0)
+    changes: list[dict[str, object]] = [
+        {},
+        {"model.rods[0].mass": 2.0},
+        {"start.positions": (0.7, 0.0)},
+        {"start.time": 3.0},
+        {"solver.tolerance": 1e-6},
+        {"solver.method": "rk45"},
+        {"solver.engine": "pinocchio"},
+        {"duration": 0.5},
+        {"effects[0].acceleration": 1.62},
+    ]
+    scenes, alone = [first.replace(change) for change in changes], []
+    for scene in scenes:
+        known_runs.clear()
+        known_dynamics.clear()
+        alone.append(pp.simulate(scene))
+    for _ in range(2):
+        for scene, run in zip(scenes, alone, strict=True):
+            again = pp.simulate(scene)
+            assert again == run
+            assert (again.stats.steps, again.stats.evaluations) == (run.stats.steps, run.stats.evaluations)
+
+
+def test_what_a_user_changes_is_seen_by_the_next_run(tmp_path: Path) -> None:
+    """A function that returns other numbers, a file with other rows: nothing of them is kept."""
+    strength, track = [1.0], tmp_path / "track.csv"
+    torque = pp.effects.Torque(function=lambda t, q, v: strength * np.cos(q[:1]), joints=["theta"], steady=True)
+    runs = []
+    for size in (1.0, -1.0):
+        strength[0] = size
+        track.write_text("t,x,y,z\n" + "".join(f"{t / 4},0,{size * (t / 4) ** 2},0\n" for t in range(9)))
+        for effect in (torque, pp.effects.Support(csv=track)):
+            runs.append(pp.simulate(swing(THICK, 1.0, (0.0, 0.0), (0.0, 0.0)).replace(effects=[*GRAVITY, effect])))
+    for one, other in zip(
+        runs[:2], runs[2:], strict=True
+    ):  # a mirrored torque or acceleration, from rest straight down
+        assert np.abs(one.q).max() > 0.1
+        assert np.abs(one.q + other.q).max() < 1e-11
+
+
+def test_runs_in_threads_share_nothing() -> None:
+    """The same scene in four threads at once, again and again: each run is that of one thread alone."""
+    scene = swing(THICK, 2.0)
+    alone = pp.simulate(scene)
+    with ThreadPoolExecutor(4) as pool:
+        assert all(run == alone for run in pool.map(lambda _: pp.simulate(scene), range(24)))

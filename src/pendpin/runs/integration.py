@@ -85,6 +85,7 @@ class IntegrationLoop(ABC):
         q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
         arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
+        self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
         counts = (done.steps, done.evaluations, done.events, done.seconds)
         run = Run(*arrays, *counts, self.library, self.version, compiling)
         return replace(run, failure=error, happened=tuple(done.log[: done.logged]))

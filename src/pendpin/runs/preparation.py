@@ -3,17 +3,25 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing
+from pendpin.effects import Torque
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
+from pendpin.ground.caches import ThreadCache
 from pendpin.integrators import automatic
-from pendpin.model.build import start_state
+from pendpin.model.build import build, start_state
 from pendpin.runs.energy_balance import EnergyBalance
 from pendpin.scene import Scene, method_of
 
 MACHINE_CODE = ("auto", "compiled")  # engines with which something may be compiled
+MOST_KEPT, MOST_JOINTS = (
+    8,
+    64,
+)  # scenes that a thread keeps, and joints of each: Pinocchio's data take 32 bytes nv³, 8 MB
+known_dynamics, known_runs = ThreadCache["Dynamics"](MOST_KEPT), ThreadCache["Prepared"](MOST_KEPT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -29,8 +37,17 @@ class Prepared:
 
     @classmethod
     def of(cls, scene: Scene, energy_balance: bool = False, bound: Dynamics | None = None) -> "Prepared":
-        """The scene, bound unless it is already. Raises InputError for a scene that cannot be run."""
-        bound = bound or bind_for_run(scene)
+        """The scene, bound unless it is already; as it was prepared for its last run where it may run again.
+
+        Raises InputError for a scene that cannot be run.
+        """
+        if bound is not None or not _runs_again(scene):
+            return cls._anew(scene, energy_balance, bound or bind_for_run(scene))
+        key = build(scene.model), scene, energy_balance
+        return known_runs.look_up(key, lambda: cls._anew(scene, energy_balance, bind_for_run(scene)))
+
+    @classmethod
+    def _anew(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
         q, v = start_state(bound.model, scene.start)
         if bound.contacts is not None:
             check_start(bound.contacts, bound.model, q)
@@ -73,16 +90,38 @@ class Prepared:
         return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
 
 
+def _runs_again(scene: Scene) -> bool:
+    """Whether what is bound of a scene serves further runs in this thread: all that it holds is the scene's own numbers.
+
+    A function of the user's may change, and so may a file; a torque with `every` records a run.
+    """
+    return (
+        plain_arithmetic(scene.effects)
+        and not any(isinstance(effect, Torque) or getattr(effect, "csv", None) for effect in scene.effects)
+        and len(build(scene.model).joints) <= MOST_JOINTS
+    )
+
+
 def bind_for_run(scene: Scene) -> Dynamics:
-    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine."""
+    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine.
+
+    Scenes that differ in their starts and settings alone share them within a thread.
+    """
     try:
         scene.refuse_short_effects()
     except ValueError as error:
         raise InputError(str(error)) from None
-    dynamics = bind(scene)
-    if scene.solver.engine in MACHINE_CODE:
-        dynamics.use_compiled_samples()
-    return dynamics
+
+    def bound() -> Dynamics:
+        dynamics = bind(scene)
+        if scene.solver.engine in MACHINE_CODE:
+            dynamics.use_compiled_samples()
+        return dynamics
+
+    if not _runs_again(scene):
+        return bound()
+    settings = scene.solver.engine, _form_of(scene.solver.method), scene.start.time
+    return known_dynamics.look_up((build(scene.model), scene.effects, *settings), bound)
 
 
 def _form_of(method: str) -> str:
