@@ -47,7 +47,7 @@ def test_every_method_agrees_with_the_published_numbers(name: str) -> None:
 def changed(run: pp.Trajectory, **arrays: Any) -> pp.Trajectory:
     """The run with other arrays."""
     states = {name: arrays.pop(name) for name in ("q", "v") if name in arrays}
-    return replace(run, derived=run._derived._replace(**arrays), **states)
+    return replace(run, derived=run.derived._replace(**arrays), **states)
 
 
 PLANTED: dict[str, Callable[[pp.Trajectory], pp.Trajectory]] = {

@@ -128,28 +128,21 @@ def balanced(trajectory: RunRecord) -> int:
     That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
-    bad = _unbalanced(trajectory, 0.0)
-    if bad.any():  # where nothing is exchanged, rounding counts; its scale takes longer than all the rest
-        # of the terms of a potential energy, which round also where they cancel, as in a horizontal rod
-        force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
-        terms = moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0)
-        bad = _unbalanced(trajectory, ROUNDING * _largest(terms))
-    return int(np.flatnonzero(~bad)[-1]) + 1
-
-
-def _unbalanced(trajectory: RunRecord, least: Array | float) -> Mask:
-    """The samples (n,) at which the energy is off by more than OFF of what was exchanged, or of `least` (n,) J if larger."""
-    energy, works, bad = trajectory.energy(), trajectory.work.values(), np.zeros(len(trajectory.t), dtype=bool)
+    so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J
+    kinetic, potential = trajectory.derived.kinetic, trajectory.derived.potential
     if trajectory.stats.conservative:
-        bad |= _largest(energy.total - energy.total[0]) > OFF * np.maximum(energy.exchanged, least)
-    if works:
-        bad |= _largest(trajectory.unbalanced) > OFF * np.maximum(exchanged(trajectory.kinetic, *works), least)
-    return bad
-
-
-def _largest(x: Array) -> Array:
-    """The largest magnitude so far (n,)."""
-    return np.maximum.accumulate(np.abs(x))
+        total = kinetic + potential
+        errors.append((so_far(np.abs(total - total[0])), exchanged(kinetic, potential)))
+    if works := trajectory.work.values():
+        errors.append((so_far(np.abs(trajectory.unbalanced)), exchanged(kinetic, *works)))
+    if not any((error > OFF * scale).any() for error, scale in errors):
+        return len(trajectory.t)
+    # Where nothing is exchanged, rounding counts: that of the terms of a potential energy, which round also where they
+    # cancel, as in a horizontal rod. Its scale takes longer than all the rest.
+    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
+    least = ROUNDING * so_far(moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0))
+    bad = np.any([error > OFF * np.maximum(scale, least) for error, scale in errors], 0)
+    return int(np.flatnonzero(~bad)[-1]) + 1
 
 
 def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:

@@ -9,24 +9,25 @@ from pendpin.integrators.grid import largest_step
 from pendpin.model import kinematics
 from pendpin.runs.energy_balance import EnergyBalance
 from pendpin.scene import Scene
-from pendpin.trajectory import Derived, Reactions, RunRecord, Stats
+from pendpin.trajectory import Derived, RunRecord, Stats
 
 PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
 
 
 def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> RunRecord:
-    """Accelerations, wrenches, energies and tips along the run."""
-    model, solver = dynamics.model, scene.solver
+    """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for."""
+    model, solver, q = dynamics.model, scene.solver, run.q
     size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
     states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
     parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
-    a, wrench, kinetic, potentials, tips, *rods = map(np.concatenate, zip(*parts, strict=True))
+    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+    a, wrench, kinetic, potentials, tips = columns
     return RunRecord(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
-        q=run.q,
+        q=q,
         v=run.v,
-        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, Reactions(*rods) if rods else None),
+        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench)),
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
@@ -52,7 +53,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
 
 
 def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
-    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials, tips and reactions.
+    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials and tips.
 
     In machine code where it serves; where that finds no finite number, the engine's own equations say why.
     """
@@ -61,5 +62,4 @@ def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | N
     if parts is None or not all(np.isfinite(part).all() for part in parts):
         parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
     a, wrench, poses, kinetic = parts
-    rods = reactions(model, q, wrench) or ()
-    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses), *rods
+    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses)
