@@ -1,6 +1,6 @@
 """The panels of a run's figure: energy, positions, reactions against time, and the path of the tip."""
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from functools import partial
 from typing import Any
 
@@ -10,6 +10,7 @@ from pendpin.effects import FrameEffect
 from pendpin.errors import InputError, one_line, shown
 from pendpin.graphics.drawing import smooth
 from pendpin.ground.arrays import Array, Indices
+from pendpin.ground.keypaths import leaves
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, named_with_units, unit_of
@@ -52,7 +53,7 @@ def labels_of(runs: Sequence[RunRecord]) -> list[str]:
 
 def _different_numbers(runs: Sequence[RunRecord]) -> list[str]:
     """Of each run the numbers of its scene in which it differs from another, by key path; else its method and setting."""
-    tables = [dict(_leaves(run.scene)) for run in runs]
+    tables = [dict(leaves(run.scene)) for run in runs]
     keys = [
         key
         for key in dict.fromkeys(k for table in tables for k in table)
@@ -62,18 +63,6 @@ def _different_numbers(runs: Sequence[RunRecord]) -> list[str]:
         return [f"{run.stats.method}, {run.stats.setting}" for run in runs]
     more = f", ... ({len(keys)} numbers)" if len(keys) > MOST_KEYS else ""
     return [", ".join(f"{key} {table.get(key, 'absent')}" for key in keys[:MOST_KEYS]) + more for table in tables]
-
-
-def _leaves(record: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Every value of a scene as data, by its key path."""
-    if isinstance(record, dict):
-        for key, value in record.items():
-            yield from _leaves(value, f"{path}.{key}" if path else str(key))
-    elif isinstance(record, list | tuple):
-        for i, value in enumerate(record):
-            yield from _leaves(value, f"{path}[{i}]")
-    else:
-        yield path, record
 
 
 def rows_within(run: RunRecord, first: RunRecord) -> Indices:

@@ -6,7 +6,7 @@ stands in quotes: `start.positions.'left hip'`.
 
 import ast
 import re
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 from pendpin.errors import InputError, KeyPath, is_number, shown
@@ -53,6 +53,18 @@ def places_of(name: str, value: Any, path: KeyPath = ()) -> list[KeyPath]:
     for part, inner in items:
         paths += [(*path, part)] * (part == name) + places_of(name, inner, (*path, part))
     return paths
+
+
+def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
+    """Every value of nested tables and lists, with its key path."""
+    if isinstance(value, dict):
+        for name, part in value.items():
+            yield from leaves(part, f"{path}.{name}" if path else str(name))
+    elif isinstance(value, list | tuple):
+        for i, part in enumerate(value):
+            yield from leaves(part, f"{path}[{i}]")
+    else:
+        yield path, value
 
 
 def _unquoted(literal: str) -> str:

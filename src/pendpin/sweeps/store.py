@@ -9,7 +9,7 @@ import os
 import shutil
 import warnings
 import zlib
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -19,6 +19,7 @@ import numpy as np
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
+from pendpin.ground.keypaths import leaves
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.task import Block, Task, versions
 
@@ -60,55 +61,50 @@ class Blocks:
 
 
 class Store:
-    """Results in a Zarr store, in memory where there is no path; made anew, or resumed where it is there.
+    """The results of a sweep in memory, and in a Zarr store where there is a path: made anew, or resumed if it is there.
 
     Raises InputError where that cannot be.
     """
 
     def __init__(self, task: Task, path: Path | None, size: int) -> None:
         self.task, self.path = task, path
+        self._group: Any = None  # of the store, where there is one
         with _one_line(path):
-            import zarr
-            from zarr.storage import MemoryStore
+            self._data = _empty(task, Blocks(task.plan.shape, size))
+            if path is not None:
+                if not path.exists():
+                    _create(self._data, path)
+                there = _read(path)
+                for name, value in self._data.attrs.items():
+                    if there.attrs.get(name) != value:
+                        change = _change(name, there.attrs.get(name), value)
+                        raise InputError(f"it holds another sweep: {change}; {REMEDY}")
+                import zarr
 
-            blocks, resumed = Blocks(task.plan.shape, size), path is not None and path.exists()
-            self._store: Any = MemoryStore() if path is None else str(path)
-            if path is None:
-                _fill(self._store, task, blocks)
-            elif not resumed:
-                _create(task, blocks, path)
-            else:
-                _refuse_unread(path)
-            self._group: Any = zarr.open_group(self._store, mode="r+", zarr_format=3)
-            _refuse_foreign(self._group.attrs)
-            for name, value in _identity(task).items():
-                if (there := self._group.attrs.get(name)) != value:
-                    raise InputError(f"it holds another sweep: {_change(name, there, value)}; {REMEDY}")
-            if resumed:
-                self.dataset()  # sound, before the work begins
-            self.blocks = Blocks.of(task.plan.shape, tuple(self._group["why"].chunks))
+                self._data, self._group = there, zarr.open_group(str(path), mode="r+", zarr_format=3)
+            self.blocks = _blocks_of(self._data)
 
     def left(self) -> list[int]:
         """The blocks that are not done."""
-        with _one_line(self.path):
-            return _left({name: self._group[name][...] for name in _stored(self._group.attrs)}, self.blocks)
+        return _left(self._data)
 
     def put(self, block: int, results: Block) -> None:
         """Write the results of a block, then that it is done."""
         region = self.blocks.region(block)
         shape = tuple(s.stop - s.start for s in region)
+        columns = {m.name: column for m, column in zip(self.task.chosen, results.values.T, strict=True)}
         with _one_line(self.path):
-            group = self._group
-            for m, column in zip(self.task.chosen, results.values.T, strict=True):
-                group[m.name][region] = column.reshape(shape)
-            if any(results.why):
-                group["why"][region] = results.why.reshape(shape)
-            group["done"][block] = _checksum(results.values.T, results.why)
+            for name, column in (columns | {"why": results.why}).items():
+                self._data[name].values[region] = column.reshape(shape)
+                if self._group is not None and (name != "why" or any(results.why)):
+                    self._group[name][region] = column.reshape(shape)
+            done = self._data["done"].values[block] = _checksum(results.values.T, results.why)
+            if self._group is not None:
+                self._group["done"][block] = done
 
     def dataset(self) -> Any:
-        """The xarray.Dataset of the store, read when it is asked for."""
-        with _one_line(self.path, "read"):
-            return _dataset(self._store)
+        """The xarray.Dataset of what is done."""
+        return _finished(self._data)
 
 
 def load(path: Path) -> Any:
@@ -116,35 +112,81 @@ def load(path: Path) -> Any:
     with _one_line(path, "read"):
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
-        _refuse_unread(path)
-        return _dataset(str(path))
+        return _finished(_read(path))
 
 
-def _dataset(store: Any) -> Any:
-    """What is done of a store; the rest is NaN, with the reason "not run"."""
-    with _quiet():
-        import xarray
+def _empty(task: Task, blocks: Blocks) -> Any:
+    """What is known of a sweep before it runs: the coordinates, and arrays without results."""
+    import xarray
 
-        dataset = xarray.open_zarr(store, consolidated=False, chunks=None, zarr_format=3)
-        _refuse_foreign(dataset.attrs)
-        dataset, keys = dataset.load(), tuple(dataset.attrs["keys"])
-        varied = short_names(keys)
-        plan = Plan(
-            keys, {key: dataset[name].values for key, name in zip(keys, varied, strict=True)}, CASE not in dataset.dims
-        )
-        if plan.identity != dataset.attrs["cases"]:
-            raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
-        blocks, dims = Blocks.of(plan.shape, dataset["why"].encoding["chunks"]), dataset["why"].dims
-        arrays = {name: dataset[name].values for name in _stored(dataset.attrs)}
-        arrays["why"] = arrays["why"].astype(object)
-        for block in _left(arrays, blocks):
-            for name in dataset.attrs["measures"]:
-                arrays[name][blocks.region(block)] = np.nan
-            arrays["why"][blocks.region(block)] = NOT_RUN
-        del arrays["done"]
-        variables = {name: (dims, array, dataset[name].attrs) for name, array in arrays.items()}
-        coordinates = {name: dataset[name].variable for name in dict.fromkeys([*dims, *varied])}
-        return xarray.Dataset(variables, coordinates, dataset.attrs)
+    plan, dims, cut = task.plan, tuple(task.plan.dims), {"chunks": blocks.chunks}
+    variables: dict[str, Any] = {
+        m.name: (dims, np.full(plan.shape, np.nan), {}, cut | {"_FillValue": np.nan}) for m in task.chosen
+    }
+    variables["why"] = (dims, np.full(plan.shape, "", object), {}, cut)
+    variables["done"] = ("block", np.zeros(blocks.blocks, int), {}, {"chunks": (1,)})
+    coordinates: dict[str, Any] = {} if plan.grid else {CASE: np.arange(plan.count)}
+    for name, key in zip(short_names(plan.keys), plan.keys, strict=True):
+        coordinates[name] = (name if plan.grid else CASE, plan.values[key], {"key": key})
+    data = xarray.Dataset(variables, coordinates, {"pendpin_sweep": FORMAT} | _identity(task))
+    for name, unit in task.units.items():
+        data[name].attrs["units"] = unit
+    return data
+
+
+def _create(data: Any, path: Path) -> None:
+    """Make a store beside its place, then put it there."""
+    draft = path.with_name(f".{path.name}.{os.getpid()}")
+    shutil.rmtree(draft, ignore_errors=True)
+    try:
+        with warnings.catch_warnings():  # Zarr warns of text, which other readers of the format may lack
+            warnings.simplefilter("ignore")
+            data.to_zarr(str(draft), mode="w", zarr_format=3, consolidated=True)
+        try:
+            draft.rename(path)
+        except OSError:
+            if not path.exists():  # else another command was faster
+                raise
+    finally:
+        shutil.rmtree(draft, ignore_errors=True)
+
+
+def _read(path: Path) -> Any:
+    """All arrays of a store. Raises InputError for a folder that is none in Zarr 3, by its JSON alone.
+
+    No array is opened before: a filter of the formats before Zarr 3, as numcodecs' Pickle, runs code when it reads.
+    """
+    try:
+        attributes = json.loads(read_whole(path / "zarr.json", MAX_JSON, "a store's description"))["attributes"]
+        layout = attributes["pendpin_sweep"]
+    except (InputError, ValueError, LookupError, TypeError):
+        raise InputError(f"it is not a store of a sweep; {REMEDY}") from None
+    if layout != FORMAT:
+        also = "xarray.open_zarr still reads its numbers; name another store"
+        raise InputError(f"it is a store of another version of pendpin, in format {layout} instead of {FORMAT}; {also}")
+    import xarray
+
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        data = xarray.open_zarr(str(path), consolidated=False, chunks=None, zarr_format=3).load()
+    keys = tuple(data.attrs["keys"])
+    varied = {key: data[name].values for key, name in zip(keys, short_names(keys), strict=True)}
+    if Plan(keys, varied, CASE not in data.dims).identity != data.attrs["cases"]:
+        raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
+    why = data["why"]
+    data["why"] = (why.dims, why.values.astype(object), why.attrs, why.encoding)
+    _left(data)  # sound, before the work begins
+    return data
+
+
+def _finished(data: Any) -> Any:
+    """What is done of a sweep; the rest is NaN, with the reason "not run"."""
+    data, blocks = data.copy(deep=True), _blocks_of(data)
+    for block in _left(data):
+        for name in data.attrs["measures"]:
+            data[name].values[blocks.region(block)] = np.nan
+        data["why"].values[blocks.region(block)] = NOT_RUN
+    return data[[*data.attrs["measures"], "why"]].drop_encoding()
 
 
 def write_table(dataset: Any, path: Path) -> Path:
@@ -157,20 +199,22 @@ def write_table(dataset: Any, path: Path) -> Path:
     return write_csv(path, [*keys, *names], zip(*(column.ravel().tolist() for column in columns), strict=True))
 
 
-def _stored(attributes: Any) -> list[str]:
-    """The arrays of a store that hold results."""
-    return [*attributes["measures"], "why", "done"]
+def _blocks_of(data: Any) -> Blocks:
+    """How the cases of a sweep are cut."""
+    return Blocks.of(data["why"].shape, data["why"].encoding["chunks"])
 
 
-def _left(arrays: Mapping[str, Array], blocks: Blocks) -> list[int]:
-    """The blocks that are not done, or have not the checksum of their values, from arrays (dims), and done (blocks,)."""
-    *measures, why, done = arrays.values()
+def _left(data: Any) -> list[int]:
+    """The blocks that are not done, or have not the checksum of their values."""
+    blocks, done, why = _blocks_of(data), data["done"].values, data["why"].values
+    measures = [data[name].values for name in data.attrs["measures"]]
 
-    def sound(block: int) -> bool:
-        region = blocks.region(block)
-        return _checksum([values[region].ravel() for values in measures], why[region].ravel()) == done[block]
+    def is_sound(region: tuple[slice, ...], checksum: int) -> bool:
+        return _checksum([values[region].ravel() for values in measures], why[region].ravel()) == checksum
 
-    return [block for block in range(blocks.blocks) if not done[block] or not sound(block)]
+    return [
+        block for block in range(blocks.blocks) if not (done[block] and is_sound(blocks.region(block), done[block]))
+    ]
 
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
@@ -181,28 +225,6 @@ def _checksum(measures: Iterable[Array], why: Array) -> int:
             np.where(np.isnan(values), np.nan, values).tobytes(), checksum
         )  # one NaN, whatever its bits
     return checksum + 1
-
-
-def _refuse_unread(path: Path) -> None:
-    """Raises InputError for a folder that is not a store of a sweep in Zarr 3, by its JSON alone.
-
-    No array is opened for that: a filter of the formats before, as numcodecs' Pickle, runs code when it reads.
-    """
-    try:
-        attributes = json.loads(read_whole(path / "zarr.json", MAX_JSON, "a store's description"))["attributes"]
-    except (InputError, ValueError, LookupError, TypeError):
-        raise InputError(f"it is not a store of a sweep; {REMEDY}") from None
-    _refuse_foreign(attributes)
-
-
-def _refuse_foreign(attributes: Any) -> None:
-    """Raises InputError for the attributes of a group that is not a store of a sweep."""
-    layout = attributes.get("pendpin_sweep")
-    if layout is None:
-        raise InputError(f"it is not a store of a sweep; {REMEDY}")
-    if layout != FORMAT:
-        also = "xarray.open_zarr still reads its numbers; name another store"
-        raise InputError(f"it is a store of another version of pendpin, in format {layout} instead of {FORMAT}; {also}")
 
 
 def _identity(task: Task) -> dict[str, Any]:
@@ -221,66 +243,10 @@ def _change(name: str, there: Any, here: Any) -> str:
     if name == "cases":
         return "its cases have other numbers"
     if name in ("scene", "versions"):
-        there, here = ({} if text is None else _leaves(json.loads(text)) for text in (there, here))
+        there, here = ({} if text is None else dict(leaves(json.loads(text))) for text in (there, here))
         name = next(key for key in {**here, **there} if there.get(key) != here.get(key))
         there, here = there.get(name), here.get(name)
     return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"
-
-
-def _leaves(value: Any, path: str = "") -> dict[str, Any]:
-    """The numbers and texts of nested tables and lists, by key path."""
-    if isinstance(value, dict):
-        parts = [(f"{path}.{name}" if path else name, part) for name, part in value.items()]
-    elif isinstance(value, list):
-        parts = [(f"{path}[{i}]", part) for i, part in enumerate(value)]
-    else:
-        return {path: value}
-    return {key: leaf for place, part in parts for key, leaf in _leaves(part, place).items()}
-
-
-def _create(task: Task, blocks: Blocks, path: Path) -> None:
-    """Make an empty store beside its place, then put it there."""
-    draft = path.with_name(f".{path.name}.{os.getpid()}")
-    shutil.rmtree(draft, ignore_errors=True)
-    try:
-        _fill(str(draft), task, blocks)
-        try:
-            draft.rename(path)
-        except OSError:
-            if not path.exists():  # else another command was faster
-                raise
-    finally:
-        shutil.rmtree(draft, ignore_errors=True)
-
-
-def _fill(store: Any, task: Task, blocks: Blocks) -> None:
-    """Write what is known of a sweep before it runs: the coordinates, and arrays without results."""
-    import zarr
-
-    plan, dims = task.plan, list(task.plan.dims)
-    with _quiet():
-        group = zarr.open_group(store, mode="w")
-        group.attrs.update({**_identity(task), "pendpin_sweep": FORMAT})
-        for m in task.chosen:
-            _array(group, m.name, blocks.shape, blocks.chunks, "f8", np.nan, dims)
-        _array(group, "why", blocks.shape, blocks.chunks, str, "", dims)
-        _array(group, "done", (blocks.blocks,), (1,), "i8", 0, ["block"])
-        coordinates = {} if plan.grid else {CASE: (CASE, np.arange(plan.count), {})}
-        for name, key in zip(short_names(plan.keys), plan.keys, strict=True):
-            coordinates[name] = (name if plan.grid else CASE, plan.values[key], {"key": key})
-        for name, (dimension, values, attributes) in coordinates.items():
-            array = _array(group, name, values.shape, values.shape, values.dtype.str, 0, [dimension])
-            array[:] = values
-            array.attrs.update(attributes)
-        for name, unit in task.units.items():
-            group[name].attrs["units"] = unit
-        zarr.consolidate_metadata(store)  # which readers look for, and warn where it is not
-
-
-def _array(
-    group: Any, name: str, shape: tuple[int, ...], chunks: tuple[int, ...], dtype: Any, fill: Any, names: list[str]
-) -> Any:
-    return group.create_array(name, shape=shape, chunks=chunks, dtype=dtype, fill_value=fill, dimension_names=names)
 
 
 @contextmanager
@@ -295,11 +261,3 @@ def _one_line(path: Path | None, done: str = "written") -> Iterator[None]:
             raise InputError(f"{path}: cannot be {done}: {error.strerror}") from None
         reason = str(error).partition("\n")[0]
         raise InputError(f"{path}: it is not a sound store of a sweep ({reason}); {REMEDY}") from None
-
-
-@contextmanager
-def _quiet() -> Iterator[None]:
-    """Zarr warns of text, which other readers of the format may lack."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        yield
