@@ -53,10 +53,11 @@ class Dynamics:
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
-        self._in_motion = dict[Hashable, Dynamics]()  # by the zeros of a start
+        self._in_motion = dict[Hashable, Engine]()  # by the zeros of a start; not Dynamics, which would be a circle
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
-            self.model = replace(model, make_pin=lambda: with_gravity(model.pin, self.loads.constant))
+            uniform = self.loads.constant  # not `self`: a circle would keep Pinocchio's data until the next search for one
+            self.model = replace(model, make_pin=lambda: with_gravity(model.pin, uniform))
 
     def __repr__(self) -> str:
         return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
@@ -65,13 +66,19 @@ class Dynamics:
         """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""
         return compile_engine(self._in_directions, self.effects, self.start, Asked(accounts, self.contacts))
 
-    @cached_property
+    @property
     def in_machine_code(self) -> "Dynamics":
         """The same on compiled equations; it shares what is large, Pinocchio's data."""
-        if self.engine.compiles:
-            return self
+        return self if self.engine.compiles else self._on(self._compiled)
+
+    @cached_property
+    def _compiled(self) -> Engine:
+        return self.compiled()
+
+    def _on(self, engine: Engine) -> "Dynamics":
+        """The same on another engine."""
         changed = copy(self)
-        changed.engine = self.compiled()
+        changed.engine = engine
         return changed
 
     def in_motion(self, q: Array, v: Array, compiled: bool) -> "Dynamics":
@@ -83,12 +90,12 @@ class Dynamics:
         if key not in self._in_motion:
             base = self._in_directions if compiled else self.engine
             moving = base if self.contacts else in_motion(base, self.effects, self.start, q, v)
-            changed = self.in_machine_code if compiled else self
             if moving is not base:
-                changed = copy(self)
-                changed.engine = compile_engine(moving, self.effects, self.start) if compiled else moving
-            self._in_motion[key] = changed
-        return self._in_motion[key]
+                self._in_motion[key] = compile_engine(moving, self.effects, self.start) if compiled else moving
+            else:
+                self._in_motion[key] = self.in_machine_code.engine if compiled else self.engine
+        engine = self._in_motion[key]
+        return self if engine is self.engine else self._on(engine)
 
     @property
     def _in_directions(self) -> Engine:

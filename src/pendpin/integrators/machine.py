@@ -35,7 +35,7 @@ class AdaptiveInMachineCode(EventIntegrator):
     def __init__(self, method: Method, setting: float) -> None:
         super().__init__(method, setting)
         self._method, self._tolerance = cyrk.METHODS[method.library_name], np.array([setting])
-        self._error: BaseException | None = None
+        self._progress = _Progress(lambda t: None)
         self.version = version(self.library)
         self.event_library = self.library if method.family != MULTISTEP else "scipy"
 
@@ -51,17 +51,17 @@ class AdaptiveInMachineCode(EventIntegrator):
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size), within the tolerance a step, with no call of `derivative`."""
-        self._error = None
+        self._progress.error = None
         code, tolerance, times = self.block.code(), self._tolerance, np.ascontiguousarray(times)
         call = Call(self._method, code.address, self.block, tolerance, tolerance, plan.first or 0.0, plan.longest)
         solution = call.solved(y, times[0], times[-1], times)
-        self._raised()
+        self._progress.raise_error()
         return Segment(*finite_part(solution.states(y), solution.steps, solution.failure))
 
     def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block:
         """The equations of a compiled engine."""
-        self.block, self._progress = engine.block(), progress
-        answers = self._answers()
+        self.block, self._progress = engine.block(), _Progress(progress)
+        answers = self._progress.answers()
         next(answers)
         self.block.on_progress(answers.send)
         return self.block
@@ -70,31 +70,43 @@ class AdaptiveInMachineCode(EventIntegrator):
         """The steps with tolerances relative to scales: of methods of one step by CyRK."""
         if self.method.family == MULTISTEP:
             return super().stepper(scales, first_step, longest, derivative)
-        self._error = None
+        self._progress.error = None
         atol, rtol = self.tolerance * scales.size, np.maximum(self.tolerance * scales.relative, LEAST_RTOL)
         call = Call(self._method, self.block.code().address, self.block, rtol, atol, first_step, longest)
-        return InMachineCode(call, self._raised)
+        return InMachineCode(call, self._progress.raise_error)
 
-    def _raised(self) -> None:
-        """Raise what the progress callback has raised."""
-        if self._error is not None:
-            raise self._error
 
-    def _answers(self) -> Generator[bool, float, None]:
-        """Call the progress callback with each t that is sent; an exception is raised after CyRK has returned.
+@dataclass
+class _Progress:
+    """The progress callback of a run, and what it raised.
+
+    It stands apart from the method: a block that refers to the method which refers to the block would stay in memory, and
+    Pinocchio's data with it.
+    """
+
+    callback: ProgressCallback
+    error: BaseException | None = None
+
+    def raise_error(self) -> None:
+        """Raise what the callback has raised."""
+        if self.error is not None:
+            raise self.error
+
+    def answers(self) -> Generator[bool, float, None]:
+        """Call the callback with each t that is sent; an exception is raised after CyRK has returned.
 
         A function that CyRK calls would begin outside its `try`, and Python raises there what Ctrl-C left pending.
         """
         while True:
             try:
                 while True:
-                    t = yield self._error is not None
-                    if self._error is None:
-                        self._progress(t)
+                    t = yield self.error is not None
+                    if self.error is None:
+                        self.callback(t)
             except GeneratorExit:
                 return
             except BaseException as error:
-                self._error = error
+                self.error = error
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,7 +1,7 @@
 """A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
 from dataclasses import replace
-from functools import cached_property, lru_cache
+from functools import cached_property
 
 import numpy as np
 
@@ -45,7 +45,7 @@ class LoopWithEvents(IntegrationLoop):
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
-        self._guards_by_ways = lru_cache(WAYS)(self._guards_of_ways)
+        self._guards_by_ways = dict[bytes, Guards]()
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,), after the impacts that are due at the start."""
@@ -121,14 +121,19 @@ class LoopWithEvents(IntegrationLoop):
     def _guards(self, y: Array, mode: Mode, fall: LowFall | None) -> Guards:
         """The guards of a mode from the state y (size,) on."""
         if fall is None and not mode.holds:
-            return self._guards_by_ways(mode.sign.tobytes())
+            return self._guards_of_ways(mode.sign.tobytes())
         scales = self.scales if fall is None else fall.scales
         return guards_of(self.contacts, y[: self.nv], mode, scales, self._method.tolerance)
 
     def _guards_of_ways(self, ways: bytes) -> Guards:
         """The guards where no joint is held, for the ways (nv,) that joints slide: nothing else matters to them."""
-        mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
-        return guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
+        if ways not in self._guards_by_ways:
+            if len(self._guards_by_ways) == WAYS:
+                self._guards_by_ways.clear()
+            mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
+            of_ways = guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
+            self._guards_by_ways[ways] = of_ways
+        return self._guards_by_ways[ways]
 
     def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
         """The method, with steps up to `longest` in s; those of a fall are as short as it."""
