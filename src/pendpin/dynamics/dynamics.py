@@ -56,7 +56,9 @@ class Dynamics:
         self._in_motion = dict[Hashable, Engine]()  # by the zeros of a start; not Dynamics, which would be a circle
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
-            uniform = self.loads.constant  # not `self`: a circle would keep Pinocchio's data until the next search for one
+            uniform = (
+                self.loads.constant
+            )  # not `self`: a circle would keep Pinocchio's data until the next search for one
             self.model = replace(model, make_pin=lambda: with_gravity(model.pin, uniform))
 
     def __repr__(self) -> str:
