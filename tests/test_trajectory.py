@@ -11,7 +11,7 @@ import pytest
 import pendpin as pp
 from pendpin.ground.files import write_whole
 from pendpin.scene import builtin_scene
-from pendpin.trajectory import Derived, RunRecord
+from pendpin.trajectory import RunRecord
 
 
 @pytest.fixture(scope="module")
@@ -117,18 +117,18 @@ def test_a_class_of_ones_own_stays(run: pp.Trajectory, tmp_path: Path) -> None:
     assert {type(one) for one in pieces} == {Mine}
 
 
-def test_what_follows_from_the_states_is_computed_when_it_is_asked_for(run: pp.Trajectory) -> None:
-    """Once, and not for positions and rates; a copy in another process holds the numbers."""
-    calls, whole = [], Derived(run.a, run.wrench, run.kinetic, run.potential, run.tips, run.rod_reactions)
-    late = replace(run, derived=lambda: calls.append(1) or whole)
-    assert not calls
-    assert (late.q == run.q).all()
-    assert not calls
+def test_reactions_are_computed_when_they_are_asked_for(run: pp.Trajectory) -> None:
+    """Once, and not for other quantities; a copy in another process holds the numbers."""
+    calls, whole = [], run.reactions()
+    late = replace(run, derived=run.derived._replace(rod_reactions=lambda: calls.append(1) or whole))
     assert (late.wrench == run.wrench).all()
-    assert (late.kinetic == run.kinetic).all()
+    assert late.sound == len(run.t)
+    assert not calls
+    assert (late["R3"] == run["R3"]).all()
+    assert late == run
     assert calls == [1]
-    assert pickle.loads(pickle.dumps(replace(run, derived=lambda: whole))) == run
-    assert not late.wrench.flags.writeable
+    assert pickle.loads(pickle.dumps(replace(run, derived=run.derived._replace(rod_reactions=lambda: whole)))) == run
+    assert not late.reactions().R1.flags.writeable
 
 
 def test_a_record_shows_and_names_its_numbers(run: pp.Trajectory) -> None:

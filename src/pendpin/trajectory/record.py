@@ -224,8 +224,9 @@ class RunRecord:
     @property
     def sound(self) -> int:
         """The number of samples before the first with a number that is not finite or beyond LARGEST."""
-        n = len(self.t)  # reactions are wrenches, turned
-        arrays = [array.reshape(n, -1) for array in (self.t, self.q, self.v, *self.derived[:-1])]
+        n, rods = len(self.t), self.derived.rod_reactions
+        given = () if rods is None or callable(rods) else rods  # those still to be computed are wrenches, turned
+        arrays = [array.reshape(n, -1) for array in (self.t, self.q, self.v, *self.derived[:-1], *given)]
         if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
             return n
         return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
