@@ -7,12 +7,12 @@ python benchmarks/agreement.py --quick  # dop853 alone, and nothing is written
 import sys
 from pathlib import Path
 
+from pages import write_between_marks
 from pendpin.graphics.figure import write_figure
 from pendpin.verification.agreement.published import published_cases
 from pendpin.verification.agreement.validate import AgreementReport, draw_motions, validate
 
 DOCS = Path(__file__).parents[1] / "docs"
-MARKS = ("<!-- table -->\n", "<!-- end of table -->")
 
 
 def table(report: AgreementReport) -> list[str]:
@@ -41,9 +41,7 @@ def main() -> int:
     lines = [*table(report), "", *sources(), "", *(f"- Left out: {line}." for line in report.left_out)]
     print("\n".join(lines))
     if not quick:
-        path = DOCS / "agreement.md"
-        head, rest = path.read_text().split(MARKS[0])
-        path.write_text(head + MARKS[0] + "\n".join(lines) + "\n" + MARKS[1] + rest.split(MARKS[1])[1])
+        write_between_marks(DOCS / "agreement.md", "table", lines)
         write_figure(DOCS / "images" / "agreement.png", lambda: draw_motions(list(published_cases())))
     return int(bool(report.broken))
 

@@ -11,6 +11,7 @@ from json import loads
 from pathlib import Path
 from typing import Any
 
+from pages import write_between_marks
 from pendpin.verification.hardcases.base import GROUPS
 
 DOCS = Path(__file__).parents[1] / "docs"
@@ -75,20 +76,12 @@ def survivors(found: dict[str, Any]) -> list[str]:
     return lines + [f"- {reason} ({', '.join(names)})" for reason, names in reasons.items()]
 
 
-def put(page: str, name: str, lines: list[str]) -> str:
-    """The page with the part between two marks replaced."""
-    begin, end = f"<!-- {name} -->\n", f"<!-- end of {name} -->"
-    head, rest = page.split(begin)
-    return head + begin + "\n".join(lines).rstrip() + "\n" + end + rest.split(end)[1]
-
-
 def main() -> None:
     """Read the two files of figures and rewrite the two pages."""
     folder = Path(sys.argv[3]) if len(sys.argv) > 3 else DOCS
     parts = (("figures", figures, "hard_cases_catalogue.md"), ("peers", survivors, "hard_cases.md"))
     for (name, part, page), file in zip(parts, sys.argv[1:3], strict=False):
-        path = folder / page
-        path.write_text(put(path.read_text(), name, part(loads(Path(file).read_text()))))
+        write_between_marks(folder / page, name, part(loads(Path(file).read_text())))
 
 
 if __name__ == "__main__":

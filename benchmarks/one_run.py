@@ -2,6 +2,7 @@
 
     python benchmarks/one_run.py [--starts 5000] [--repetitions 20] [--rows NAME ...]
     python benchmarks/one_run.py --walk docs/contributing/walk.md    # the way of one call through the house, as a page
+    python benchmarks/one_run.py --rows planar many --page           # what docs/accuracy.md says of heyoka by hand
 
 Times are of the processor, the least of the repetitions, each call warmed up. heyoka by hand is the planar double
 pendulum by Lagrange's equations in absolute angles, at pendpin's tolerance, compiled before it is timed.
@@ -21,6 +22,7 @@ import pinocchio as pin
 import scipy.linalg
 
 import pendpin as pp
+from pages import write_between_marks
 from pendpin.model.build import build
 from pendpin.sweeps.plan import pairs
 
@@ -211,18 +213,28 @@ def main() -> None:
     parser.add_argument("--repetitions", type=int, default=20)
     parser.add_argument("--rows", nargs="*", default=None)
     parser.add_argument("--walk", type=Path, default=None)
+    parser.add_argument("--page", action="store_true", help="write the ratios of planar and many into docs/accuracy.md")
     given = parser.parse_args()
     entered = walks()
     if given.walk:
         call = next(iter(entered))
         given.walk.write_text(page(entered[call], call))
         return
+    ratios: dict[str, tuple[float, float]] = {}
     for name, (work, call, beside, other) in rows(given.starts).items():
         if given.rows is None or name in given.rows:
             few = max(1, given.repetitions // 10) if name in ("many", "sweep", "accuracy 100") else given.repetitions
             own, peer = seconds(call, few), seconds(other, few)
+            ratios[name] = own, own / peer
             ratio = f"{own / peer:6.1f} times" if name != "short" else ""
             print(f"{work:32} {own * 1e3:9.2f} ms   {beside}: {peer * 1e3:.3g} ms {ratio}")
+    if given.page:
+        (one, times), (_, times_of_many) = ratios["planar"], ratios["many"]
+        lines = [
+            f"- One `simulate` takes {times:.0f} times as long ({one * 1e3:.1f} ms).",
+            f"- `simulate_many` of {given.starts:,} starts takes {times_of_many:.1f} times as long.",
+        ]
+        write_between_marks(Path(__file__).parents[1] / "docs" / "accuracy.md", "by hand", lines)
     for name, functions in entered.items():
         print(f"{name}: {len(functions)} functions in {len({file for file, _ in functions})} files")
 

@@ -94,6 +94,13 @@ def test_hand_routes_do_not_know_each_other() -> None:
         assert own == {"pendpin.ground.arrays", "pendpin.equations.base"}
 
 
+def test_the_clock_on_the_wall_is_read_where_a_person_waits() -> None:
+    """What is reported or compared is processor time; limits, saves and the window of a viewer are times of the wall."""
+    reads = ("perf_counter", "monotonic", "time.time(", "datetime.now")
+    found = {path.stem for path in MODULES if any(read in path.read_text() for read in reads)}
+    assert found == {"limits", "checkpoint", "view"}
+
+
 def test_one_import_by_name() -> None:
     """Only the class of a method is imported by its name, from its own folder."""
     by_name = [path for path in MODULES if 'import_module(f"pendpin' in path.read_text()]

@@ -13,7 +13,7 @@ import pytest
 TOP = Path(__file__).parents[1]
 FOLDER = TOP / "benchmarks"
 PATIENCE = 600  # s, so that none hangs for ever
-MODULES = {"planting", "reference_equations", "reference_motion", "timed_scenes"}  # imported, run nothing
+MODULES = {"pages", "planting", "reference_equations", "reference_motion", "timed_scenes"}  # imported, run nothing
 ONE_ROD = 1  # seed of fit.py whose first case is one rod, which is cheaper than two
 SMALL = {
     "agreement": "--quick",

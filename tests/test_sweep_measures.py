@@ -80,6 +80,30 @@ def test_a_settling_time_does_not_depend_on_the_samples() -> None:
     assert settling_time(pp.simulate(sprung(0.6, start=0.0), samples=61)) == 0.0
 
 
+@pytest.mark.parametrize("damping", [0.6, 1.3])
+def test_the_spread_of_a_settling_time_covers_its_error(damping: float) -> None:
+    """Of few samples too; a swing that just reaches the 2 %, or just misses it, may be either."""
+    scene = sprung(damping).replace({"solver.samples": 61, "solver.method": "dop853", "solver.tolerance": 1e-6})
+    found = pp.sweep(scene, {"duration": [10.0]}, ["settling_time", "settling_time.spread"])
+    error = abs(float(found.settling_time[0]) - settled_at(damping, 10.0))
+    assert 0 < error <= float(found["settling_time.spread"][0]) < 0.5
+
+
+def test_a_swing_that_just_reaches_the_two_per_cent_may_settle_half_a_period_sooner() -> None:
+    """Its time is a number; the difference of two runs would not show how little that is worth."""
+
+    def peak(damping: float) -> float:
+        """How far a turning point of the exact motion is beyond the 2 %."""
+        end, turns = exact(damping, 10.0), 2 * np.pi / np.sqrt(4 - damping**2)
+        return abs(exact(damping, 2.5 * turns) - end) / (1 - end) - 0.02
+
+    touching = brentq(peak, 0.3, 0.9)
+    for damping in (touching * (1 + 1e-7), touching * (1 - 1e-7)):
+        scene = sprung(damping).replace({"solver.tolerance": 1e-8})
+        found = pp.sweep(scene, {"duration": [10.0]}, ["settling_time", "settling_time.spread"])
+        assert float(found["settling_time.spread"][0]) > 0.3
+
+
 def test_the_largest_force_of_a_sweep_is_between_the_samples() -> None:
     """As run.maximum says it, of few samples."""
     scene = sprung(0.6, start=0.7)

@@ -51,14 +51,14 @@ def fit(
         InputError: for a scene, data or keys that cannot be used.
         MissingLibrary: without llvmlite.
     """
-    begin = time.perf_counter()
+    begin = time.process_time()
     chosen = chosen_scene(scene)
     setting = prepare(chosen, data, free, robust)
     others = None if hold_out is None else read_swings(hold_out, setting.table)
     compared_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solve(setting, progress)
     prediction = None if others is None else predict(setting, solution, others, hold_out_start)
-    return _report(setting, solution, prediction, time.perf_counter() - begin)
+    return _report(setting, solution, prediction, time.process_time() - begin)
 
 
 def _report(setting: Setting, solution: Solution, prediction: Prediction | None, seconds: float) -> Fit:

@@ -105,7 +105,7 @@ class Fit(Result):
     noise: dict[str, float]  # of the sensors, by column
     white: float  # probability of so much correlation in white residuals
     inflation: float  # of the standard errors by correlated residuals
-    seconds: float
+    seconds: float  # of processor time
     setting: Setting
     solution: Solution
     parts: tuple[Any, ...] = ()  # what each part of the model is worth, where it was asked

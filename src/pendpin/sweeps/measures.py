@@ -186,13 +186,35 @@ def settling_time(run: Trajectory) -> float:
 
     NaN for a motion that gets there only in the last tenth of the run: it may not settle.
     """
-    more, end = resolved(run), run.q[-1]
+    return _settled(resolved(run))
+
+
+def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
+    """How far the settling time may be off, s: inf where it may not settle at all, 0 where it does not.
+
+    A swing that just reaches, or just misses, the 2 % moves the settling time by half a period, however small the error.
+    So the distances, each of two angles, may be off by as much as both runs ever differ, and by the tolerance at least.
+    """
+    more = resolved(run)
+    apart = max(float(np.abs(more.run.q - looser.at(more.run.t).q).max()), run.stats.tolerance or 0.0)
+    early, time, late = (_settled(more, side * 2 * (1 + SETTLED) * apart) for side in (1.0, 0.0, -1.0))
+    if math.isnan(early):
+        return 0.0
+    return math.inf if math.isnan(late) else max(time - early, late - time, 0.0)
+
+
+def _settled(more: Continuation, wider: float = 0.0) -> float:
+    """The settling time of a run that is `resolved`, in s, where the 2 % are wider by so many rad."""
+    run, end = more.run, more.run.q[-1]
 
     def away(rows: RunRecord) -> Array:
         return np.abs(rows.q - end).max(-1)
 
-    level = SETTLED * find_largest(more, lambda rows: away(rows)[:, None])[0]
-    last = Changes(*(x[-1:] for x in sign_changes(more, lambda rows: away(rows) - level, level)))
+    size = find_largest(more, lambda rows: away(rows)[:, None])[0]
+    level = SETTLED * size + wider
+    if size and level <= 0:
+        return math.nan
+    last = Changes(*(x[-1:] for x in sign_changes(more, lambda rows: away(rows) - level, size)))
     time = float(find_instants(more, lambda rows: away(rows) - level, last).sum() - run.t[0]) if len(last.end) else 0.0
     return math.nan if time > UNSETTLED * (run.t[-1] - run.t[0]) else time
 
@@ -318,7 +340,9 @@ MEASURES = {
     ),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),
-    "settling_time": Measure("settling_time", "s", settling_time, without="did not settle"),
+    "settling_time": Measure(
+        "settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"
+    ),
     "flip_time": Measure(
         "flip_time",
         "s",

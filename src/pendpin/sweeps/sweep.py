@@ -136,11 +136,11 @@ def _run_spans(task: Task, spans: list[Span], workers: int | None, dask: str | N
 
 
 def _block_size(task: Task, workers: int) -> int:
-    """How many cases make a block of a few seconds."""
+    """How many cases make a block of a few seconds of processor time."""
     few = min(WIDTH if vectors_of(task) else 1, task.plan.count)
     run_block(task, 0, 1)  # what is compiled or imported is not counted
-    begin = time.perf_counter()
+    begin = time.thread_time()
     run_block(task, 0, few)
-    each = max((time.perf_counter() - begin) / few, 1e-6)
+    each = max((time.thread_time() - begin) / few, 1e-6)
     fair = -(-task.plan.count // (FEWEST_BLOCKS * workers))
     return max(1, min(int(BLOCK_SECONDS / each), fair, LARGEST_BLOCK))
