@@ -274,9 +274,9 @@ def test_noise_alone_is_no_motion() -> None:
         pp.fit(scene_of(1, data=ANGLE), table)
 
 
-@pytest.mark.parametrize("unit", [1e3, 1e-3])
+@pytest.mark.parametrize("unit", [1e3, 60.0, 1 / 60, 1e-3])
 def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> None:
-    """Times in ms or in 1000 s: the verdict names the units, and nothing pretends to be known."""
+    """Times in ms, in minutes, or 60 or 1000 times too fast: the verdict names the units; nothing pretends to be known."""
     table = swings_of(scene_of(1, data=ANGLE), [1.0])
     found = pp.fit(scene_of(1, data=ANGLE), table | {"t": table["t"] * unit})
     assert not found.errors
