@@ -14,7 +14,7 @@ import pytest
 import pendpin as pp
 from laws import HANG
 from pendpin.dynamics import compiling
-from pendpin.errors import Halted
+from pendpin.errors import Halted, Interrupted
 from pendpin.runs import limits, run
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -67,6 +67,25 @@ def test_what_is_integrated_can_be_completed_in_time(
         pp.simulate(swing(duration=300.0), limit=1.0, progress=tick)
     assert clock.now <= 1.0 + integrating + 0.02  # the start is completed in any case
     assert len(caught.value.partial.t) >= 1
+
+
+def test_a_run_that_is_stopped_before_its_second_sample_can_be_shown() -> None:
+    """It has events, and one sample: that is its largest value, and its table."""
+    effects = (pp.effects.Gravity(), pp.effects.Stop(joints=("theta",), lower=-0.3, upper=0.3, restitution=0.9))
+    scene = swing(duration=1e4, effects=effects, start=pp.Start(positions=(0.2, 0.4), velocities=(1.0, 0.0)))
+    looks = iter(range(200))
+
+    def stop(t: float) -> None:
+        if next(looks, None) is None:
+            raise KeyboardInterrupt
+
+    with pytest.raises(Interrupted) as caught:
+        pp.simulate(scene, samples=2, progress=stop)
+    run = pp.Trajectory.of(caught.value.partial)
+    assert len(run.t) == 1 < len(run.events)
+    assert run.maximum("theta") == (0.2, 0.0)
+    assert not len(run.crossings("theta").t)
+    assert run.summary()["farthest sideways"].time == 0.0
 
 
 @pytest.mark.parametrize("options", [{"method": "taylor"}, {"solver": pp.Solver(engine="compiled")}])

@@ -93,6 +93,8 @@ def find_coarse(run: RunRecord) -> Indices:
 
     Not those of an event, where they jump.
     """
+    if len(run.t) == 1:  # which may have events: of a run that was stopped before its second sample
+        return np.arange(0)
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
     for x, rate in ((run.q, run.v), (run.v, run.a)):
         off = np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2)
