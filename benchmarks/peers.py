@@ -84,7 +84,7 @@ class Row(NamedTuple):
         """Those of a table."""
         bests = (self.own, self.other, self.own_call, self.other_call)
         found = "refused" if self.by_accuracy is None else time_text(self.by_accuracy)
-        return (self.model, f"{self.error:g}", *(best.cell for best in bests), found)
+        return (self.model, f"{self.error:.0e}".replace("e-0", "e-"), *(best.cell for best in bests), found)
 
 
 HEADINGS = (

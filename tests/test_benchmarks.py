@@ -29,6 +29,7 @@ SMALL = {
     "goal": "--count 2 --seed 1 --file goal.jsonl",
     "hard_cases": "hard.json peers.json .",
     "instants": "3 1 0",
+    "interrupts": "'run dop853' 'sweep in vectors' --after 1",
     "maxima": "2 0",
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
