@@ -66,6 +66,8 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
     that the same scene gives the same bits whatever a process has compiled before.
     """
     solver, method = scene.solver, scene.solver.method
+    if method != "auto" and (solver.engine != "auto" or not method_of(method).machine_code):
+        return method, solver.engine
     compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and cyrk.installed()
     if method == "auto":
         method = _automatic_method(scene, dynamics, compiles, q, v, energy_balance)

@@ -1,6 +1,6 @@
 """What a run needs before it begins: the effects of a scene bound once, its method and engine chosen once."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 
 from pendpin.dynamics.binding.acting import plain_arithmetic
@@ -69,7 +69,13 @@ class Prepared:
 
         Sampled torques are bound for each run, as they record its outputs.
         """
-        engine = scene.solver.engine
+        engine, named = scene.solver.engine, (self.scene.solver.method, self.scene.solver.engine)
+        if (
+            (scene.solver.method, engine) == named
+            and scene.start is self.scene.start
+            and not self.bound.sampled_torques
+        ):
+            return replace(self, scene=scene)
         same = (
             _form_of(scene.solver.method) == _form_of(self.scene.solver.method)
             and (engine == self.scene.solver.engine or (engine == "auto" and not self.bound.engine.compiles))

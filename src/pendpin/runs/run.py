@@ -61,6 +61,7 @@ def run_prepared(
     shifts: Shifts | None = None,
     longest: float = np.inf,
     anyway: bool = False,
+    pilot: bool = False,
 ) -> RunRecord:
     """The motion of a scene at its output times, by its method and tolerance or step.
 
@@ -72,6 +73,7 @@ def run_prepared(
         shifts: of the state during the motion; its energy is then not checked.
         longest: s, the longest step of a method without a fixed one.
         anyway: a wrong energy is a note, not an error.
+        pilot: its samples are computed when they are first asked for, and its energy is not checked.
 
     Raises:
         InputError: for a scene that its method cannot run.
@@ -92,6 +94,8 @@ def run_prepared(
     if method.damps and not built_in(scene.effects):  # a difference across a jump looks like a fast decay
         jumps = f"{method.name} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
         notes = (jumps, *notes)
+    if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
+        return fill_in(scene, dynamics, prepared.balance, replace(run, notes=notes), lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
     trajectory = _finished(scene, dynamics, prepared.balance, replace(run, notes=notes), saver.note, guarded)
     if not anyway or (count := balanced(trajectory)) == len(trajectory.t):

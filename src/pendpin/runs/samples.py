@@ -14,20 +14,31 @@ from pendpin.trajectory import Derived, RunRecord, Stats
 PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
 
 
-def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run) -> RunRecord:
-    """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for."""
-    model, solver, q = dynamics.model, scene.solver, run.q
-    size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
-    states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
-    parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
-    columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-    a, wrench, kinetic, potentials, tips = columns
+def fill_in(
+    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, lazily: bool = False
+) -> RunRecord:
+    """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for.
+
+    `lazily`: the others too, where no work is integrated.
+    """
+    model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
+
+    def derive() -> Derived:
+        size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
+        states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
+        parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
+        columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        a, wrench, kinetic, potentials, tips = columns
+        works.update({} if balance is None else balance.close(run.work, potentials))
+        return Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench))
+
+    derived = derive if lazily and balance is None else derive()
     return RunRecord(
         joints=model.joints,
         t=scene.clock[: len(run.t)],
         q=q,
         v=run.v,
-        derived=Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench)),
+        derived=derived,
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
@@ -46,7 +57,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         ),
         events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
         held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
-        work={} if balance is None else balance.close(run.work, potentials),
+        work=works,
         scene=scene.recorded(),
         source=scene,
     )

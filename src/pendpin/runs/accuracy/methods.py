@@ -6,14 +6,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import bind
 from pendpin.dynamics.timing import timing
 from pendpin.errors import RunError
 from pendpin.ground.arrays import Array
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
-from pendpin.model.build import build, start_state
 from pendpin.runs.accuracy.runs import Runs
 from pendpin.runs.accuracy.thresholds import SETTING
+from pendpin.runs.preparation import Prepared
 from pendpin.scene import FIXED_METHODS, Scene, method_of
 from pendpin.trajectory import RunRecord
 
@@ -96,8 +95,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
     """The settings of the scene's method."""
     method, target = scene.solver.method, scene.solver.accuracy or 0.0
     if method not in FIXED_METHODS:
-        q, _ = start_state(build(scene.model), scene.start)
-        return refine_by_tolerance(method, target, float(np.abs(q).max(initial=0.0)))
+        return refine_by_tolerance(method, target, float(np.abs(runs.start[0]).max(initial=0.0)))
     if not scene.duration:
         return Refinement(method, 1.0, 0.0)
     run = runs.run(scene.by("dop853", SETTING.loosest))
@@ -106,8 +104,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
 
 def _count_steps_of_pace(scene: Scene, runs: Runs, run: RunRecord) -> int:
     """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
-    dynamics = runs.prepare(scene).bound
-    pace_of_run = timing(dynamics, dynamics.effects, *start_state(dynamics.model, scene.start), scene.duration, None)
+    pace_of_run = timing(runs.dynamics, runs.dynamics.effects, *runs.start, scene.duration, None)
     needed = scene.duration / float(pace_of_run.pace.shortest.min())
     if needed * method_of(scene.solver.method).step_price <= SETTING.most_steps:
         return math.ceil(needed)
@@ -119,28 +116,25 @@ def _count_steps_of_pace(scene: Scene, runs: Runs, run: RunRecord) -> int:
     )
 
 
-def choose_method(scene: Scene, energy_balance: bool) -> Scene:
-    """The scene with the cheapest method that can meet its target, and engine, where it names none."""
-    solver, target = scene.solver, scene.solver.accuracy or 0.0
-    dynamics = bind(scene)
-    method, engine = automatic(scene, dynamics, *start_state(dynamics.model, scene.start), energy_balance)
-    few = MAX_JOINTS if target < SETTING.for_series else FEW_JOINTS  # the series are the surest, and cheap for few
-    if solver.method == "auto" and method == "dop853" and taylor_takes(scene, dynamics, energy_balance, few):
-        method, engine = "taylor", solver.engine
-    return scene.model_copy(update={"solver": solver.replaced(method=method, engine=engine)})
+def choose_method(scene: Scene, prepared: Prepared) -> Prepared:
+    """A prepared scene, by the series where it names no method and they take it: they are the surest, and cheap for few."""
+    few = MAX_JOINTS if (scene.solver.accuracy or 0.0) < SETTING.for_series else FEW_JOINTS
+    free = scene.solver.method == "auto" and prepared.scene.solver.method == HIGH_ORDER
+    if free and taylor_takes(scene, prepared.bound, prepared.balance is not None, few):
+        return prepared.with_scene(scene.with_solver(method=TAYLOR))
+    return prepared
 
 
-def choose_independent(scene: Scene) -> tuple[str, str]:
+def choose_independent(runs: Runs) -> tuple[str, str]:
     """Two methods that can run a scene and see different things: implicit ones for stiff equations, else explicit ones."""
-    free = scene.model_copy(update={"solver": scene.solver.replaced(method="auto")})
-    dynamics = bind(free)
-    method, _ = automatic(free, dynamics, *start_state(dynamics.model, scene.start))
+    free = runs.scene.with_solver(method="auto", engine="auto")
+    method, _ = automatic(free, runs.dynamics, *runs.start)
     return ("radau", "bdf") if method == "radau" else ("dop853", "rk45")
 
 
-def list_alternatives(scene: Scene, energy_balance: bool, tried: str) -> Iterator[Scene]:
+def list_alternatives(scene: Scene, runs: Runs) -> Iterator[Scene]:
     """The scene with methods that were not tried, where it names none."""
     if scene.solver.method == "auto":
-        for method in choose_independent(scene):
-            if method != tried:
-                yield choose_method(scene.with_solver(method=method), energy_balance)
+        for method in choose_independent(runs):
+            if method != runs.scene.solver.method:
+                yield scene.with_solver(method=method)

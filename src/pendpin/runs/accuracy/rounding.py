@@ -15,14 +15,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.dynamics.contacts.contacts import check_start
-from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import Engine
 from pendpin.ground.arrays import EPS, Array
-from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks_at, tip_distance
-from pendpin.runs.accuracy.runs import Attempt, Runs, compute_speeds, measure_gap
+from pendpin.runs.accuracy.runs import Attempt, Ruler, Runs
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING
+from pendpin.runs.samples import complete
 from pendpin.runs.state import Shifts
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord
@@ -48,61 +45,59 @@ class RoundingError:
 
 def run_first(runs: Runs, scene: Scene, target: float) -> tuple[RunRecord, float]:
     """The first run of a search, shifted by a part of the target, and by how many units of rounding."""
-    dynamics = runs.prepare(scene).bound
-    q, v = start_state(dynamics.model, scene.start)
+    q, _ = runs.start
     shift = min(ROUNDING.first_shift * target, ROUNDING.largest_first_shift)
     units = shift / EPS / max(1.0, float(np.abs(q).max()))
-    unit = _compute_unit(dynamics.engine, np.zeros(1), q[None], v[None], scene.duration / ROUNDING.first_steps)
-    shifted = _shift_start(scene, dynamics, unit, units)
+    states = np.zeros(1), *(x[None] for x in runs.start)
+    shifted = _shift_start(runs, scene, states, scene.duration / ROUNDING.first_steps, units)
     return runs.run(shifted, shifts=_plan_later_shifts(units, len(runs.times))), units
 
 
-def bound_rounding(gap: Array, units: float, fine: RunRecord, length: float) -> RoundingError:
+def bound_rounding(gap: Array, units: float, fine: RunRecord, ruler: Ruler) -> RoundingError:
     """A bound (n,) on the rounding error of the run `fine`, from the gap (n,) of the first two runs; over the length."""
     growth = np.where(gap > ROUNDING.linear, np.inf, gap / (units * EPS))
-    return _scale_growth(growth, fine, length)
+    return _scale_growth(growth, fine, ruler)
 
 
-def measure_rounding(runs: Runs, coarse: Attempt, fine: Attempt, target: float, length: float) -> RoundingError:
+def measure_rounding(runs: Runs, coarse: Attempt, fine: Attempt, target: float, ruler: Ruler) -> RoundingError:
     """The rounding error of the run `fine` at the times of `runs` (n,), over the length.
 
     It is measured beside the run `coarse`, which costs less. If shifts of many times the rounding move that too far,
     smaller ones are compared with `fine` in the same segments and without shifts.
     """
     best, times, units = fine.run, ROUNDING.enlargement, _count_units(fine.run)
-    gap = measure_gap(coarse.run, _run_shifted(runs, coarse.scene, best, times * units), length, len(runs.times))
+    gap = ruler.measure_gap(coarse.run, _run_shifted(runs, coarse.scene, best, times * units))
     if gap[-1] > ROUNDING.linear and target > ROUNDING.linear / ROUNDING.enlargement:
         times = ROUNDING.linear / target
         still, shifted = _run_pair(runs, fine, times)
-        gap = measure_gap(still, shifted, length, len(runs.times))
-        changed = measure_gap(best, still, length, len(gap)) > ROUNDING.linear  # segments alone change the run
+        gap = ruler.measure_gap(still, shifted)
+        changed = ruler.measure_gap(best, still) > ROUNDING.linear  # segments alone change the run
         gap = np.where(changed, np.inf, gap)
-    return _scale_growth(gap / (times * units * EPS), best, length)
+    return _scale_growth(gap / (times * units * EPS), best, ruler)
 
 
-def measure_rounding_of_lost_run(runs: Runs, lost: Attempt, target: float, length: float) -> RoundingError:
+def measure_rounding_of_lost_run(runs: Runs, lost: Attempt, target: float, ruler: Ruler) -> RoundingError:
     """The rounding error (n,) of a motion such as that of a run that is itself wrong, over the length."""
     times = min(ROUNDING.enlargement, ROUNDING.linear / target)
     still, shifted = _run_pair(runs, lost, times)
-    gap = measure_gap(still, shifted, length, len(runs.times))
+    gap = ruler.measure_gap(still, shifted)
     return RoundingError(gap / times, float(gap[-1] / (times * _count_units(lost.run) * EPS)), 0.0)
 
 
-def compute_start_rounding(scene: Scene, length: float) -> float:
+def compute_start_rounding(runs: Runs, ruler: Ruler) -> float:
     """How far half a unit of rounding of the start's positions moves the tips, over the length."""
-    model = build(scene.model)
-    q, _ = start_state(model, scene.start)
-    exact, rounded = (marks_at(model, x[None]) for x in (q, q - EPS / 2 * q))
-    return float(tip_distance(exact, rounded, length)[0])
+    q, _ = runs.start
+    exact, rounded = (marks_at(ruler.model, x[None]) for x in (q, q - EPS / 2 * q))
+    return float(tip_distance(exact, rounded, ruler.length)[0])
 
 
-def _scale_growth(growth: Array, run: RunRecord, length: float) -> RoundingError:
+def _scale_growth(growth: Array, run: RunRecord, ruler: Ruler) -> RoundingError:
     """The rounding error of a run whose motion magnifies errors of the start by `growth` (n,), over the length.
 
     Rounded numbers of the model make a motion a little faster or slower: that error grows with the path.
     """
-    speeds = np.append(compute_speeds(run, length), np.full(len(growth) - len(run.t), np.inf))
-    times = np.append(run.t - run.t[0], np.full(len(growth) - len(run.t), np.inf))
+    speeds = ruler.measure_speeds(run)
+    times = run.t[np.minimum(ruler.places, len(run.t) - 1)] - run.t[0]
     path = np.where(times > 0, times * speeds, 0.0)
     walk = ROUNDING.walk_units * float(np.sqrt(run.stats.steps))
     error = EPS + (ROUNDING.model_units + walk) * EPS * path + growth * _count_units(run) * EPS
@@ -124,9 +119,8 @@ def _run_shifted(runs: Runs, scene: Scene, fine: RunRecord, units: float) -> Run
     """A run of the scene, shifted by so many units of rounding at its start and at later times."""
     some = np.unique(np.linspace(0, len(fine.t) - 1, ROUNDING.states).astype(int))
     step = (fine.t[-1] - fine.t[0]) / max(fine.stats.steps, 1)
-    dynamics = runs.prepare(scene).bound
-    unit = _compute_unit(dynamics.engine, fine.t[some] - fine.t[0], fine.q[some], fine.v[some], step)
-    return runs.run(_shift_start(scene, dynamics, unit, units), shifts=_plan_later_shifts(units, len(runs.times)))
+    states = fine.t[some] - fine.t[0], fine.q[some], fine.v[some]
+    return runs.run(_shift_start(runs, scene, states, step, units), shifts=_plan_later_shifts(units, len(runs.times)))
 
 
 def _plan_later_shifts(units: float, count: int) -> Shifts:
@@ -134,27 +128,21 @@ def _plan_later_shifts(units: float, count: int) -> Shifts:
     return Shifts(units * EPS, max(1, count // ROUNDING.later_shifts))
 
 
-def _shift_start(scene: Scene, dynamics: Dynamics, unit: tuple[Array, Array], units: float) -> Scene:
-    """The scene with its start shifted by so many units of rounding (nv,) of positions and rates."""
-    q, v = start_state(dynamics.model, scene.start)
-    dq, dv = unit
-    ahead = np.where(q == 0, _draw_directions(len(q), 1) * _find_signs(v), np.sign(q))
-    positions = q - units * dq * ahead  # towards 0: never beyond the farthest
-    if dynamics.contacts is not None:
-        check_start(dynamics.contacts, dynamics.model, q)  # else a start beyond a stop would be moved to it
-        positions = np.clip(positions, dynamics.contacts.lower, dynamics.contacts.upper)
-    rates = v + units * dv * _draw_directions(len(v), 2) * _find_signs(np.where(v == 0, q, v))
+def _shift_start(runs: Runs, scene: Scene, states: tuple[Array, ...], step: float, units: float) -> Scene:
+    """The scene with its start shifted by so many units of rounding of positions and rates, each that of one step in s.
+
+    They are those of the largest values among states t (n,), q, v (n, nv), and in the rates that of the accelerations.
+    """
+    (t, q, v), (q0, v0), contacts = states, runs.start, runs.dynamics.contacts
+    rounded, exact = (complete(runs.dynamics, t, q * (1 + x * EPS), v * (1 - x * EPS))[0] for x in (1, 0))
+    dq, dv = EPS * np.abs(q).max(0), EPS * np.abs(v).max(0) + step * np.abs(rounded - exact).max(0)
+    ahead = np.where(q0 == 0, _draw_directions(len(q0), 1) * _find_signs(v0), np.sign(q0))
+    positions = q0 - units * dq * ahead  # towards 0: never beyond the farthest
+    if contacts is not None:
+        positions = np.clip(positions, contacts.lower, contacts.upper)  # else it would be moved to its stop
+    rates = v0 + units * dv * _draw_directions(len(v0), 2) * _find_signs(np.where(v0 == 0, q0, v0))
     start = Start(time=scene.start.time, positions=tuple(positions.tolist()), velocities=tuple(rates.tolist()))
     return scene.model_copy(update={"start": start})
-
-
-def _compute_unit(engine: Engine, t: Array, q: Array, v: Array, step: float) -> tuple[Array, Array]:
-    """The rounding errors of one step in positions and rates (nv,), from states q, v (n, nv) at t (n,).
-
-    They are those of the largest values, and in the rates that of the accelerations over a step in s.
-    """
-    rounded, exact = (engine.evaluate(t, q * (1 + x * EPS), v * (1 - x * EPS)).acceleration for x in (1, 0))
-    return EPS * np.abs(q).max(0), EPS * np.abs(v).max(0) + step * np.abs(rounded - exact).max(0)
 
 
 def _draw_directions(count: int, seed: int) -> Array:

@@ -14,7 +14,6 @@ from pendpin.dynamics.binding.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import EPS, Array
-from pendpin.model.build import build
 from pendpin.runs.accuracy.assumptions import SHORT_STEPS, Rough, describe_assumptions, probe_effects
 from pendpin.runs.accuracy.estimate import Estimate, Gaps, estimate_error
 from pendpin.runs.accuracy.methods import (
@@ -32,17 +31,10 @@ from pendpin.runs.accuracy.rounding import (
     measure_rounding_of_lost_run,
     run_first,
 )
-from pendpin.runs.accuracy.runs import (
-    Attempt,
-    Runs,
-    are_equal,
-    choose_length,
-    compute_extent,
-    is_at_rest,
-    measure_gap,
-)
+from pendpin.runs.accuracy.runs import Attempt, Runs, are_equal, is_at_rest
 from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, SEARCH, SETTING
 from pendpin.runs.limits import Deadline
+from pendpin.runs.run import ENERGY_ERROR, prepare
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import RunRecord
 
@@ -67,13 +59,12 @@ def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallba
             f"{EPS:.1g} of themselves",
             run_to_accuracy(alone, energy_balance, progress, deadline),
         )
-    chosen = choose_method(scene, energy_balance)
-    runs = Runs(chosen, energy_balance, progress, deadline)
+    runs = Runs(choose_method(scene, prepare(scene, energy_balance, deadline)), progress, deadline)
     try:
-        return _Search(chosen, runs).run()
+        return _Search(runs.scene, runs).run()
     except NotMet as refusal:
         farthest = refusal
-        for other in list_alternatives(scene, energy_balance, chosen.solver.method):
+        for other in list_alternatives(scene, runs):
             try:
                 return _Search(other, runs).run()
             except Halted:
@@ -97,7 +88,7 @@ class _Search:
         run, self.units = run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
         self.first = Attempt(first, self.refinement.first, run)
         self.attempts = [self.first]
-        self.length = choose_length(build(scene.model), self.last.run.tips)
+        self.ruler = runs.ruler(run)
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
         self.rounding: RoundingError | None = None
         self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
@@ -154,7 +145,7 @@ class _Search:
             return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
         if self._is_unstable() and self.method.steps_follow_the_first:
             other = self.runs.run(self.last.scene, 2)  # of the same tolerance, which begins with other steps
-            gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
+            gap = self.ruler.measure_gap(self.last.run, other)
             reason = f"other steps of {self.method.name} give another motion"
             return self._decide(np.maximum(error, INSTABILITY.other_steps * gap), reason)
         return self._decide(error, "")
@@ -164,7 +155,11 @@ class _Search:
         if error[-1] <= self.target and (brief := [rough for rough in self._probe() if rough.shortest < np.inf]):
             error = self._compare_short_steps(error, min(brief, key=lambda rough: rough.shortest))
         if error[-1] <= self.target:
-            return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
+            whole = replace(self.last, run=self.runs.complete(self.last))
+            if len(whole.run.t) == len(self.runs.times):
+                self.attempts[-1] = whole
+                return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
+            error, reason = np.full(len(error), np.inf), ENERGY_ERROR
         if self._rounding_is_too_large():
             raise self._refusal(RunError, error, reason)
         if self.at_finest:
@@ -188,7 +183,7 @@ class _Search:
         if self.scene.duration / rough.shortest > SHORT_STEPS:
             return error
         short = self.runs.run(self.last.scene, longest=rough.shortest)
-        error = error + measure_gap(self.last.run, short, self.length, len(self.runs.times))
+        error = error + self.ruler.measure_gap(self.last.run, short)
         if error[-1] > self.target:
             seen = f"{rough.name} changes abruptly with position or rate near t = {rough.t:.6g} s"
             reason = f"{seen}, and steps of {rough.shortest:.2g} s give another motion"
@@ -205,7 +200,7 @@ class _Search:
         Near an unstable rest a method may take long steps that see no growth; all its runs then stay there and agree.
         """
         assert self.rounding is not None
-        return compute_extent(self.last.run, self.length) <= max(ESTIMATE.noise * self.rounding.last, self.target)
+        return self.ruler.measure_extent(self.last.run) <= max(ESTIMATE.noise * self.rounding.last, self.target)
 
     def _may_damp(self) -> bool:
         """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little.
@@ -225,14 +220,14 @@ class _Search:
         if are_equal(self.attempts[-2].run, self.last.run):
             return True
         same_steps = self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
-        small = ESTIMATE.small * compute_extent(self.last.run, self.length)
+        small = ESTIMATE.small * self.ruler.measure_extent(self.last.run)
         return same_steps and self._measure_gap(-2, -1)[-1] <= small
 
     # --- estimates --------------------------------------------------------------------------------------------------
 
     def _measure_gap(self, one: int, other: int) -> Array:
-        """The largest tip distance so far (n,) between two attempts, over the length."""
-        return measure_gap(self.attempts[one].run, self.attempts[other].run, self.length, len(self.runs.times))
+        """The largest distance so far (k,) between two attempts, over the length."""
+        return self.ruler.measure_gap(self.attempts[one].run, self.attempts[other].run)
 
     def _predict_fall(self, coarse: int, fine: int) -> float:
         """By what factor the error of one attempt should be smaller than that of another."""
@@ -254,17 +249,17 @@ class _Search:
         negligible = self.target * (ESTIMATE.negligible_at_finest if self.at_finest else ESTIMATE.negligible)
         rounding = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding.error
         safety = INSTABILITY.safety if self._is_unstable() else 1.0
-        return estimate_error(gaps, compute_extent(self.last.run, self.length), rounding, negligible, safety)
+        return estimate_error(gaps, self.ruler.measure_extent(self.last.run), rounding, negligible, safety)
 
     def _compare_methods(self) -> Array:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
         self._know_rounding(self.last)
         assert self.rounding is not None
-        method = next(method for method in choose_independent(self.scene) if method != self.method.name)
+        method = next(method for method in choose_independent(self.runs) if method != self.method.name)
         setting = self.last.setting if self.refinement.spacing is None else 1.0
         tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
         other = self.runs.run(self.scene.by(method, tolerance))
-        gap = measure_gap(self.last.run, other, self.length, len(self.runs.times))
+        gap = self.ruler.measure_gap(self.last.run, other)
         return ESTIMATE.disagreement * gap + self.rounding.error
 
     def _bound_comparison(self) -> float:
@@ -275,9 +270,9 @@ class _Search:
     def _know_rounding(self, base: Attempt) -> None:
         """Bound rounding errors by the shift of the first run, or measure them beside the run `base`."""
         if self.rounding is None and self.first_gap is not None:
-            self.rounding = bound_rounding(self.first_gap, self.units, self.last.run, self.length)
+            self.rounding = bound_rounding(self.first_gap, self.units, self.last.run, self.ruler)
             if self.rounding.last > SEARCH.harmless * self.target:
-                self.rounding = measure_rounding(self.runs, base, self.last, self.target, self.length)
+                self.rounding = measure_rounding(self.runs, base, self.last, self.target, self.ruler)
 
     def _bound_error(self) -> Array:
         """A bound (n,) on the error of the last run from its distance to the one before, where three give no estimate."""
@@ -291,7 +286,7 @@ class _Search:
             return self.refinement.usual
         usual, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
         fall, gap = self._predict_fall(-2, -1), self._measure_gap(-2, -1)[-1]
-        if gap > ESTIMATE.small * compute_extent(self.last.run, self.length):
+        if gap > ESTIMATE.small * self.ruler.measure_extent(self.last.run):
             return self._limit_factor(usual)
         error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
         return self._limit_factor((scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace))
@@ -329,7 +324,7 @@ class _Search:
 
         def measure(scene: Scene) -> RoundingError:
             like = replace(self.last, scene=scene)
-            return measure_rounding_of_lost_run(self.runs, like, hopeless, self.length)
+            return measure_rounding_of_lost_run(self.runs, like, hopeless, self.ruler)
 
         if not self.refinement.spacing and measure(self.attempts[1].scene).last <= hopeless:
             return
@@ -347,7 +342,7 @@ class _Search:
 
     def _refuse_rounded_start(self) -> None:
         """Raise RunError if the rounding error of the start is above the target."""
-        error = compute_start_rounding(self.first.scene, self.length)
+        error = compute_start_rounding(self.runs, self.ruler)
         if error > self.target:
             self.attempts = [replace(self.last, run=self.runs.run(self.first.scene))]  # not shifted
             q = self.last.run.q[0]
@@ -366,7 +361,7 @@ class _Search:
         if not verdict.small:
             return (
                 f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
-                f"the motion ({compute_extent(self.last.run, self.length):.1g})"
+                f"the motion ({self.ruler.measure_extent(self.last.run):.1g})"
             )
         if not verdict.regular:
             return (
@@ -378,7 +373,8 @@ class _Search:
     def _refusal(self, kind: type[RunError], error: Array, why: str) -> RunError:
         """The error to raise, with its reason and the time up to which the target is met; error (n,) over the length."""
         run = self.last.run
-        good = run.t[: int(np.argmax(np.append(error[: len(run.t)] > self.target, True)))]
+        t = run.t[self.runs.places[self.runs.places < len(run.t)]]
+        good = t[: int(np.argmax(np.append(error[: len(t)] > self.target, True)))]
         up_to = f"it is met up to t = {good[-1]:g} s" if len(good) > 1 else "it is not met at any time"
         last = error[-1] if np.isfinite(error[-1]) else self._measure_gap(-2, -1)[-1]
         about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not reach its end"

@@ -34,6 +34,8 @@ class SampleThresholds:
 
     # Intervals at least: at two output times a run that has lost the phase may be right by chance.
     intervals: int = 64
+    # Samples that are compared, at most: of many an error, which grows with the motion, shows in some as in all.
+    most: int = 128
     # How often samples are doubled until a run differs from the one before: other output times change its steps.
     doublings: int = 3
     # rad, of differences that give speeds: far above the rounding of an angle of a million turns, far below a radian.

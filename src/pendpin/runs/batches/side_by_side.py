@@ -12,11 +12,10 @@ from pendpin.ground.arrays import EPS, Mask
 from pendpin.model.kinematics import evaluate_each, marks_at, tip_distance
 from pendpin.runs.accuracy.estimate import Gaps, estimate_error
 from pendpin.runs.accuracy.methods import TAYLOR, refine_by_tolerance
-from pendpin.runs.accuracy.runs import Runs, choose_length
+from pendpin.runs.accuracy.runs import choose_density, choose_length, sample_closely
 from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
 from pendpin.runs.batches.batches import Cases, Motions
 from pendpin.runs.batches.series import Series
-from pendpin.runs.limits import Deadline
 from pendpin.scene import Scene
 
 
@@ -24,8 +23,8 @@ class Ladder:
     """The series of a scene from coarse to fine, made by `make` for a tolerance."""
 
     def __init__(self, scene: Scene, make: Callable[[float], Series]) -> None:
-        self._target, runs = scene.solver.accuracy or 0.0, Runs(scene, False, lambda t: None, Deadline(None))
-        self._times, self._every = runs.times, runs.every
+        self._target, self._every = scene.solver.accuracy or 0.0, choose_density(scene)
+        self._times = sample_closely(scene, self._every).times
         self._refinement = refine_by_tolerance(TAYLOR, self._target)
         first = min(VECTOR.coarser * self._target, SETTING.loosest)
         settings = [first / VECTOR.finer**i for i in range(VECTOR.most_series)]
