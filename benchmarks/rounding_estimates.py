@@ -18,6 +18,7 @@ from pendpin.equations import exact
 from pendpin.runs.accuracy.rounding import measure_rounding
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import Prepared
 
 RODS = (pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0)), pp.Rod(length=1.0, mass=1.0, radius=0.05))
 AWAY = (0.0, 1e-12, 1e-9, 1e-6, 1e-4, 1e-3)  # rad, from upright
@@ -42,10 +43,10 @@ def compared(random: np.random.Generator, upright: bool) -> tuple[float, float, 
         effects=[fx.Gravity()],
         solver=pp.Solver(samples=101, method="taylor", accuracy=1e-2),
     )
-    runs = Runs(scene, False, lambda t: None, Deadline(None))
+    runs = Runs(Prepared.of(scene), lambda t: None, Deadline(None))
     scenes = [scene.by("taylor", x) for x in (100 * tolerance, tolerance)]
     coarse, fine = (Attempt(one, one.solver.tolerance or 0.0, runs.run(one)) for one in scenes)
-    rounding = measure_rounding(runs, coarse, fine, 1e-2, 1.0)
+    rounding = measure_rounding(runs, coarse, fine, 1e-2, runs.ruler(fine.run))
     q = exact.planar(angle, 0.0, reduced, 9.81, runs.times)
     truth = exact.direction(np.stack([q, np.zeros_like(q)], -1))
     error = float(np.linalg.norm(fine.run.tips[:, 0] - truth, axis=-1).max())

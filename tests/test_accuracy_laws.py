@@ -16,6 +16,7 @@ from pendpin.runs.accuracy.rounding import RoundingError, measure_rounding
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING
 from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import Prepared
 
 MASS = pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0))  # on a massless rod
 TARGETS = (1e-9, 1e-6, 1e-3, 1e-2)
@@ -80,13 +81,13 @@ def swing(theta: float, duration: float, samples: int) -> pp.Scene:
 
 def estimate_rounding(scene: pp.Scene, method: str, tolerance: float) -> tuple[RoundingError, pp.Trajectory]:
     """The estimate of rounding beside a run of the finest tolerance, and that run."""
-    runs = Runs(scene.with_solver(accuracy=1e-9, method=method), False, lambda t: None, Deadline(None))
+    runs = Runs(Prepared.of(scene.with_solver(accuracy=1e-9, method=method)), lambda t: None, Deadline(None))
     attempts = [
         Attempt(tried, setting, runs.run(tried))
         for setting in (100 * tolerance, tolerance)
         for tried in [scene.by(method, setting)]
     ]
-    return measure_rounding(runs, *attempts, 1e-9, 1.0), attempts[-1].run
+    return measure_rounding(runs, *attempts, 1e-9, runs.ruler(attempts[-1].run)), attempts[-1].run
 
 
 def true_error(scene: pp.Scene, run: pp.Trajectory) -> float:

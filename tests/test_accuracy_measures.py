@@ -16,9 +16,10 @@ from pendpin.model.build import build
 from pendpin.runs.accuracy.assumptions import probe_effects
 from pendpin.runs.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
 from pendpin.runs.accuracy.rounding import RoundingError, bound_rounding
-from pendpin.runs.accuracy.runs import Runs, choose_length, compute_extent, compute_speeds, measure_gap
+from pendpin.runs.accuracy.runs import Ruler, Runs, choose_length, choose_places
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
 from pendpin.runs.limits import Deadline
+from pendpin.runs.run import prepare
 from pendpin.scene.methods import method_of
 
 RATE = 2.0  # rad/s
@@ -40,7 +41,11 @@ def spinning(duration: float = 3.0, begin: float = 0.0, length: float = 2.0, rat
 
 
 def runs_of(scene: pp.Scene) -> Runs:
-    return Runs(scene, False, lambda t: None, Deadline(None))
+    return Runs(prepare(scene, False, Deadline(None)), lambda t: None, Deadline(None))
+
+
+def ruler_of(scene: pp.Scene, length: float, samples: int) -> Ruler:
+    return Ruler(build(scene.model), length, np.arange(samples))
 
 
 # --- what is measured along a run -----------------------------------------------------------------------------------
@@ -50,18 +55,20 @@ def runs_of(scene: pp.Scene) -> Runs:
 @pytest.mark.parametrize("length", [0.5, 2.0])
 def test_the_path_of_a_spinning_tip(begin: float, length: float) -> None:
     """Speed RATE and path RATE t in lengths, whenever the run begins; the tip is up to 2 lengths from its start."""
-    run = pp.simulate(spinning(begin=begin, length=length))
-    assert compute_speeds(run, length) == pytest.approx(np.full(7, RATE), rel=1e-6)
-    assert bound_rounding(np.zeros(7), 1.0, run, length).path == pytest.approx(RATE * 3.0, rel=1e-6)
-    assert compute_extent(run, length) == pytest.approx(2 * max(abs(np.sin(RATE * np.linspace(0, 3, 7) / 2))), rel=1e-8)
+    scene = spinning(begin=begin, length=length)
+    run, ruler = pp.simulate(scene), ruler_of(scene, length, 7)
+    assert ruler.measure_speeds(run) == pytest.approx(np.full(7, RATE), rel=1e-6)
+    assert bound_rounding(np.zeros(7), 1.0, run, ruler).path == pytest.approx(RATE * 3.0, rel=1e-6)
+    assert ruler.measure_extent(run) == pytest.approx(2 * max(abs(np.sin(RATE * np.linspace(0, 3, 7) / 2))), rel=1e-8)
 
 
 def test_rounding_is_in_proportion_to_the_gap_of_a_shift() -> None:
     """Twice the gap, or half the shift: twice the growth; at 0 the rounding of the path is left, and it grows with it."""
     run = pp.simulate(spinning())
-    gap, units = np.linspace(0.0, 1e-6, 7), 1e4
+    gap, units, ruler = np.linspace(0.0, 1e-6, 7), 1e4, ruler_of(spinning(), 2.0, 7)
     still, once, twice, half = (
-        bound_rounding(x, n, run, 2.0) for x, n in ((0 * gap, units), (gap, units), (2 * gap, units), (gap, units / 2))
+        bound_rounding(x, n, run, ruler)
+        for x, n in ((0 * gap, units), (gap, units), (2 * gap, units), (gap, units / 2))
     )
     np.testing.assert_allclose(twice.error - still.error, 2 * (once.error - still.error), rtol=1e-9)
     np.testing.assert_array_equal(twice.error, half.error)
@@ -79,7 +86,7 @@ def test_a_gap_that_is_not_linear_has_no_bound() -> None:
     run = pp.simulate(spinning())
     gap = np.full(7, ROUNDING.linear)
     gap[4:] = np.nextafter(ROUNDING.linear, 1)
-    error = bound_rounding(gap, 1e4, run, 2.0).error
+    error = bound_rounding(gap, 1e4, run, ruler_of(spinning(), 2.0, 7)).error
     assert np.isfinite(error[:4]).all()
     assert np.isinf(error[4:]).all()
 
@@ -97,9 +104,10 @@ def test_gaps_never_fall() -> None:
     """Two rods that part and meet again: 2 sin(x / 2) of the angle x between them, to its largest; inf after an end."""
     one, other = (pp.simulate(spinning(samples=9, duration=8.0, rate=rate)) for rate in (0.0, math.pi / 4))
     angles = np.minimum(math.pi / 4 * np.arange(9), math.pi)
-    assert measure_gap(one, other, 2.0, 9) == pytest.approx(2 * np.sin(angles / 2), abs=1e-8)
+    ruler = ruler_of(spinning(), 2.0, 9)
+    assert ruler.measure_gap(one, other) == pytest.approx(2 * np.sin(angles / 2), abs=1e-8)
     short = pp.simulate(spinning(samples=3, duration=2.0, rate=math.pi / 4))
-    found = measure_gap(one, short, 2.0, 9)
+    found = ruler.measure_gap(one, short)
     assert found[:3] == pytest.approx(2 * np.sin(angles[:3] / 2), abs=1e-8)
     assert np.isinf(found[3:]).all()
 
@@ -235,8 +243,31 @@ def test_other_methods_are_those_that_were_not_tried() -> None:
     """Two explicit ones where equations are not stiff; none where the scene names its method."""
     scene = spinning(method="auto", tolerance=None, accuracy=1e-6)
     tried = {
-        name: [other.solver.method for other in list_alternatives(scene, False, name)]
+        name: [other.solver.method for other in list_alternatives(scene, runs_of(scene.with_solver(method=name)))]
         for name in ("taylor", "dop853", "rk45")
     }
     assert tried == {"taylor": ["dop853", "rk45"], "dop853": ["rk45"], "rk45": ["dop853"]}
-    assert not [*list_alternatives(spinning(method="rk4", tolerance=None, accuracy=1e-6), False, "rk4")]
+    rk4 = spinning(method="rk4", tolerance=None, accuracy=1e-6)
+    assert not [*list_alternatives(rk4, runs_of(rk4))]
+
+
+@law(60)
+@given(count=st.integers(1, 20_000))
+def test_few_of_many_samples_are_compared(count: int) -> None:
+    """All of up to 128, with the first and the last; of more as many, in every part of the run, at no regular distance."""
+    places = choose_places(count)
+    assert places[0] == 0
+    assert places[-1] == count - 1
+    assert (np.diff(places) > 0).all()
+    if count <= SAMPLE.most:
+        assert len(places) == count
+        return
+    assert SAMPLE.most / 2 <= len(places) <= SAMPLE.most + 1
+    assert np.diff(places).max() <= 2 * count / SAMPLE.most + 1
+
+
+@pytest.mark.parametrize("periods", [100, 128, 257])
+def test_no_period_of_a_motion_falls_in_with_the_places(periods: int) -> None:
+    """A distance that swings so many times in a run of 12,801 samples is seen to nine tenths, whatever its phase."""
+    x = 2 * np.pi * periods * choose_places(12_801) / 12_800
+    assert min(np.abs(np.sin(x + phase)).max() for phase in np.linspace(0, np.pi, 50)) > 0.9

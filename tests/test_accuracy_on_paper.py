@@ -209,11 +209,11 @@ def rounding_of(paper: Paper, target: float, lost: bool = False) -> Any:
     scene = scene_of("dop853", target)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(accuracy_runs, "run_prepared", paper)
-        runs = Runs(scene, False, lambda t: None, Deadline(None))
+        runs = Runs(Prepared.of(scene), lambda t: None, Deadline(None))
         coarse, fine = (Attempt(tried, x, runs.run(tried)) for x in (1e-8, 1e-12) for tried in [scene.by("dop853", x)])
         if lost:
-            return measure_rounding_of_lost_run(runs, fine, target, 1.0)
-        return measure_rounding(runs, coarse, fine, target, 1.0)
+            return measure_rounding_of_lost_run(runs, fine, target, runs.ruler(fine.run))
+        return measure_rounding(runs, coarse, fine, target, runs.ruler(fine.run))
 
 
 @law(40)

@@ -16,6 +16,7 @@ from pendpin.runs.accuracy.methods import refine_by_step, refine_by_tolerance
 from pendpin.runs.accuracy.runs import Runs, are_equal
 from pendpin.runs.accuracy.thresholds import ESTIMATE
 from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import Prepared
 from pendpin.scene import method_of
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.02)
@@ -255,7 +256,7 @@ def test_gaps_that_do_not_fall_are_not_extrapolated(gap: float, ratio: float) ->
 def test_a_run_is_not_compared_with_itself() -> None:
     """Where a finer tolerance changes no bit, samples are taken closer; another method decides where that helps nothing."""
     free = swing(0.1, 3.0, 101, 1.0).model_copy(update={"effects": ()})  # at a constant rate: exact for every method
-    runs = Runs(free, False, lambda t: None, Deadline(None))
+    runs = Runs(Prepared.of(free), lambda t: None, Deadline(None))
     one = runs.run(free.by("dop853", 1e-4))
     assert not are_equal(one, runs.run_differently(free.by("dop853", 1e-4), one)) or one.stats.steps < 10
     for method in ("taylor", "dop853", "lsoda"):

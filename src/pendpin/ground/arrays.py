@@ -48,6 +48,8 @@ def address(x: Array) -> int:
 def subdivided(times: Array, parts: ArrayLike) -> Array:
     """Times (n,) with each interval cut into equal parts, `parts` (n - 1,) or one count for all; given times to the bit."""
     parts = np.broadcast_to(parts, len(times) - 1)
+    if (parts == 1).all():
+        return times
     before = np.cumsum(parts) - parts
     shares = (np.arange(parts.sum()) - np.repeat(before, parts)) / np.repeat(parts, parts)
     return np.append(np.repeat(times[:-1], parts) + np.repeat(np.diff(times), parts) * shares, times[-1])

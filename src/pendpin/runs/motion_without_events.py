@@ -149,6 +149,8 @@ class SmoothLoop(IntegrationLoop):
 
     def _parts(self, span: Array, density: float) -> Indices:
         """How many parts each interval of `span` (n,) is cut into, (n - 1,): one, or all its steps where these are fixed."""
+        if not density:
+            return np.ones(len(span) - 1, int)
         step, intervals = self.integrator.step, np.diff(span)
         parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
         if step:

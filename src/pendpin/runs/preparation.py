@@ -55,7 +55,7 @@ class Prepared:
         chosen, dynamics = scene, bound
         if (method, engine) != (scene.solver.method, scene.solver.engine):
             chosen = scene.with_solver(method=method, engine=engine)
-            if _form_of(method) != _form_of(scene.solver.method):
+            if _form_of(method, bound) != _form_of(scene.solver.method, bound):
                 bound = dynamics = bind_for_run(chosen)
         compiles = engine == "compiled"
         if method_of(method).setting == "tolerance" and not energy_balance and (compiles or method == "taylor"):
@@ -69,19 +69,13 @@ class Prepared:
 
         Sampled torques are bound for each run, as they record its outputs.
         """
-        engine, named = scene.solver.engine, (self.scene.solver.method, self.scene.solver.engine)
-        if (
-            (scene.solver.method, engine) == named
-            and scene.start is self.scene.start
-            and not self.bound.sampled_torques
-        ):
+        solver, before = scene.solver, self.scene.solver
+        if self.bound.sampled_torques or scene.start.time != self.scene.start.time:
+            return Prepared.of(scene, self.balance is not None)
+        if (solver.method, solver.engine) == (before.method, before.engine) and scene.start is self.scene.start:
             return replace(self, scene=scene)
-        same = (
-            _form_of(scene.solver.method) == _form_of(self.scene.solver.method)
-            and (engine == self.scene.solver.engine or (engine == "auto" and not self.bound.engine.compiles))
-            and scene.start.time == self.scene.start.time
-            and not self.bound.sampled_torques
-        )
+        same = _form_of(solver.method, self.bound) == _form_of(before.method, self.bound)
+        same &= solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
         return Prepared.of(scene, self.balance is not None, self.bound if same else None)
 
     @property
@@ -130,6 +124,7 @@ def bind_for_run(scene: Scene) -> Dynamics:
     return known_dynamics.look_up((build(scene.model), scene.effects, *settings), bound)
 
 
-def _form_of(method: str) -> str:
-    """The form of the state that a method integrates; "any" of one that is still to be chosen."""
-    return "any" if method == "auto" else method_of(method).state
+def _form_of(method: str, bound: Dynamics) -> str:
+    """The form of the state that a method integrates; "any" of one still to be chosen, and where there is one form only."""
+    chain = bound.model.chain
+    return "any" if method == "auto" or chain is None or chain.first_thin else method_of(method).state

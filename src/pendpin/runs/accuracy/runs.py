@@ -47,7 +47,8 @@ class Runs:
 
     def ruler(self, run: RunRecord) -> "Ruler":
         """How the runs are compared, each as large as the first of them."""
-        return Ruler(self.dynamics.model, choose_length(self.dynamics.model, run.tips), self.places)
+        model = self.dynamics.model
+        return Ruler(model, chain_length(model) or choose_length(model, run.tips), self.places)
 
     def prepare(self, scene: Scene) -> Prepared:
         """The scene with another solver or start, bound once for each method and engine."""
