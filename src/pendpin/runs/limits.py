@@ -129,7 +129,7 @@ def balanced(trajectory: RunRecord) -> int:
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
     so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J
-    kinetic, potential = trajectory.derived.kinetic, trajectory.derived.potential
+    kinetic, potential = trajectory.kinetic, trajectory.potential
     if trajectory.stats.conservative:
         total = kinetic + potential
         errors.append((so_far(np.abs(total - total[0])), exchanged(kinetic, potential)))

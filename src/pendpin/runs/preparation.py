@@ -12,7 +12,7 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.ground.caches import ThreadCache
 from pendpin.integrators import automatic
-from pendpin.model.build import build, start_state
+from pendpin.model.build import Model, build, start_state
 from pendpin.runs.energy_balance import EnergyBalance
 from pendpin.scene import Scene, method_of
 
@@ -55,7 +55,7 @@ class Prepared:
         chosen, dynamics = scene, bound
         if (method, engine) != (scene.solver.method, scene.solver.engine):
             chosen = scene.with_solver(method=method, engine=engine)
-            if _form_of(method, bound) != _form_of(scene.solver.method, bound):
+            if _form_of(method, bound.model) != _form_of(scene.solver.method, bound.model):
                 bound = dynamics = bind_for_run(chosen)
         compiles = engine == "compiled"
         if method_of(method).setting == "tolerance" and not energy_balance and (compiles or method == "taylor"):
@@ -74,7 +74,7 @@ class Prepared:
             return Prepared.of(scene, self.balance is not None)
         if (solver.method, solver.engine) == (before.method, before.engine) and scene.start is self.scene.start:
             return replace(self, scene=scene)
-        same = _form_of(solver.method, self.bound) == _form_of(before.method, self.bound)
+        same = _form_of(solver.method, self.bound.model) == _form_of(before.method, self.bound.model)
         same &= solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
         return Prepared.of(scene, self.balance is not None, self.bound if same else None)
 
@@ -120,11 +120,12 @@ def bind_for_run(scene: Scene) -> Dynamics:
 
     if not _runs_again(scene):
         return bound()
-    settings = scene.solver.engine, _form_of(scene.solver.method), scene.start.time
-    return known_dynamics.look_up((build(scene.model), scene.effects, *settings), bound)
+    model = build(scene.model)
+    settings = scene.solver.engine, _form_of(scene.solver.method, model), scene.start.time
+    return known_dynamics.look_up((model, scene.effects, *settings), bound)
 
 
-def _form_of(method: str, bound: Dynamics) -> str:
+def _form_of(method: str, model: Model) -> str:
     """The form of the state that a method integrates; "any" of one still to be chosen, and where there is one form only."""
-    chain = bound.model.chain
-    return "any" if method == "auto" or chain is None or chain.first_thin else method_of(method).state
+    thin = model.chain is not None and model.chain.first_thin == 0
+    return method_of(method).state if thin and method != "auto" else "any"

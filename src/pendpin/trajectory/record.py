@@ -58,7 +58,7 @@ class RunRecord:
     t: Array  # (n,)
     q: Array  # (n, nv)
     v: Array  # (n, nv)
-    derived: Derived = field(repr=False)
+    derived: Derived | Callable[[], Derived] = field(repr=False)  # a function is called where one of them is asked for
     stats: Stats
     events: tuple[Event, ...] = ()  # of dry friction and stops, as they happened; none in older files
     work: dict[str, Array] = field(default_factory=dict)  # J (n,), of each kind of effect, with energy_balance
@@ -68,13 +68,13 @@ class RunRecord:
 
     def __post_init__(self) -> None:
         """A number that is changed would no longer belong to this motion: its arrays are read-only."""
-        for array in (self.t, self.q, self.v, *self.derived[:-1], *self.work.values(), *self.held):
+        for array in (self.t, self.q, self.v, *self.work.values(), *self.held):
             array.setflags(write=False)
 
     def __getstate__(self) -> dict[str, Any]:
         """A copy, and what another process gets, holds numbers, not the function that computes them."""
         fields = {name: value for name, value in vars(self).items() if name in FIELDS}
-        return fields | {"derived": self.derived._replace(rod_reactions=self.rod_reactions)}
+        return fields | {"derived": self._derived._replace(rod_reactions=self.rod_reactions)}
 
     def __setstate__(self, state: dict[str, Any]) -> None:
         """A copy or an unpickled run is read-only too, which NumPy does not keep."""
@@ -90,35 +90,42 @@ class RunRecord:
 
     # --- the arrays ---------------------------------------------------------------------------------------------------
 
+    @cached_property
+    def _derived(self) -> Derived:
+        derived = self.derived() if callable(self.derived) else self.derived
+        for array in derived[:-1]:
+            array.setflags(write=False)
+        return derived
+
     @property
     def a(self) -> Array:
         """Accelerations, (n, nv) in rad/s² (m/s² for prismatic joints)."""
-        return self.derived.a
+        return self._derived.a
 
     @property
     def wrench(self) -> Array:
         """Force (N), then moment (N m), of each joint's parent on its child, (n, joints, 6) in the child joint's frame."""
-        return self.derived.wrench
+        return self._derived.wrench
 
     @property
     def kinetic(self) -> Array:
         """Kinetic energy, (n,) in J."""
-        return self.derived.kinetic
+        return self._derived.kinetic
 
     @property
     def potential(self) -> Array:
         """Potential energy of the conservative effects, (n,) in J."""
-        return self.derived.potential
+        return self._derived.potential
 
     @property
     def tips(self) -> Array:
         """The far end of each rod, (n, rods, 3) in m, in the world frame W."""
-        return self.derived.tips
+        return self._derived.tips
 
     @cached_property
     def rod_reactions(self) -> Reactions | None:
         """R1, R2, R3, M3, Mc of every rod; None for a model without universal joints."""
-        given = self.derived.rod_reactions
+        given = self._derived.rod_reactions
         rods = given() if callable(given) else given
         for array in rods or ():
             array.setflags(write=False)
@@ -224,9 +231,9 @@ class RunRecord:
     @property
     def sound(self) -> int:
         """The number of samples before the first with a number that is not finite or beyond LARGEST."""
-        n, rods = len(self.t), self.derived.rod_reactions
+        n, rods = len(self.t), self._derived.rod_reactions
         given = () if rods is None or callable(rods) else rods  # those still to be computed are wrenches, turned
-        arrays = [array.reshape(n, -1) for array in (self.t, self.q, self.v, *self.derived[:-1], *given)]
+        arrays = [array.reshape(n, -1) for array in (self.t, self.q, self.v, *self._derived[:-1], *given)]
         if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
             return n
         return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
