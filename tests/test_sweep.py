@@ -2,6 +2,7 @@
 
 import math
 from pathlib import Path
+from threading import Event
 from typing import Any
 
 import numpy as np
@@ -11,10 +12,12 @@ from scipy import stats
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.symbols import staying_zero
-from pendpin.sweeps import plan
+from pendpin.errors import Interrupted
+from pendpin.sweeps import cases, plan
 from pendpin.sweeps.cases import run_block, run_case, vectors_of
 from pendpin.sweeps.sensitivity import indices, sobol_plan
 from pendpin.sweeps.task import Block, Task
+from pendpin.sweeps.workers import run_in_threads
 from sweep_scenes import KEYS, ROD, scene
 
 pytest.importorskip("xarray")
@@ -151,6 +154,30 @@ def test_what_has_corners_is_simulated_on_its_own() -> None:
     found = run_block(task, 0, 2)
     assert list(found.why) == ["", ""]
     assert (found.values[:, 0] >= [0.5, 1.0]).all()
+
+
+def test_a_sweep_that_is_stopped_does_not_wait_for_its_blocks(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A case that would run for ever ends, one by one and in vectors; what was done before stays."""
+    task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))
+    simulated, asked = cases.run_to_setting, iter([False, True])
+
+    def endless(given: pp.Scene, progress: Any) -> Any:
+        while next(asked, True):
+            progress(0.0)
+        return simulated(given)
+
+    monkeypatch.setattr(cases, "run_to_setting", endless)
+    results = run_in_threads(task, [(0, 1), (1, 2)], 1)
+    assert next(results)[1].why[0] == ""
+    results.close()  # returns
+    stopped = Event()
+    stopped.set()
+    many = Task(scene(duration=1e6), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))  # an hour of steps
+    vectors = vectors_of(many)
+    assert vectors is not None
+    vectors.series[0].stopped = stopped
+    with pytest.raises(Interrupted):
+        run_block(many, 0, 2, stopped)
 
 
 def test_flip_times_are_roots() -> None:

@@ -6,9 +6,11 @@ Smooth scenes of few joints go side by side, by runs/batches/series.py.
 from contextlib import suppress
 from functools import lru_cache, partial
 from importlib.util import find_spec
+from threading import Event
 
 import numpy as np
 
+from pendpin.engines import ProgressCallback
 from pendpin.equations.base import PHI, THETA
 from pendpin.errors import Interrupted, PendpinError
 from pendpin.ground.arrays import Array, Indices, Mask
@@ -32,22 +34,31 @@ from pendpin.trajectory import RunRecord
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 
 
-def run_block(task: Task, begin: int, end: int) -> Block:
-    """The measures of the cases from `begin` to `end`; what one gives does not depend on the others."""
+def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) -> Block:
+    """The measures of the cases from `begin` to `end`; what one gives does not depend on the others.
+
+    Raises Interrupted where the sweep was stopped, which a thread is not told of otherwise.
+    """
+
+    def look(t: float = 0.0) -> None:
+        if stopped is not None and stopped.is_set():
+            raise Interrupted("stopped by the user")
+
     rows = task.plan.rows(np.arange(begin, end))
     block, vectors = Block.empty(len(rows), len(task.chosen)), vectors_of(task)
     done = vectors.fill(rows, block) if vectors else np.zeros(len(rows), bool)
     for i in np.flatnonzero(~done):
-        block.values[i], block.why[i] = run_case(task, rows[i])
+        look()
+        block.values[i], block.why[i] = run_case(task, rows[i], look)
     return block
 
 
-def run_case(task: Task, row: Array) -> tuple[Array, str]:
+def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
     try:
         scene = set_numbers(task.scene, task.plan.keys, row)
-        run = run_to_setting(scene)
-        looser = run_to_setting(_looser(scene)) if task.two else run
+        run = run_to_setting(scene, progress=progress)
+        looser = run_to_setting(_looser(scene), progress=progress) if task.two else run
         return np.array([evaluate_measure(m, run, looser) for m in task.chosen]), ""
     except Interrupted:
         raise
@@ -146,6 +157,8 @@ class Vectors:
                 column[places[good]] = values[good]
         if missing := [k for k, values in enumerate(columns) if values is None]:
             for i in np.flatnonzero(good).tolist():
+                if self.series[0].stopped.is_set():
+                    break
                 self._complete(rows, int(places[i]), i, missing, runs, block)
         return good
 

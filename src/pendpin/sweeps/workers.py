@@ -6,6 +6,7 @@ from collections.abc import Generator, Iterator, Sequence
 from contextlib import contextmanager
 from functools import lru_cache, partial
 from itertools import islice
+from threading import Event
 from typing import Any
 
 from pendpin.errors import InputError, RunError
@@ -27,8 +28,11 @@ Results = Generator[
 
 def run_in_threads(task: Task, spans: Sequence[Span], workers: int) -> Results:
     """The blocks' results from threads of this process. Close the iterator to stop."""
-    vectors_of(task)  # made here, for all threads
-    return in_threads(lambda span: run_block(task, *span), spans, workers)
+    vectors, stopped = vectors_of(task), Event()  # made here, for all threads
+    if vectors:
+        for series in vectors.series:
+            series.stopped = stopped
+    return in_threads(lambda span: run_block(task, *span, stopped), spans, workers, stopped.set)
 
 
 def run_in_processes(task: Task, spans: Sequence[Span], workers: int) -> Results:
