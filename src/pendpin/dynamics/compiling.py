@@ -84,16 +84,17 @@ class Sampler:
     def __init__(self, model: Model, block: Block) -> None:
         self._rods, self._block = _rods(model), block
 
-    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> ChainSamples:
-        """The samples at t (n,), q, v (n, nv) with further torques (n, nv)."""
+    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> ChainSamples | None:
+        """The samples at t (n,), q, v (n, nv) with further torques (n, nv); None where a number is not finite."""
         n, rods = len(t), self._rods
         _, more = self._block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
-        kinetic = more[:, -1].copy()
-        rows = more[:, :-1].reshape(n, rods, -1)
-        a, wrench, frames = np.split(rows, [ACCELERATION, ACCELERATION + WRENCH], 2)
+        if not np.isfinite(more).all():
+            return None
+        rows, ends = more[:, :-1].reshape(n, rods, -1), ACCELERATION + WRENCH
+        a, wrench = rows[..., :ACCELERATION].reshape(n, -1), rows[..., ACCELERATION:ends].reshape(n, -1, 6)
         poses = np.zeros((n, rods, 4, 4))
-        poses[..., :3, :], poses[..., 3, 3] = frames.reshape(n, rods, 3, 4), 1.0
-        return ChainSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, kinetic)
+        poses[..., :3, :], poses[..., 3, 3] = rows[..., ends:].reshape(n, rods, 3, 4), 1.0
+        return ChainSamples(a, wrench, poses, more[:, -1].copy())
 
 
 def _rods(model: Model) -> int:

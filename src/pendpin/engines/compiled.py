@@ -78,7 +78,11 @@ class Compiled(Engine):
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return self.function.block(self._values, self._took)
+        return Block(self.function, *self._numbers, self._values.tables, self._took)
+
+    @cached_property
+    def _numbers(self) -> tuple[list[float], Array]:
+        return self.function.numbers(self._values)
 
     def _took(self, seconds: float) -> None:
         self.compile_seconds += seconds

@@ -81,9 +81,15 @@ class IntegrationLoop(ABC):
         """The run as far as it was integrated, and why it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
-        ends = np.cumsum([self.nv, self.nv, self.accounts])
-        q, v, work, torque = map(np.ascontiguousarray, np.split(done.samples, ends, 1))
-        arrays = (self.times[: done.n], q, v, torque if torque.shape[1] else None, work)
+        rows, nv, end = done.samples, self.nv, 2 * self.nv + self.accounts
+        torque = rows[:, end:].copy() if rows.shape[1] > end else None
+        arrays = (
+            self.times[: done.n],
+            rows[:, :nv].copy(),
+            rows[:, nv : 2 * nv].copy(),
+            torque,
+            rows[:, 2 * nv : end].copy(),
+        )
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
         counts = (done.steps, done.evaluations, done.events, done.seconds)

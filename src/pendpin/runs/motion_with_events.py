@@ -219,6 +219,8 @@ def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.
 
     Raises InputError for a scene that the method cannot run.
     """
-    pace = join_paces([prepared.timing.pace, Pace.even(longest)])
+    pace = prepared.timing.pace
+    if longest < np.inf:
+        pace = join_paces([pace, Pace.even(longest)])
     kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
     return kind(prepared, pace, progress)

@@ -55,7 +55,7 @@ class SmoothLoop(IntegrationLoop):
             work=work,
             most=self.first_segment,
             first_step=0.0,
-            density=self._first_density(y),
+            density=0.0 if self.engine.on_angles else self._first_density(y),
             memory=self.integrator.memory(np.concatenate([y, work])),
             held=self.records,
         )
@@ -63,7 +63,7 @@ class SmoothLoop(IntegrationLoop):
 
     def _first_density(self, y: Array) -> float:
         """The states per second from which the first angles should be read, from the state (size,) at the start."""
-        if self.engine.on_angles or len(self.times) < 2:
+        if len(self.times) < 2:
             return 0.0
         rate = np.zeros(len(y) + self.accounts)
         self._derivative(rate, float(self.times[0]), np.concatenate([y, np.zeros(self.accounts)]))
@@ -120,6 +120,9 @@ class SmoothLoop(IntegrationLoop):
         Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
         """
         start, density = np.concatenate([last.y, last.work]), last.density
+        if self.engine.on_angles:
+            segment = self._integrate(start, span, last.first_step or None, last.memory)
+            return segment, span, np.arange(1, len(span)), 0.0
         first_step, room = last.first_step or None, NUMBERS // len(start) + 1
         while True:
             parts = self._parts(span, density)
@@ -140,8 +143,6 @@ class SmoothLoop(IntegrationLoop):
 
         Raises SamplesTooFew where a rod turns too often to be followed.
         """
-        if self.engine.on_angles:
-            return 0.0
         turning = self.engine.density(segment.y[:, :size])
         if turning * float(np.diff(span).max()) > MOST_STATES:
             raise SamplesTooFew("thin rods turn too far between samples to count their turns: take more samples")
@@ -161,6 +162,9 @@ class SmoothLoop(IntegrationLoop):
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
+        if not len(self.pace.corners) and not self.held:
+            plan = StepPlan(first_step, float(self.pace.shortest[0]), memory)
+            return self.integrator.states_at(self._derivative, y, span, plan)
         rows, steps, first_step = y[None], 0, None if span[0] in self.pace.corners else first_step
         for times, due, longest in self.pace.pieces(span):
             begin, end = times[[0, -1]]

@@ -35,14 +35,14 @@ def fill_in(
     derived = derive if lazily and balance is None else derive()
     return RunRecord(
         joints=model.joints,
-        t=scene.clock[: len(run.t)],
+        t=scene.start.time + run.t if solver.times is None else scene.clock[: len(run.t)],
         q=q,
         v=run.v,
         derived=derived,
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
-            step=largest_step(scene.times, solver.step),
+            step=solver.step and largest_step(scene.times, solver.step),
             steps=run.steps,
             evaluations=run.evaluations,
             events=run.events,
@@ -70,7 +70,7 @@ def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | N
     """
     model, sampler = dynamics.model, dynamics.sampler
     parts = None if sampler is None else sampler(t, q, v, torque)
-    if parts is None or not all(np.isfinite(part).all() for part in parts):
+    if parts is None:
         parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
     a, wrench, poses, kinetic = parts
     return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses)

@@ -102,15 +102,18 @@ class Function:
             operations=len(schedule.needed) + (rods - 1) * len(schedule.loop),
         )
 
-    def block(self, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None) -> "Block":
-        """A block for one set of parameters; `compiled` gets the s that compiling takes."""
+    def numbers(self, parameters: Values) -> tuple[list[float], Array]:
+        """What operations on parameters alone come to: shared ones, and those of n rods (n, k)."""
         fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, parameters.of_rods.shape[1]
         tape = self._recording.tape
         values = tape.values([*fixed, *fixed_of_rod], parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in fixed_of_rod]
-        numbers = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
-        shared = [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
-        return Block(self, shared, numbers, parameters.tables, compiled)
+        of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
+        return [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))], of_rods
+
+    def block(self, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None) -> "Block":
+        """A block for one set of parameters; `compiled` gets the s that compiling takes."""
+        return Block(self, *self.numbers(parameters), parameters.tables, compiled)
 
 
 class Block:
