@@ -238,8 +238,6 @@ def _parsed(text: str) -> tuple[str, str, list[list[Node]]]:
     remark = ""
     try:
         equations = parse(text)
-    except RecursionError:
-        raise Unread("nested too deeply") from None
     except Unread as error:
         mended = _with_bracket(text, error.bracket)
         if mended is None:

@@ -7,39 +7,52 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
 from typing import Any
+from urllib.parse import unquote
 
 from pendpin.errors import InputError, shown
 
+Formula = tuple[int, int, int, str]  # where it starts and ends with its marks, where it begins, and its text
 MOST_BYTES = 2_000_000  # of a document
 MOST_STATEMENTS = 500
 AROUND = 300  # characters of a sentence before and after an equation
 
-_LINES = (
+_ENVIRONMENTS = (
     "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
 )
 _OPENERS = re.compile(
-    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_LINES})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|\n"
+    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_ENVIRONMENTS})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|:math:`"
+    r"|\[(?:tex|itex|latex|math)\]|\{\\(?:display|text)style(?![A-Za-z])"
 )
-_CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```"}
-_WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_LINES})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
+_CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```", ":math:`": "`"}
+_PICTURE = re.compile(
+    r'!?(?:\[[^\n]*?\]\()?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?(?P<formula>[^\s"\'<>]+)'
+)
+_WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_ENVIRONMENTS})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
 _ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
 _BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
+_PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
 _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
-_COMMENT = re.compile(r"\s+(?:#|//|%).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
+_COMMENT = re.compile(r"\s+(?:#|//|%(?!2B)).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
+_LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
+_BEFORE = re.compile(r"((?:[A-Za-z]{3,}\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*|plt\.)\b|[<>!]=|\+=|-=|\*=|==|=>|['\"]{2}"
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|==|=>|\"\"|'{3}"
+    r"|^\s*(?:plt\.|</?[a-zA-Z]|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(\w+)\s*=\s*\w+\.\1\s*$"
 )
 _TYPED = re.compile(
     r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
     re.I,
 )
+_ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
+_SEVERAL = re.compile(r"\(?\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*,?\s*\)?\s*=\s*(.+)", re.DOTALL)
 _EQUAL = re.compile(r"\\(?:equiv|triangleq|coloneqq|doteq)\b")
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
+_ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
 varphi vartheta thetadot phidot ell lambda dtheta dphi ddtheta ddphi frac atan arctan mlg rho sigma eta tau"""
@@ -89,12 +102,13 @@ class Document:
 
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
-    found, covered, skipped = [], [], list[str]()
-    for start, end, begin, formula in _formulas(text):
-        covered.append((start, end))
+    found, skipped = list[tuple[int, Statement]](), list[str]()
+    formulas = sorted({*_formulas(text), *_pictures(text)})
+    formulas = sorted([*formulas, *_bare(text, formulas)])
+    for start, end, begin, formula in _joined(text, formulas):
         if "=" in formula or _EQUAL.search(formula):
             found += [(begin + at, _statement(text, start, end, row, begin + at)) for at, row in rows(formula)]
-    for start, end, piece in _lines(text, covered, skipped):
+    for start, end, piece in _lines(text, [formula[:2] for formula in formulas], skipped):
         found += [(start, _statement(text, start, end, piece, start))]
     ordered = [statement for _, statement in sorted(found, key=lambda pair: pair[0])]
     return Document(tuple(_chained(ordered)[:MOST_STATEMENTS]), text=text, skipped=tuple(skipped))
@@ -121,7 +135,7 @@ def rows(formula: str) -> list[tuple[int, str]]:
         elif bare:
             joined.append((start + len(piece) - len(piece.lstrip(" \n&")), piece.strip(" \n&")))
     whole = any("=" not in piece and not _EQUAL.search(piece) for _, piece in joined)
-    return [(0, formula)] if whole or len(joined) < 2 else joined
+    return [(0, formula)] if whole or not joined else joined
 
 
 def _open(text: str) -> bool:
@@ -153,17 +167,24 @@ def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Sta
     return Statement(formula, f"line {text.count(chr(10), 0, begin) + 1}", "", before, after, section)
 
 
-def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:
-    """What stands between marks of mathematics: where it starts and ends with them, where it begins, and the formula."""
+def _formulas(text: str) -> Iterator[Formula]:
+    """What stands between marks of mathematics."""
     place, missing = 0, set[str]()
     while match := _OPENERS.search(text, place):
         opener = match[0]
         place = match.end()
-        fence = {"`": "$$", "<": "</math>"}.get(opener[0], opener.replace("begin", "end"))
+        fence = {"`": "$$", "<": "</math>", "[": opener.replace("[", "[/")}.get(
+            opener[0], opener.replace("begin", "end")
+        )
         closer = _CLOSERS.get(opener, fence)
-        if opener == "\n" or closer in missing:
+        if closer in missing:
             continue
-        end = text.find(closer, place)
+        if opener[0] == "{":
+            end, closer = _end_of_braces(text, match.start()), "}"
+        else:
+            end = text.find(closer, place)
+        if closer == "</math>" and (again := text.find("<math>", place)) >= 0 and not 0 <= end < again:
+            end, closer = again, "<math>"  # the other is missing
         if end < 0:
             missing.add(closer)
             continue
@@ -173,6 +194,53 @@ def _formulas(text: str) -> Iterator[tuple[int, int, int, str]]:
         formula, begin = unwrapped(body)
         yield match.start(), end + len(closer), place + begin, formula
         place = end + len(closer)
+
+
+def _end_of_braces(text: str, start: int) -> int:
+    """Where the brace that opens at a place is closed; -1 where it is not."""
+    depth = 0
+    for match in re.finditer(r"(?<!\\)[{}]", text[start : start + MOST_OF_A_LINE]):
+        depth += 1 if match[0] == "{" else -1
+        if depth == 0:
+            return start + match.start()
+    return -1
+
+
+def _pictures(text: str) -> Iterator[Formula]:
+    """The formulas in the addresses of their pictures."""
+    for match in _PICTURE.finditer(text):
+        formula = unquote(match["formula"].replace("&space;", " "))
+        while formula.endswith(")") and formula.count("(") < formula.count(")"):
+            formula = formula[:-1]
+        yield match.start(), match.end(), match.start("formula"), formula
+
+
+def _bare(text: str, formulas: list[Formula]) -> Iterator[Formula]:
+    """Lines of LaTeX without marks that are one equation together."""
+    for match in _PARAGRAPH.finditer(text):
+        bare = re.sub(r"\\[A-Za-z]+", " ", match[0])
+        words = {*re.findall("[A-Za-z]{4,}", bare)} - _NOT_WORDS
+        covered = any(start < match.end() and match.start() < end for start, end, _, _ in formulas)
+        if bare != match[0] and bare.count("=") == 1 and not words and not covered:
+            formula, begin = unwrapped(match[0])
+            yield match.start(), match.end(), match.start() + begin, formula
+
+
+def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
+    """Formulas, where a display that goes on with the sum or the chain of the one before it belongs to that."""
+    found: list[Formula] = []
+    for start, end, begin, formula in formulas:
+        if found and text[start : start + 2] in ("$$", r"\[", r"\b", "``"):
+            first, ended, at, before = found[-1]
+            bare, is_open = formula.lstrip(" &\n"), _ENDS_OPEN.search(before)
+            if (is_open or bare[:1] in ("+", "-")) and "=" in before and not re.search(r"\w", text[ended:start]):
+                if is_open and bare.startswith("=") and is_open[0].startswith("="):
+                    before = before[: is_open.start()].ljust(len(before))
+                between = re.sub(r"[^\n]", " ", text[at + len(before) : begin])
+                found[-1] = (first, end, at, before + between + formula)
+                continue
+        found.append((start, end, begin, formula))
+    return found
 
 
 def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Iterator[tuple[int, int, str]]:
@@ -186,17 +254,13 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         end = start + len(line)
         while span[1] <= start:
             span = next(spans)
-        first = start if open_from < 0 else open_from
-        begin, start = first, end + 1
-        whole = text[begin:end]
-        if span[0] < end or len(whole) > 20_000 or whole.lstrip()[:1] in {"#", "%", "!"}:
-            open_from = -1
+        begin, start = start if open_from < 0 else open_from, end + 1
+        whole, open_from = text[begin:end], -1
+        comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
+        if span[0] < end or len(whole) > 20_000 or comment or "=" not in whole:
             continue
-        if "=" in whole and _goes_on(whole) and len(whole) < MOST_OF_A_LINE:
+        if len(whole) < MOST_OF_A_LINE and _goes_on(whole):
             open_from = begin
-            continue
-        open_from = -1
-        if "=" not in whole:
             continue
         pieces = list(_in_line(whole))
         if not pieces:
@@ -217,21 +281,50 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
         yield from ((match.start(1), match[1]) for match in codes)
         return
     line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
-    label = _LABEL.match(line)
+    if annotated := _ANNOTATED.match(line):
+        line = annotated[1] + " " * len(annotated[2]) + line[annotated.end() :]
+    label = _LABELLED.match(line) or _LABEL.match(line)
     begin = label.end() if label and "=" not in label[0] else 0
     if typed := _TYPED.match(line[begin:]):
         begin += typed.end()
-    for match in re.finditer(r"[^;]+", line[begin:]):
-        equation = match[0]
+    for place, equation in _cut(line[begin:], ";"):
         while (shorter := _COMMENT.sub("", equation)) != equation:
             equation = shorter
         equation = equation.rstrip().removesuffix("\\\\").rstrip()
-        at = begin + match.start() + len(equation) - len(equation.lstrip())
+        at = begin + place + len(equation) - len(equation.lstrip())
         equation = equation.strip()
         if equation[:2] == "[ " and equation[-2:] == " ]":
             at, equation = at + 2, equation[2:-2]
         if "=" in equation and not _is_prose(equation) and "|" not in equation.replace("||", "")[:1]:
-            yield at, equation
+            if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
+                at, equation = at + words.end(), equation[words.end() :]
+            yield from ((at, one) for one in _unpacked(equation))
+
+
+def _unpacked(equation: str) -> Iterator[str]:
+    """Of code that gives values to several names at once an equation for each, or for the column of names."""
+    match = _SEVERAL.fullmatch(equation)
+    if match is None or "\\" in equation:
+        yield equation
+        return
+    names = [name.strip() for name in match[1].split(",")]
+    values = [value.strip() for _, value in _cut(match[2], ",")]
+    if both := re.fullmatch(r"sincos(\(.*\))", match[2].strip()):
+        values = [f"sin{both[1]}", f"cos{both[1]}"]
+    if len(names) == len(values):
+        yield from (f"{name} = {value}" for name, value in zip(names, values, strict=True))
+    else:
+        yield f"({', '.join(names)}) = {match[2]}"
+
+
+def _cut(text: str, separator: str) -> Iterator[tuple[int, str]]:
+    """The pieces between separators that stand outside brackets, each with where it begins."""
+    depth = start = 0
+    for i, letter in enumerate(text + separator):
+        depth += (letter in "([{") - (letter in ")]}")
+        if letter == separator and (depth <= 0 or i == len(text)):
+            yield start, text[start:i]
+            start = i + 1
 
 
 def _is_prose(text: str) -> bool:

@@ -6,7 +6,7 @@ from dataclasses import dataclass, field, replace
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
 _LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
-chi Phi Theta Psi Gamma Lambda"""
+chi Phi Theta Psi Gamma Lambda Sigma"""
 GREEK = {name: name for name in _LETTERS.split()}
 GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
 GREEK |= {"varepsilon": "epsilon", "varrho": "rho"}
@@ -28,67 +28,74 @@ class Written:
     frames: str = ""
 
 
-_PREFIX = re.compile(r"(d{1,2})_?(theta|phi|omega|alpha|psi|th|ph|w|v|x|y|z|q)_?([0123])?")
-_SUFFIX = re.compile(
-    r"(theta|phi|omega|alpha|psi|x|y|z|q|th|ph)_?([123]?)_?(d{1,2}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{1,2}|p{1,2}))(?:_([123]))?"
+_ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
+_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|w|v|x|y|z|q)_?(\d?)")  # dtheta, ddx1
+_SUFFIX = re.compile(  # theta_d, theta_1dot, x_t
+    rf"({_ANGLE}|x|y|z|q)_?([123]?)_?(d{{1,2}}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?([123]))?"
 )
-_OVER_DT = re.compile(r"d(?P<twice>2|d)?_?(?P<name>[A-Za-z][A-Za-z]*?\d?)_?dt2?")
-_DOTTED = re.compile(r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<twice>d|D)?[dD]ot(?P<last>\d?)")
-_OF_STATE = re.compile(r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)[)\]]")
+_OVER_DT = re.compile(r"d(?P<twice>2)?_?(?P<name>[A-Za-z][A-Za-z]*?\d?)_?dt(?P<last>\d?)")  # dtheta_dt, dwdt1, d2x_dt2
+_DOTTED = re.compile(  # thetaDot1, xprime, x_ddot, theta_dot_dot
+    r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?:(?P<twice>d|D)?[dD]ot|prime)(?P<again>_?[dD]ot|prime)?_?(?P<last>\d?)"
+)
+_MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
+_ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)(?:,\s*[:1])?[)\]]")  # y(2), y[1], y(2, :), y[:, 1], y(2, 1)
 _SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V"}
 _SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
 _RUN_ON = re.compile(
-    r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz])"
+    r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz]|(?<=I)(?:xx|yy|zz))"
 )
 _ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
+_STYLED = re.compile(r"(?:^|_)(?:hat|vec)(?=_|\d|$)")
+# what is multiplied without a sign in plain text, such as mglsin
+_PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+[xyz]?")
+_PIECES = re.compile(
+    "|".join(sorted(FUNCTIONS, key=len, reverse=True)) + r"|theta|phi|omega|[A-Za-z]\d+|[A-Za-z](?=_)|."
+)
+_LATEX_PIECES = re.compile("|".join(sorted(FUNCTIONS, key=len, reverse=True)) + "|.")
 
 
 def of_word(word: str) -> Written | None:
-    """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat; None if it is not one."""
+    """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat, y(2); None if it is not one."""
     if word in FUNCTIONS or word == "d":
         return None
-    if match := _OF_STATE.fullmatch(word):
-        return Written(match[1], 0, f"[{match[2]}]")
-    for pattern in (_OVER_DT, _DOTTED):  # as dtheta_dt and thetaDot1
+    if match := _ELEMENT.fullmatch(word):
+        vector = of_word(match[1])
+        rate = vector.dots if vector and len(vector.letter) == 1 and not vector.index else 0
+        assert vector is not None or not rate
+        return Written(vector.letter if vector and rate else match[1], rate, f"[{match[2]}]")
+    if match := _MOMENTUM.fullmatch(word):
+        return Written("p", 0, _SHORT.get(match[1], match[1]) + match[2])
+    for pattern in (_OVER_DT, _DOTTED):
         if match := pattern.fullmatch(word):
             parts = match.groupdict()
-            if base := of_word(parts["name"] + (parts.get("index") or parts.get("last") or "")):
-                return replace(base, dots=base.dots + (2 if parts["twice"] else 1))
+            index = parts.get("index") or ("" if pattern is _OVER_DT and parts["twice"] else parts["last"])
+            if base := of_word(parts["name"] + index):
+                return replace(base, dots=base.dots + (2 if parts["twice"] or parts.get("again") else 1))
     if match := _PREFIX.fullmatch(word):
-        return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3] or "")
+        return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3])
     if match := _SUFFIX.fullmatch(word):
         return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
     letter, _, index = word.partition("_")
     if not index and (match := _RUN_ON.fullmatch(word)):
         letter, index = match[1], match[2]
-    styled = "hat" in index or "vec" in index
-    index = index.replace("hat", "").replace("vec", "").strip("_").replace("_", ",")
-    return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, index, styled)
+    bare = _STYLED.sub("", index).strip("_").replace("_", ",")
+    return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
 
 
-def is_rate(word: str) -> bool:
-    """Whether a word of plain text is a rate, such as theta_1dot."""
-    return bool(_PREFIX.fullmatch(word) or _SUFFIX.fullmatch(word))
+def spelled(word: str, latex: bool, code: bool) -> list[str]:
+    """A word taken apart into what is multiplied: names, functions and letters; in plain text a name stays whole.
 
-
-def is_word(word: str) -> bool:
-    """Whether a word of plain text is one name and not several letters multiplied."""
-    if len(word) == 1 or "_" in word:
-        return True
+    Two letters beside each other are a product, but not in `code`.
+    """
     written = of_word(word)
-    return written is not None and (len(written.letter) == 1 or written.letter in {*GREEK.values(), "KE", "PE"})
-
-
-def letters_of(word: str, latex: bool) -> list[str]:
-    """A word taken apart into functions, Greek names and single letters: mglcos is m g l cos."""
-    greek = [] if latex else ["theta", "phi", "omega"]
-    names = sorted([*FUNCTIONS, *greek], key=lambda name: -len(name))
-    pattern = re.compile("|".join(names) + r"|[A-Za-z]\d+|[A-Za-z](?=_)|.")
-    if not latex and "_" in word:
+    if latex:
+        angle = len(word) > 2 and written is not None and written.letter in GREEK
+        return [word] if angle or word == "diag" else _LATEX_PIECES.findall(word)
+    known = {*GREEK.values(), "KE", "PE"}
+    if written is None or "_" in word or len(written.letter) == 1 or written.letter in known:
         return [word]
-    if not latex and not re.search("|".join(names), word) and len(word) > 4:
-        return [word]  # a name that is not known, rather than five letters
-    return pattern.findall(word)
+    split = _PRODUCT.fullmatch(word) or (len(word) == 2 and not code)
+    return _PIECES.findall(word) if split else [word]
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,25 +1,34 @@
-"""Printed symbols: accents, hats, bold type, indices, primes, frames in front and behind."""
+"""Printed names and derivatives: accents, hats, bold type, indices, primes, frames in front and behind, d/dt."""
 
-from collections.abc import Iterator
-from contextlib import contextmanager
+import re
+from abc import ABC, abstractmethod
 from dataclasses import replace
 
 from pendpin.doctor.reading.names import Written, of_word, unknown
 from pendpin.doctor.reading.tokens import ACCENTS, Token
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
-MOST_DEPTH = 40  # brackets and accents inside each other
-MOST_DOTS = 6
+CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
 FRAMES = set("ABINOWG")
+OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 
 
-class PrintedNames:
-    """A cursor over tokens that reads names."""
+class PrintedNames(ABC):
+    """A cursor over tokens that reads names, and derivatives of what the grammar reads."""
 
-    def __init__(self, tokens: list[Token], latex: bool, tight: bool) -> None:
-        end = tokens[-1].end if tokens else 0
-        self.tokens, self.latex, self.tight = [*tokens, Token("end", "the end", end, end)], latex, tight
-        self.place, self.depth, self.bars = 0, 0, 0
+    def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
+        end = found[-1].end if found else 0
+        self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
+        self.starred = any(token.text == "*" for token in found)  # products have a sign
+        self.place, self.bars, self.spaced = 0, 0, False
+
+    @abstractmethod
+    def power(self) -> Node:
+        """A factor with its exponents: the grammar's."""
+
+    @abstractmethod
+    def group(self) -> Node:
+        """What stands in brackets: the grammar's."""
 
     def peek(self, ahead: int = 0) -> Token:
         """The token this number of places ahead."""
@@ -31,14 +40,23 @@ class PrintedNames:
         self.place = min(self.place + 1, len(self.tokens) - 1)
         return token
 
-    @contextmanager
-    def deeper(self) -> Iterator[None]:
-        """One level down. Raises Unread where that is too deep."""
-        self.depth += 1
-        if self.depth > MOST_DEPTH:
-            raise Unread(f"brackets nested more than {MOST_DEPTH} deep", self.peek().start)
-        yield
-        self.depth -= 1
+    def took(self, *texts: str) -> bool:
+        """Whether these tokens come next, and past them."""
+        found = [self.peek(i).text for i in range(len(texts))] == [*texts]
+        self.place += len(texts) if found else 0
+        return found
+
+    def plain(self) -> str:
+        """The text in the bracket that is open, past its end; of brackets in it what is inside."""
+        letters, depth, opened = [], 1, self.peek(-1)
+        while depth:
+            token = self.take()
+            if token.kind == "end":
+                raise Unread(f"the bracket {opened.text} is not closed", opened.start, CLOSING.get(opened.text, ""))
+            depth += {"open": 1, "close": -1}.get(token.kind, 0)
+            if token.kind not in ("open", "close", "plain", "style"):
+                letters.append(token.text)
+        return "".join(letters)
 
     def digit(self) -> None:
         r"""LaTeX takes one digit where there are no braces, as in \frac12 and x^23."""
@@ -48,192 +66,129 @@ class PrintedNames:
             rest = Token("number", token.text[1:], token.start + 1, token.end)
             self.tokens[self.place : self.place + 1] = [first, rest]
 
+    def script(self) -> str:
+        """What stands after the ^ or _ that comes next, without blanks and brackets; a number has its sign."""
+        mark = self.take()
+        if mark.kind == "superscript":
+            return mark.text
+        sign = self.take().text if self.peek().kind == "operator" and self.peek().text in "+-" else ""
+        self.digit()
+        one = self.take()
+        if one.kind in ("plain", "style"):
+            one = self.take()
+        text = sign + (self.plain() if one.kind == "open" else one.text)
+        return "G/O" if text == "G" and mark.kind == "_" and self.took("/", "O") else text
+
     def at_symbol(self) -> bool:
         """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
         token = self.peek()
-        if token.kind == "open" and token.text == "{":
+        if token.text == "{":
             return self.peek(1).kind == "close" and self.peek(2).kind == "^"
         return token.kind in ("letter", "word", "accent", "style", "plain")
 
     def symbol(self) -> Node:
         """One quantity, of which is known only how it is written."""
-        start = self.peek().start
-        before = self._frame_before()
-        written, end = self._written()
-        if self.peek().kind == "^" and (after := self._frame_after()):
-            both = written.letter == "C" and before and after
-            written, end = replace(written, frames=before + after if both else ""), self.peek(-1).end
-        dots = self._primes()
-        written = replace(written, dots=written.dots + dots)
-        if dots and self.peek().kind == "_" and not written.index:
-            written = replace(written, index=self._index())
-        if self.peek().kind == "^" and self.peek(1).kind == "arrow":
-            written = replace(written, index=written.index + self.peek(1).text)
-            self.take()
-            self.take()
-            dots = 1
-        end = max(end, self.peek(-1).end if dots else end)
-        for function_of_time in (["(", "t", ")"], ["{", "(", "t", ")", "}"]):
-            if [self.peek(i).text for i in range(len(function_of_time))] == function_of_time:
-                end = [self.take() for _ in function_of_time][-1].end
-        return _symbol(written, (start, end))
-
-    def _frame_before(self) -> str:
-        if self.peek().kind != "open":
-            return ""
-        for _ in range(3):
-            self.take()
-        return self._frame_letter()
-
-    def _frame_letter(self) -> str:
-        bracketed = self.peek().kind == "open"
-        if bracketed:
-            self.take()
-        token = self.take()
-        if bracketed and self.peek().kind == "close":
-            self.take()
-        return token.text
-
-    def _frame_after(self) -> str:
-        ahead = 2 if self.peek(1).kind == "open" else 1
-        if self.peek(ahead).kind == "letter" and self.peek(ahead).text in FRAMES:
-            self.take()
-            return self._frame_letter()
-        return ""
-
-    def _primes(self) -> int:
-        count = 0
+        start, before = self.peek().start, ""
+        if self.peek().kind == "open":
+            self.place += 2
+            before = self.script()
+        written = self.written()
+        framed = self.peek(2 if self.peek(1).kind == "open" else 1)
+        if self.peek().kind == "^" and framed.kind == "letter" and framed.text in FRAMES:
+            frames = before + self.script() if before and written.letter == "C" else self.script() and ""
+            written = replace(written, frames=frames)
         while self.peek().kind == "prime":
-            count += len(self.take().text)
-        return count
+            written = replace(written, dots=written.dots + len(self.take().text))
+        if self.peek().kind == "_" and not written.index:
+            written = replace(written, index=self.script())
+        if self.peek().kind == "^" and self.peek(1).kind == "arrow":
+            written = replace(written, index=written.index + self.script())
+        any(self.took(*argument) for argument in OF_TIME)
+        if written.letter == "sum" and written.index:
+            raise Unread("a sum is read with small numbers as its bounds", start)
+        return symbol_of(written, (start, self.peek(-1).end))
 
-    def _written(self) -> tuple[Written, int]:
-        """A letter with what is above, below and around it, and where that ends."""
-        with self.deeper():
-            token = self.take()
-            if token.kind in ("accent", "style", "plain"):
-                written = self._decorated(token)
-            elif token.kind == "word":
-                written = of_word(token.text) or Written(token.text)
-            elif token.kind == "letter":
-                written = Written(token.text)
-            else:
-                raise Unread(f"{token.text!r} is not a symbol", token.start)
-            while self.peek().kind == "dots":
-                written = replace(written, dots=written.dots + ACCENTS[self.take().text])
-            number = self.peek()
-            if not self.latex and token.kind == "letter" and number.kind == "number" and number.start == token.end:
-                written = replace(written, index=self.take().text)  # as in θ1
-            if self.peek().kind == "index":
-                written = replace(written, index=self.take().text)
-            if self.peek().kind == "_":
-                written = replace(written, index=self._index())
-        return written, self.peek(-1).end
-
-    def _decorated(self, token: Token) -> Written:
-        """The symbol under an accent, or in another type."""
-        bracketed = self.peek().kind == "open"
-        opened = self.take() if bracketed else None
-        if token.kind == "plain" and bracketed:
-            return Written(self._plain(opened))
-        written, _ = self._written()
-        written = replace(written, dots=written.dots + self._primes())
-        if opened is not None:
-            if self.peek().kind != "close":
-                raise Unread(f"\\{token.text} over more than one symbol", opened.start)
-            self.take()
-        if token.kind == "accent":
-            return replace(written, dots=written.dots + ACCENTS[token.text])
-        return replace(written, styled=written.styled or token.kind == "style")
-
-    def _plain(self, opened: Token | None) -> str:
-        """A word in upright type."""
-        letters = []
-        while self.peek().kind not in ("close", "end"):
-            letters.append(self.take().text)
-        if self.peek().kind == "end":
-            raise Unread("the bracket { is not closed", opened.start if opened else 0)
-        self.take()
-        return "".join(letters)
-
-    def _index(self) -> str:
-        self.take()
-        if self.peek().kind != "open":
-            self.digit()
-            token = self.take()
-            opened = self.take() if token.kind == "plain" and self.peek().kind == "open" else None
-            index = self._plain(opened) if opened else token.text
-        else:
-            opened, parts = self.take(), []
-            while self.peek().kind != "close":
-                if self.peek().kind == "end":
-                    raise Unread("the bracket { is not closed", opened.start)
-                part = self.take()
-                if part.kind == "open":
-                    parts.append(self._plain(part))
-                elif part.kind not in ("plain", "style"):
-                    parts.append(part.text)
-            self.take()
-            index = "".join(parts)
-        if index == "G" and self.peek().text == "/" and self.peek(1).text == "O":
-            self.take()
-            self.take()
-            index = "G/O"
-        return index
-
-    def differential(self) -> tuple[str, Node | None, int] | None:
-        """In braces: d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
-        if self.peek().kind != "open":
-            return None
-        self.take()
+    def written(self) -> Written:
+        """A letter with what is above, below and around it."""
         token = self.take()
-        if token.text not in ("d", "partial"):
+        if token.kind in ("accent", "style", "plain"):
+            written = self.decorated(token)
+        elif token.text == "dot" and self.peek().kind in ("letter", "word"):  # dot theta
+            written = self.written()
+            return replace(written, dots=written.dots + 1)
+        elif token.kind in ("word", "letter"):
+            written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
+        else:
+            raise Unread(f"{token.text!r} is not a symbol", token.start)
+        while self.peek().kind == "dots":
+            written = replace(written, dots=written.dots + ACCENTS[self.take().text])
+        number = self.peek()
+        if not self.latex and token.kind == "letter" and number.kind == "number" and number.start == token.end:
+            written = replace(written, index=self.take().text)  # as in θ1
+        while self.peek().kind == "index":
+            written = replace(written, index=written.index + self.take().text)
+        return replace(written, index=self.script()) if self.peek().kind == "_" else written
+
+    def decorated(self, token: Token) -> Written:
+        """The symbol under an accent, or in another type."""
+        opened = self.take() if self.peek().kind == "open" else None
+        place = self.place
+        if token.kind == "plain" and opened:
+            name = self.plain()
+            if re.fullmatch("[A-Za-z]*", name):
+                return Written("L" if name == "l" and token.text in ("mathscr", "mathcal") else name)
+            self.place = place
+        inside = self.symbol() if opened else None
+        written = (inside.written if inside else None) or self.written()
+        if opened and self.take().kind != "close":
+            raise Unread(f"\\{token.text} over more than one symbol", opened.start)
+        styled = written.styled or token.kind == "style"
+        return replace(written, dots=written.dots + ACCENTS.get(token.text, 0), styled=styled)
+
+    def derivative(self) -> Node | None:
+        r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
+        place, start = self.place, self.peek().start
+        fraction = self.took("frac")
+        above = self.differential(fraction)
+        below = self.differential(fraction) if above and (fraction or self.took("/")) else None
+        if above is None or below is None or (above[0], above[2]) != (below[0], below[2]):
+            self.place = place
             return None
-        order, inner = self._order(), None
-        if self.peek().kind != "close":
-            braced = self.peek().text == "{" and self.take()
-            if not self.at_symbol():
-                return None
-            inner = self.symbol()
-            if braced and self.take().kind != "close":
-                return None
-            order = max(order, self._order())
-        if self.peek().kind != "close":
+        (_, inside, order), by = above, below[1]
+        if by is None or by.written is None or not (fraction or inside or by.written == Written("t")):
+            self.place = place
             return None
-        self.take()
-        return token.text, inner, order
+        inside = inside or self.power()
+        for _ in range(order):
+            inside = differentiated(inside, by, (start, self.peek(-1).end))
+        return inside
 
-    def _order(self) -> int:
-        if self.peek().kind == "superscript":
-            return int(self.take().text)
-        if self.peek().kind != "^":
-            return 1
-        self.take()
-        text = self._frame_letter()
-        return int(text) if text.isdigit() and len(text) == 1 else 1
+    def differential(self, braced: bool) -> tuple[str, Node | None, int] | None:
+        """d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
+        if (braced and not self.took("{")) or self.peek().text not in ("d", "partial"):
+            return None
+        sign, inside = self.take().text, None
+        order = self.order()
+        if self.at_symbol():
+            inside = self.symbol()
+        elif self.peek().kind == "open":
+            inside = self.group()
+        order = max(order, self.order())
+        return None if braced and not self.took("}") else (sign, inside, order)
 
-    def differentiated(self, node: Node, by: Node, span: Span) -> Node:
-        """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
-        if by.written == Written("t") and node.written is not None and node.kind == "symbol":
-            return _symbol(replace(node.written, dots=node.written.dots + 1), span)
-        return Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
-
-    def environment(self) -> str:
-        """The name after \\begin or \\end."""
-        opened = self.take()
-        if opened.kind != "open":
-            raise Unread("\\begin without a name", opened.start)
-        return self._plain(opened)
-
-    def skip_group(self) -> None:
-        """Past a token, or a bracket and what is in it."""
-        depth = 0
-        while self.peek().kind != "end":
-            depth += {"open": 1, "close": -1}.get(self.take().kind, 0)
-            if depth == 0:
-                return
+    def order(self) -> int:
+        """The number after ^, and past it; 1 where there is none."""
+        text = self.script() if self.peek().kind in ("^", "superscript") else "1"
+        return int(text) if text in "123456789" else 1
 
 
-def _symbol(written: Written, span: Span) -> Node:
+def differentiated(node: Node, by: Node, span: Span) -> Node:
+    """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
+    if by.written == Written("t") and node.written is not None and node.kind == "symbol":
+        return symbol_of(replace(node.written, dots=node.written.dots + 1), span)
+    return Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
+
+
+def symbol_of(written: Written, span: Span) -> Node:
     """A printed name of which nothing else is known."""
     return Node("symbol", span, unknown(written), written=written)

@@ -1,11 +1,11 @@
 """Text to tokens: LaTeX, plain text and their mixtures, with the place of every token."""
 
 import re
+import unicodedata
 from collections.abc import Iterator
-from itertools import takewhile
 from typing import NamedTuple
 
-from pendpin.doctor.reading.names import FUNCTIONS, GREEK, is_rate, is_word, letters_of
+from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS = 20_000  # of one equation
@@ -22,233 +22,227 @@ class Token(NamedTuple):
 
 
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
-_NAMED = {  # LaTeX's commands that stand for themselves, by the kind of their token
+_NAMES = {  # LaTeX's commands by the kind of their token; after = what they stand for
     "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
-        overrightarrow""",
-    "plain": "mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak",
-    "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow therefore",
+        overrightarrow vb va vu uvec pmb""",
+    "plain": """mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak mbox mathnormal
+        textnormal textsc""",
+    "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore",
     "space": """, ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace phantom
-        allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr""",
+        allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr small qty
+        scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut""",
     "arrow": "uparrow downarrow",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow",
-    "command": "sqrt frac partial begin end top intercal over underbrace overbrace",
+    ",": "in",
+    "command": "sqrt frac tfrac=frac dfrac=frac cfrac=frac partial begin end over underbrace overbrace sum dv pdv",
+    "letter": "top intercal prime star dagger",
+    "matrix": "pmat bmat mat pmatrix bmatrix matrix",
+    "row": r"\ cr newline",
+    "operator": "cdot=* times=x ast=* div=/ wedge=x bullet=.",
+    "relation": "equiv== triangleq== coloneqq== eqdef== doteq==",
+    "|": "| vert=| Vert=| lvert=| rvert=| lVert=| rVert=|",
+    "open": r"{=\{ lbrace=\{ lbrack=[ lparen=(",
+    "close": r"}=\} rbrace=\} rbrack=] rparen=)",
+    "function": " ".join(FUNCTIONS - {"sqrt"}),
+    "accent": " ".join(ACCENTS),
 }
-_WRITTEN = {  # commands that stand for another text
-    "operator": {"cdot": "*", "times": "x", "ast": "*", "div": "/", "wedge": "x", "bullet": "."},
-    "relation": dict.fromkeys(("equiv", "triangleq", "coloneqq", "eqdef", "doteq"), "="),
-    "command": dict.fromkeys(("tfrac", "dfrac", "cfrac"), "frac"),
-    "|": dict.fromkeys(("|", "vert", "Vert", "lvert", "rvert", "lVert", "rVert"), "|"),
-    "open": {"{": r"\{", "lbrace": r"\{", "lbrack": r"\[", "lparen": r"\("},
-    "close": {"}": r"\}", "rbrace": r"\}", "rbrack": r"\]", "rparen": r"\)"},
-    "row": {"\\": "\\"},
-    "space": {" ": " "},
-    "letter": GREEK,
-    "function": {name: name for name in FUNCTIONS - {"sqrt"}},
-    "accent": {name: name for name in ACCENTS},
+_COMMANDS = {
+    word.split("=")[0]: (kind, word.partition("=")[2] or word) for kind in _NAMES for word in _NAMES[kind].split()
 }
-COMMANDS = {name: (kind, name) for kind, names in _NAMED.items() for name in names.split()}
-COMMANDS |= {name: (kind, text) for kind, table in _WRITTEN.items() for name, text in table.items()}
-_CHARACTERS = {
-    "operator": dict(zip("+-−–*/·⋅×∙÷", "+---*/**x*/", strict=True)),
+_COMMANDS |= {" ": ("space", " "), **{name: ("letter", letter) for name, letter in GREEK.items()}}
+_SIGNS = {
+    "operator": dict(zip("+-−–*/·⋅×∙÷∗", "+---*/**x*/*", strict=True)) | {"%2B": "+"},
     "superscript": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
     "half": {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"},
-    "dots": {"\u0307": "dot", "\u0308": "ddot"},
-    "index": dict(zip("₀₁₂₃", "0123", strict=True)),
+    "dots": {"\u0307": "dot", "\u0308": "ddot", "\u02d9": "dot", "\u00a8": "ddot"},
+    "index": dict(zip("₀₁₂₃₄₅₆", "0123456", strict=True)),
     "letter": GREEK,
-    "open": {letter: letter for letter in "([{"},
-    "close": {letter: letter for letter in ")]}"},
+    "open": {"(": "(", "[": "[", "{": "{"},
+    "close": {")": ")", "]": "]", "}": "}"},
     "prime": {"'": "'", "′": "'", "’": "'", "″": "''"},
-    "relation": {"=": "="},
+    "relation": {"=": "=", "==": "=", ":=": "="},
+    "gap": {"⇒": "⇒", "⟹": "⟹"},
+    "function": {"√": "sqrt"},
+    "command": {"∂": "partial"},
     "other relation": {letter: letter for letter in "<>≈≠≤≥∼≪≫"},
-    **{letter: {letter: letter} for letter in "^_,.;|"},
+    "^": {"^": "^", "**": "^"},
+    **{letter: {letter: letter} for letter in "_,.;|&"},
 }
-CHARACTERS = {name: (kind, text) for kind, table in _CHARACTERS.items() for name, text in table.items()}
+_CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, text in table.items()}
 
-_NUMBER = re.compile(r"\d+(?:\.\d+)?|\.\d+")
-_DECIMAL_COMMA = re.compile(r"(?:0,|\d+\{,\})\d+|(?<![(,\d])\d+,\d+(?![\d,)]|\s*[,)])")
-_LATIN = re.compile(r"[A-Za-z]+")
-_WORD = re.compile(r"[A-Za-z][A-Za-z0-9]*(?:_(?:[A-Za-z0-9]+))*")
-_ELEMENT = re.compile(r"[A-Za-z]\w*(?:\(\d{1,2}\)|\[\d{1,2}\]|\(:,\s*\d{1,2}\)|\[:,\s*\d{1,2}\])")
-_INDEXED = re.compile(r"[A-Za-z]+_\d(?=[A-Za-z])")  # a name before another, as in J_1c
-_PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+")  # what is multiplied without a sign
-_COMMAND = re.compile(r"\\([A-Za-z]+\*?|.)", re.DOTALL)
-_PRIMES = re.compile(r"\^\s*(?:\{\s*(?:(?:\\prime\b|['′])\s*)+\}|\\prime\b|['′])")
-_PROSE = re.compile(r"\(?\s*\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{([^{}]*)\}\s*\)?")
+# blanks in the place of what says nothing of quantities: labels, comments, module names, the number of an equation
+_NOISE = re.compile(
+    r"\\(?:label|tag|ref|eqref|hspace|vspace|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|obj|this|p)\.\s?(?=[A-Za-z])|&space;|\.\.\.[^\n]*\n"
+    r"|(?<=[\s.,])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
+)
+_UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
+_UNITS = re.compile(  # of a parameter: what stands between its number and the end
+    r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
+    rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
+)
+_FUNCTION_NAMES = "|".join(sorted(FUNCTIONS))
+_TOKEN = re.compile(
+    rf"""(?P<plain>\\(?:mathrm|textrm|text|mathit|operatorname\*?|rm|mbox)\s*\{{\s*(?:d|diag|{_FUNCTION_NAMES})\s*\}})
+    |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
+    |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
+    |(?P<typo>\\dot\{{\\partial\}})
+    |(?P<command>\\(?:[A-Za-z]+\*?|.))
+    |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
+    |(?P<element>(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1])?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
+    |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)
+    |(?P<sign>\*\*|==|:=|%2B|.)""",
+    re.VERBOSE | re.DOTALL,
+)
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
-_DECORATION = re.compile(
-    r"\\(?:label|tag|ref|eqref|hspace|vspace|mbox|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%[^\n]*"
-    r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]|\b(?:np|numpy|math|Math|sp|sympy|self|params|par|obj|this)\.(?=[A-Za-z])"
-    r"|(?<=[\s.,])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])"
-)
+_INDEXED = re.compile(
+    rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])"
+)  # J_1c is J_1 c
 
 
 def is_latex(text: str) -> bool:
     """Whether an equation is printed in LaTeX rather than in plain text."""
-    return "\\" in text or "{" in text
+    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text))
 
 
 def tokens(text: str) -> list[Token]:
     """The tokens of one equation. Raises Unread for a character or command that means nothing here."""
     if len(text) > MOST_CHARACTERS:
         raise Unread(f"longer than {MOST_CHARACTERS:,} characters")
-    latex, found, place = is_latex(text), [], 0
-    code = not latex and "*" in text
+    latex, found, place = is_latex(text), list[Token](), 0
+    text = _NOISE.sub(lambda match: " " * len(match[0]), text)
+    if units := _UNITS.search(text):
+        value = units["value"].partition("(")[0]
+        text = text[: units.start()] + value.ljust(len(units[0]))
     while place < len(text):
-        if match := _DECORATION.match(text, place):
-            place = match.end()
-        elif match := _PRIMES.match(text, place):
-            found.append(Token("prime", "'" * len(re.findall("prime|['′]", match[0])), place, match.end()))
-            place = match.end()
-        elif text[place] in "(\\" and (prose := _prose(text, place)):
-            found.append(prose)
-            place = prose.end
-        elif text[place].isspace() or text[place] in "~&\u2009\u202f":
-            if text[place] == "&":
-                found.append(Token("&", "&", place, place + 1))
-            place += 1
-        else:
-            new = _next(text, place, latex, code)
-            found.extend(token for token in new if token.kind != "space")
-            place = new[-1].end
+        new = list(_tokens_at(text, place, latex))
+        found += [token for token in new if token.kind != "space"]
+        place = new[-1].end
         if len(found) > MOST_TOKENS:
             raise Unread(f"longer than {MOST_TOKENS:,} symbols")
-    return list(_merged(found))
+    return _merged(found)
 
 
-def _prose(text: str, place: int) -> Token | None:
-    """Words beside an equation, which end it, or a condition; None for a name, such as const."""
-    match = _PROSE.match(text, place)
-    words = match[1].strip() if match else ""
-    if match is None or (words not in _PROSE_WORDS and re.fullmatch(r"[A-Za-z.]*", match[1])):
-        return None
-    return Token("condition" if _CONDITION.search(words) else ",", words, place, match.end())
+def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
+    """The token at one place; of a word perhaps several."""
+    match = _TOKEN.match(text, start)
+    assert match is not None
+    kind, found, end = match.lastgroup, match[0], match.end()
+    if kind == "prose":  # which end an equation, or are a condition, or a name such as const
+        words = match["words"].strip()
+        if words in _PROSE_WORDS or not re.fullmatch(r"[A-Za-z.]*", match["words"]):
+            yield Token("condition" if _CONDITION.search(words) else ",", words, start, end)
+            return
+        kind, found = ("sign", "(") if found[0] == "(" else ("command", found[: found.index("{")].rstrip())
+        end = start + len(found)
+    match kind:
+        case "plain":
+            name = re.sub(r".*\{\s*|\s*\}", "", found)
+            yield Token("function" if name in FUNCTIONS else "word" if name == "diag" else "letter", name, start, end)
+        case "prime":
+            yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
+        case "typo":  # of a partial derivative by a rate
+            yield from (Token("command", "partial", start, start + 6), Token("accent", "dot", start + 6, end))
+        case "command":
+            name = found[1:].rstrip("*") or "*"
+            if name not in _COMMANDS:
+                raise Unread(f"\\{name} has no meaning in an equation here", start)
+            yield Token(*_COMMANDS[name], start, end)
+        case "number":
+            yield Token("number", found.replace("{,}", ".").replace(",", "."), start, end)
+        case "element" if not latex and re.split(r"\W", found)[0] not in FUNCTIONS:
+            yield Token("word", found, start, end)
+        case "element" | "word":
+            word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*", found)
+            assert word is not None
+            yield from _letters(word[0], start, latex, text)
+        case _:
+            yield from _sign(found, start)
 
 
-def _merged(found: list[Token]) -> Iterator[Token]:
-    r"""Tokens with \mathrm{d} and \operatorname{sin} as the letter and the function that they stand for."""
-    place = 0
-    while place < len(found):
-        token = found[place]
-        word = found[place + 1 : place + 4]
-        adjacent = word and word[0].start == token.end and (len(word) < 2 or word[1].kind != "prime")
-        if token.kind == "letter" and token.text in "sc" and adjacent and word[0].text in ("theta", "phi"):
-            yield token._replace(kind="function", text="sin" if token.text == "s" else "cos")
-            place += 1
-        elif token.kind == "plain" and word and word[0][:2] == ("letter", "d"):
-            place += 1
-        elif token.kind == "plain" and _braced(word) in {"d", "diag", *FUNCTIONS}:
-            yield word[1]._replace(start=token.start, end=word[2].end)
-            place += 4
-        else:
-            yield token
-            place += 1
+def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
+    """A word: one name, or several letters and functions that are multiplied without a sign."""
+    end = place + len(word)
+    if word in _PROSE_WORDS and len(word) > 2:
+        yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
+    elif word.lower() in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
+        yield Token("function", word.lower(), place, end)
+    elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):
+        yield Token("word", match[0], place, place + match.end())
+        yield from _letters(word[match.end() :], place + match.end(), latex, text)
+    else:
+        over_dt = word == "dt" and text[:place].rstrip().endswith("/")
+        for part in ["d", "t"] if over_dt else spelled(word, latex, "*" in text):
+            kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
+            yield Token(kind, part, place, place + len(part))
+            place += len(part)
 
 
-def _braced(word: list[Token]) -> str:
-    """What stands alone in brackets; empty where nothing does."""
-    return word[1].text if [token.kind for token in word[::2]] == ["open", "close"] else ""
+def _sign(found: str, start: int) -> Iterator[Token]:
+    """The tokens of a sign that is neither a digit nor a Latin letter; a letter with dots above is two."""
+    if found.isspace() or found in "~\u2009\u202f":
+        yield Token("space", found, start, start + 1)
+        return
+    for letter in unicodedata.normalize("NFD", found) if found.isalpha() and found not in _CHARACTERS else [found]:
+        if letter not in _CHARACTERS and not (letter.isascii() and letter.isalpha()):
+            raise Unread(f"the character {found!r} (U+{ord(found):04X}) has no meaning in an equation here", start)
+        yield Token(*_CHARACTERS.get(letter, ("letter", letter)), start, start + len(found))
 
 
-def _next(text: str, place: int, latex: bool, code: bool) -> list[Token]:
-    """The token, or the tokens of one word, that start at a place."""
-    letter = text[place]
-    if letter == "\\":
-        return [_command(text, place)]
-    if match := _DECIMAL_COMMA.match(text, place):
-        return [Token("number", match[0].replace("{,}", ".").replace(",", "."), place, match.end())]
-    if match := _NUMBER.match(text, place):
-        return [Token("number", match[0], place, match.end())]
-    if not latex and (match := _ELEMENT.match(text, place)) and not FUNCTIONS & {re.split(r"\W", match[0])[0]}:
-        return [Token("word", match[0], place, match.end())]
-    if letter.isascii() and letter.isalpha():
-        match = (_LATIN if latex else _WORD).match(text, place)
-        assert match is not None
-        return _letters(match[0], place, latex, code)
-    return [_sign(text, place)]
-
-
-def _letters(word: str, place: int, latex: bool, code: bool) -> list[Token]:
-    """A word: one name, or several letters and functions that are multiplied without a sign, which is rare in `code`."""
-    if word in FUNCTIONS:
-        return [Token("function", word, place, place + len(word))]
-    if not latex and (match := _INDEXED.match(word)) and not is_rate(word):
-        first = Token("word", match[0], place, match.end() + place)
-        return [first, *_letters(word[match.end() :], first.end, latex, code)]
-    if not latex and (word == "der" or is_word(word) or (code and not _PRODUCT.fullmatch(word))):
-        return [Token("word", word, place, place + len(word))]
-    if word in ("diag", "der"):
-        return [Token("word", word, place, place + len(word))]
-    found = []
-    for part in letters_of(word, latex):
-        kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 and not latex else "letter"
-        found.append(Token(kind, part, place, place + len(part)))
-        place += len(part)
+def _merged(found: list[Token]) -> list[Token]:
+    r"""The tokens with \mathrm d as d; with s and c before an angle as sine and cosine, in brackets if both are there."""
+    following = zip(found, [*found[1:], None], strict=True)
+    found = [a for a, b in following if a.kind != "plain" or b is None or b[:2] != ("letter", "d")]
+    short, in_brackets = set[int](), set[int]()
+    for i, token in enumerate(found):
+        after = found[i + 1 : i + 4]
+        if token.kind == "letter" and token.text in "sc" and after and after[0].start == token.end:
+            if after[0].text in ("theta", "phi") and (len(after) < 2 or after[1].kind != "prime"):
+                short.add(i)
+            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
+                in_brackets.add(i)
+    if {found[i].text for i in in_brackets} == {"s", "c"}:
+        short |= in_brackets
+    for i in short:
+        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
     return found
 
 
-def _command(text: str, place: int) -> Token:
-    match = _COMMAND.match(text, place)
-    if match is None:
-        raise Unread("a lone backslash at the end", place)
-    name, end = match[1].rstrip("*"), match.end()
-    if name not in COMMANDS:
-        raise Unread(f"\\{name} has no meaning in an equation here", place)
-    return Token(*COMMANDS[name], place, end)
+def lines(found: list[Token]) -> list[Token]:
+    r"""Tokens with a separator between equations only: not where a row goes on with a sum, nor at labels and &.
 
-
-def _sign(text: str, place: int) -> Token:
-    """The token of a character that is neither a digit nor a Latin letter."""
-    if text.startswith("**", place):
-        return Token("^", "^", place, place + 2)
-    if text.startswith(("==", ":="), place):
-        return Token("relation", "=", place, place + 2)
-    letter = text[place]
-    if letter not in CHARACTERS:
-        raise Unread(f"the character {letter!r} (U+{ord(letter):04X}) has no meaning in an equation here", place)
-    return Token(*CHARACTERS[letter], place, place + 1)
-
-
-def joined(found: list[Token]) -> list[Token]:
-    """Tokens without the breaks of lines before those that only go on with a sum or product, and without labels."""
+    A gap such as \quad or \Rightarrow separates two equations if both sides of it have a relation.
+    """
     kept: list[Token] = []
-    related = False  # whether this row has a relation already
-    for i, token in enumerate(found):
-        inside = token.kind in ("row", "&") and _inside_matrix(kept)
-        rest = [other.kind for other in takewhile(lambda other: other.kind != "row", found[i + 1 :])]
-        if token.kind == "row" and not inside:
-            line = [other for other in found[i + 1 :] if other.kind != "&"]
-            if line and line[0].kind == "operator" and "relation" not in rest:
-                continue
+    related = False
+    for line in _split(found, "row"):
+        bare = [token for token in line if token.kind not in ("&", "gap")]
+        if kept and bare and (bare[0].kind != "operator" or (related and _relates(bare))):
+            kept.append(Token("row", "\\", bare[0].start, bare[0].start))
             related = False
-        if token.kind == "gap":
-            gap = [other.kind for other in takewhile(lambda other: other.kind not in ("row", "gap"), found[i + 1 :])]
-            if related and "relation" in gap:
-                kept.append(token._replace(kind=","))
+        for piece in _split(line, "gap"):
+            if related and _relates(piece):
+                kept.append(Token(",", ",", piece[0].start, piece[0].start))
                 related = False
-            continue
-        if token.kind == "&" and not inside and kept and kept[-1].kind != "row":
-            if related and rest and "relation" not in rest and rest[0] == "open":
-                kept.append(token._replace(kind="label", text=str(len(rest))))
-            continue
-        related = related or token.kind == "relation"
-        kept.append(token)
-    return list(_without_labels(kept))
+            for column in _split(piece, "&"):
+                if not (related and column and column[0].kind == "open" and not _relates(column)):
+                    kept += column
+                related = related or _relates(column)
+    return kept
 
 
-def _without_labels(found: list[Token]) -> Iterator[Token]:
-    """Tokens without the last column of a row, such as (b_1), which names the equation."""
-    skipped = 0
+def _relates(found: list[Token]) -> bool:
+    return any(token.kind == "relation" for token in found)
+
+
+def _split(found: list[Token], kind: str) -> list[list[Token]]:
+    """The tokens between separators of a kind that stand outside matrices."""
+    pieces, depth = [list[Token]()], 0
     for token in found:
-        if token.kind == "label":
-            skipped = int(token.text)
-        elif skipped:
-            skipped -= 1
+        depth += {"begin": 1, "end": -1}.get(token.text, 0) if token.kind == "command" else 0
+        if token.kind == kind and depth == 0:
+            pieces.append([])
         else:
-            yield token
-
-
-def _inside_matrix(before: list[Token]) -> bool:
-    """Whether a matrix is open after some tokens."""
-    names = [token.text for token in before if token.kind == "command" and token.text in ("begin", "end")]
-    return names.count("begin") > names.count("end")
+            pieces[-1].append(token)
+    return pieces
