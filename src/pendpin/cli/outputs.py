@@ -79,25 +79,19 @@ def print_table(table: Table) -> None:
     """A table on the terminal: names in the first column stay in one piece, and no letter is cut."""
     from rich import box, console
     from rich import table as rich
+    from rich.text import Text
 
     names = not any(" " in row[0] for row in table.rows)
     columns = [rich.Column(title, overflow="fold", no_wrap=i == 0 and names) for i, title in enumerate(table.head)]
     shown = rich.Table(*columns, show_header=any(table.head[1:]), box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for row in table.rows:
-        shown.add_row(*map(_plain_text, row))
+        shown.add_row(*map(Text, row))  # without markup, which may be in what users named
     terminal = console.Console()
     known = terminal.is_terminal or "COLUMNS" in os.environ
     terminal.width = max(terminal.width, LEAST_WIDTH) if known else IN_A_FILE
     terminal.print(shown)
     for line in table.left_out:
         print(line)
-
-
-def _plain_text(cell: str) -> Any:
-    """A cell without markup, which may be in what users named."""
-    from rich.text import Text
-
-    return Text(cell)
 
 
 def print_json(value: Any) -> None:

@@ -247,7 +247,9 @@ def sensors_of(table: Data, model: Model) -> Sensors:
         else:
             for joint in measured:
                 angles[row, model.index(joint, where)] += 1.0
-    measured = angles.any(0) | (np.abs(tips @ _tips_by_joints(model)) > SENSITIVE).any(0)
+    step = 1e-6  # of central differences of the tips (3 bodies,) by the joints' positions, at zero
+    plus, minus = (tips_at(model, side * step * np.eye(len(model.joints))) for side in (1.0, -1.0))
+    measured = angles.any(0) | (np.abs(tips @ ((plus - minus).T / (2 * step))) > SENSITIVE).any(0)
     return Sensors(angles, tips, np.flatnonzero(measured).tolist())
 
 
@@ -255,13 +257,6 @@ def tips_at(model: Model, q: Array) -> Array:
     """The tips (M, 3 bodies) in m of a model at q (M, nv)."""
     ends = np.array([[*body.tip, 1.0] for body in model.bodies])
     return (kinematics.poses(model, q) @ ends[:, :, None])[:, :, :3, 0].reshape(len(q), -1)
-
-
-def _tips_by_joints(model: Model) -> Array:
-    """The derivatives (3 bodies, nv) of the tips by the joints' positions, at zero."""
-    step = 1e-6
-    plus, minus = (tips_at(model, side * step * np.eye(len(model.joints))) for side in (1.0, -1.0))
-    return (plus - minus).T / (2 * step)
 
 
 def _tip(text: str, model: Model, where: str) -> int:

@@ -40,10 +40,10 @@ class Free:
 
     def values(self, z: Any) -> Any:
         """The numbers (K,) at search coordinates (nz,), floats or symbols."""
-        x = np.array([_exp(c) if log else c for c, log in zip(z, self.positive, strict=True)])
-        return (
-            self.transform @ x
-        )  # not the guess and a difference: by rounding static might fall below kinetic friction
+        pairs = zip(z, self.positive, strict=True)
+        exps = (np.exp(c) if log and isinstance(c, float) else symbols().exp(c) if log else c for c, log in pairs)
+        # not the guess and a difference: by rounding static might fall below kinetic friction
+        return self.transform @ np.array(list(exps))
 
     @property
     def speeds(self) -> Array:
@@ -83,10 +83,6 @@ def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
             upper.append(most)
     transform = np.array(columns).T.reshape(len(keys), len(columns))
     return Free(tuple(keys), guess, transform, *map(np.array, (positive, start, lower, upper)))
-
-
-def _exp(x: Any) -> Any:
-    return np.exp(x) if isinstance(x, float) else symbols().exp(x)
 
 
 def substitute(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: Callable[..., Any]) -> Scene:

@@ -244,7 +244,9 @@ def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsur
     for name, unit, function in _ratios(scene, free, unsure):
         values = free.values(z)
         gradient = np.zeros(len(certainty.scale))
-        gradient[: len(z)] = _gradient(function, values) @ free.gradients(z)
+        steps = np.diag(1e-6 * np.where(values != 0, np.abs(values), 1.0))  # of central differences
+        slopes = np.array([(function(values + d) - function(values - d)) / (2 * d.sum()) for d in steps])
+        gradient[: len(z)] = slopes @ free.gradients(z)
         if certainty.determined(gradient):
             error = certainty.error(gradient) if certainty.enough else None
             determined.append(Combination(name, float(function(values)), error, unit))
@@ -282,9 +284,3 @@ def _moments(scene: Scene) -> tuple[Array, Array]:
         first.append(m * h + below * rod.length)
         below += m
     return np.array(inertia[::-1]), np.array(first[::-1])
-
-
-def _gradient(function: Callable[[Array], float], values: Array) -> Array:
-    """Central differences (K,)."""
-    steps = 1e-6 * np.where(values != 0, np.abs(values), 1.0)
-    return np.array([(function(values + d) - function(values - d)) / (2 * d.sum()) for d in np.diag(steps)])

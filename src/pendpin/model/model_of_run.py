@@ -55,17 +55,6 @@ def _point(point: ArrayLike) -> Array:
     return numbers
 
 
-def slides_of(run: RunRecord) -> frozenset[str]:
-    """The names of the prismatic joints of a run. Raises InputError as `model_of`."""
-    model = model_of(run)
-    return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
-
-
-def links_of(run: RunRecord) -> tuple[str, ...]:
-    """The names of the links whose tips a run has. Raises InputError as `model_of`."""
-    return tuple(body.link for body in model_of(run).bodies)
-
-
 def swings_of(run: RunRecord, model: Model | None = None) -> Array:
     """The largest angle of any rod from straight down, (n,) rad; of a run's model if none is given. Raises InputError."""
     model = model or model_of(run)

@@ -21,20 +21,14 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         for joint in far[:1]
     ]
     lines += _homes_note(scene, model)
-    lines += _payload_note(scene)
+    if isinstance(scene.model, Chain) and any(isinstance(effect, Drag) for effect in scene.effects):
+        rods = enumerate(scene.model.all_rods)
+        if points := [f"rod_{i + 1}" for i, rod in rods if rod.payload and not rod.payload_radius]:
+            those = choices(points[:SHOWN])
+            lines.append(f"the payload of {those} is a point without drag: payload_radius makes it a sphere")
     if not scene.effects:
         lines.append("effects: nothing acts in this scene; gravity must be listed too")
     return (*ignored(model.written or (), scene.effects), *model.notes, *lines)
-
-
-def _payload_note(scene: Scene) -> list[str]:
-    """A note on payloads that the air does not see."""
-    if not isinstance(scene.model, Chain) or not any(isinstance(effect, Drag) for effect in scene.effects):
-        return []
-    points = [f"rod_{i + 1}" for i, rod in enumerate(scene.model.all_rods) if rod.payload and not rod.payload_radius]
-    return [f"the payload of {choices(points[:SHOWN])} is a point without drag: payload_radius makes it a sphere"][
-        : len(points)
-    ]
 
 
 def _homes_note(scene: Scene, model: Model) -> list[str]:

@@ -175,7 +175,8 @@ class Trajectory(RunRecord):
     def slides(self) -> frozenset[str] | None:
         """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
         try:
-            return model_of_run.slides_of(self)
+            model = model_of_run.model_of(self)
+            return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
         except PendpinError:
             return None
 
@@ -183,7 +184,7 @@ class Trajectory(RunRecord):
     def links(self) -> tuple[str, ...] | None:
         """The names of the links whose tips there are; None as `slides`."""
         try:
-            return model_of_run.links_of(self)
+            return tuple(body.link for body in model_of_run.model_of(self).bodies)
         except PendpinError:
             return None
 

@@ -1,9 +1,8 @@
 """Runs: simulate a scene, show a saved run, draw it: pendpin run, view, plot."""
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Any
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -26,8 +25,7 @@ from pendpin.errors import Halted, PendpinError, RunError, inside
 from pendpin.ground.files import write_whole
 
 if TYPE_CHECKING:
-    from pendpin.motions.trajectory import Trajectory
-    from pendpin.scene import Scene
+    pass
 
 
 @on_scene
@@ -67,6 +65,7 @@ def run(
     from pendpin.dynamics.efforts import explain as explain_run
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
+    from pendpin.motions.simulate import simulate
     from pendpin.runs.checkpoint import resumable
 
     scene = lasting(chosen.scene, duration, samples)
@@ -81,7 +80,10 @@ def run(
     settings |= {"anyway": anyway}
     with resumable(checkpoint):
         with chosen.noted(), progress_bar("integrating", scene.duration, hidden=json) as progress:
-            trajectory, stopped = _simulated(scene, settings, progress)
+            try:
+                trajectory, stopped = simulate(scene, **settings, progress=progress), None
+            except RunError as error:
+                trajectory, stopped = error.partial, error
         if explain and not json:
             for line in explain_run(bind(scene), trajectory.stats):
                 print(line)
@@ -100,18 +102,6 @@ def run(
         show_live(trajectory.animate())
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
-
-
-def _simulated(
-    scene: "Scene", settings: dict[str, Any], progress: Callable[[float], None]
-) -> tuple["Trajectory", RunError | None]:
-    """The run, and why it ended early if it did."""
-    from pendpin.motions.simulate import simulate
-
-    try:
-        return simulate(scene, **settings, progress=progress), None
-    except RunError as error:
-        return error.partial, error
 
 
 # --- a saved run in the browser: pendpin view -----------------------------------------------------------------------
@@ -222,18 +212,14 @@ def new(
         print("\n".join(example_names()))
         return
     text = example_text(example)
-    for file in files_of_example(text):
-        _put_here(file)
+    for file in files_of_example(text):  # one of that name stays as it is, and that is said
+        target, content = Path(file.name), file.read_bytes()
+        if not target.exists():
+            written = write_whole(target, lambda out, content=content: out.write(content))
+            say(f"pendpin: wrote {written}, which the scene reads")
+        elif target.read_bytes() != content:
+            say(f"pendpin: note: {target} is there already, and is not that of the example")
     print(text, end="")
-
-
-def _put_here(file: Path) -> None:
-    """Copy a file of the examples into the working folder; one of that name stays as it is, and that is said."""
-    target, content = Path(file.name), file.read_bytes()
-    if not target.exists():
-        say(f"pendpin: wrote {write_whole(target, lambda out: out.write(content))}, which the scene reads")
-    elif target.read_bytes() != content:
-        say(f"pendpin: note: {target} is there already, and is not that of the example")
 
 
 # --- the JSON schema of a scene: pendpin schema ---------------------------------------------------------------------

@@ -245,7 +245,9 @@ class Contacts:
         """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""
         nv, size = len(q), self.length
         columns = self.engine.compliance(q, np.arange(nv))
-        away, rest = _around(nv) * size, np.zeros(nv)
+        # four directions of order one: every theta of a chain may be turned, and every phi; mirror images have the same four
+        turned = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])[:, np.arange(nv) % 2] * np.sin(1.0 + np.arange(nv))
+        away, rest = turned * size, np.zeros(nv)
         looks = times[np.unique(np.linspace(0, len(times) - 1, _LOOKS).astype(int))]
         pushes = np.array([self.engine.accelerate(t, x, rest, rest) for t in looks for x in (q, *(q + away))])
         push = np.nan_to_num(np.abs(pushes)).max(0)
@@ -253,15 +255,6 @@ class Contacts:
         span = float(times[-1] - times[0])
         rate = max(math.sqrt(square), float((np.abs(v) / size).max()), 1.0 / span if span else 0.0)
         return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))
-
-
-def _around(nv: int) -> Array:
-    """Four directions (4, nv) of order one in which to look how joints are pushed elsewhere.
-
-    Every angle theta of a chain may be turned, and every phi: mirror images have the same four.
-    """
-    turned = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])
-    return turned[:, np.arange(nv) % 2] * np.sin(1.0 + np.arange(nv))
 
 
 def _solved(A: Array, b: Array) -> Array:

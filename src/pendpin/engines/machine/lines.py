@@ -165,16 +165,6 @@ class _Lines:
         """An operation on two vectors of numbers."""
         return self(f"{operation} {VECTOR} {x}, {y}")
 
-    def lost_in_sum(self, x: str, y: str, total: str) -> str:
-        """What a sum loses by rounding, exactly (Knuth)."""
-        of_y = self.on("fsub", total, x)
-        of_x = self.on("fsub", total, of_y)
-        return self.on("fadd", self.on("fsub", x, of_x), self.on("fsub", y, of_y))
-
-    def lost_in_product(self, x: str, y: str, product: str) -> str:
-        """What a product loses by rounding, exactly."""
-        return self.fused(x, y, self(f"fneg {VECTOR} {product}"))
-
     def polynomial(self, coefficients: tuple[float, ...], z: str) -> str:
         """By Horner's rule."""
         *others, highest = coefficients
@@ -190,7 +180,10 @@ def _sine_and_cosine(line: _Lines, x: str) -> tuple[str, str]:
     first = line.fused(back, _constant(_HALF_PI), x)  # exact
     rest = line.on("fmul", back, _constant(_REST))
     r = line.on("fadd", first, rest)
-    c = line.on("fadd", line.lost_in_sum(first, rest, r), line.lost_in_product(back, _constant(_REST), rest))
+    of_rest = line.on("fsub", r, first)  # what the sum loses by rounding, exactly (Knuth), and what the product loses
+    of_first = line.on("fsub", r, of_rest)
+    lost = line.on("fadd", line.on("fsub", first, of_first), line.on("fsub", rest, of_rest))
+    c = line.on("fadd", lost, line.fused(back, _constant(_REST), line(f"fneg {VECTOR} {rest}")))
     c = line.fused(back, _constant(_LAST), c)
     z = line.on("fmul", r, r)
     cubed = line.on("fmul", z, r)

@@ -154,7 +154,8 @@ def _differentiate_binary(tape: Tape, name: str, result: Term, a: Any, b: Any, d
         return (da - result * db) * (1.0 / b)
     if name == "pow":
         of_base = 0.0 if _is_zero(da) else b * a ** (b - 1) * da
-        return of_base if _is_zero(db) else of_base + result * _recorded(tape, "log", a) * db
+        log = tape.record("log", a) if isinstance(a, Term) else float(np.log(a))
+        return of_base if _is_zero(db) else of_base + result * log * db
     if _is_zero(da):  # the order of two that commute is that of their places
         a, b, da, db = b, a, db, da
     first = tape.record("less", a, b) if name == "min" else tape.record("less", b, a)
@@ -178,10 +179,6 @@ def _slope(tape: Tape, name: str, result: Term, x: Any) -> Any:
 
 def _is_zero(x: Any) -> bool:
     return not isinstance(x, Term) and x == 0
-
-
-def _recorded(tape: Tape, name: str, x: Any) -> Any:
-    return tape.record(name, x) if isinstance(x, Term) else float(getattr(np, name)(x))
 
 
 def _term(tape: Tape, place: int) -> Any:

@@ -178,7 +178,8 @@ class Tape:
         place = self._places.get(operation)
         if place is not None:
             return Term(self, place)
-        return self._new(operation, _operands_of(operation), fixed, by_rod, lanes)
+        operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
+        return self._new(operation, operands, fixed, by_rod, lanes)
 
     def _new(
         self, operation: tuple[Any, ...], operands: tuple[int, ...], fixed: bool, by_rod: bool, lanes: int
@@ -236,14 +237,6 @@ class Recording(NamedTuple):
     def places(self) -> list[int]:
         """The places of the results that are of no rod."""
         return [self.tape.placed(x) for x in self.results]
-
-
-def _operands_of(operation: tuple[Any, ...]) -> tuple[int, ...]:
-    """The places of what an operation is computed from."""
-    name = operation[0]
-    if name in LEAVES:
-        return ()
-    return operation[1 : _OPERANDS.get(name)]
 
 
 def _with(name: str) -> Callable[..., Any]:

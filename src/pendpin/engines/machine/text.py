@@ -330,7 +330,9 @@ class Schedule:
         for place in self.needed:
             if tape.operations[place][0] == "last" or not self.late.isdisjoint(tape.operands[place]):
                 self.late.add(place)
-        self.stored = self._read_later(pass_loops)  # what a rod's operations leave for later loops
+        used = [(x, loop) for place, loop in self.loop.items() for x in tape.operands[place]]
+        used += [(place, pass_loops[which]) for which, place in self._passed_on]
+        self.stored = sorted({x for x, loop in used if loop > self.loop.get(x, loop)})  # what later loops read
 
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
         """What the passes of a loop carry: the place of the operation, and the cell."""
@@ -395,9 +397,3 @@ class Schedule:
             for x in self.tape.operands[place]:
                 uses[x].append(loop[place])
         return loop
-
-    def _read_later(self, pass_loops: Sequence[int]) -> list[int]:
-        """The operations that later loops than their own use."""
-        used = [(x, loop) for place, loop in self.loop.items() for x in self.tape.operands[place]]
-        used += [(place, pass_loops[which]) for which, place in self._passed_on]
-        return sorted({x for x, loop in used if loop > self.loop.get(x, loop)})
