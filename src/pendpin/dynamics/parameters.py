@@ -75,7 +75,7 @@ class Parameters(Numbers):
         return np.empty((0, 1))
 
     def __call__(self, x: Any) -> Any:
-        """As `Numbers`, with a parameter for each number that is not 0."""
+        """The numbers with a parameter in place of each that is not 0."""
         if x is None:
             self._structure.append(None)
             return None
@@ -105,7 +105,7 @@ class Parameters(Numbers):
         return 0.0 if self._tape is None else self._tape.input(place)
 
     def effect(self, effect: AnEffect) -> AnEffect:
-        """As `Numbers`; its kind, and fields that are not numbers, belong to the structure."""
+        """The effect with parameters; its kind, and fields that are not numbers, belong to the structure."""
         if id(effect) not in self._effects:
             others = effect.model_copy(update=dict.fromkeys(effect.parameters))
             self.constant((type(effect), repr(others)))
@@ -114,7 +114,7 @@ class Parameters(Numbers):
         return self._effects[id(effect)][1]
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
-        """As `Numbers`: a table of the tape."""
+        """The row (width,) that holds at a time, as a function of the time: a table of the tape."""
         tape, width, key = self._tape, rows.shape[1], (times.tobytes(), rows.tobytes())
         place = self._places.setdefault(key, len(self.tables))
         if place == len(self.tables):
@@ -137,15 +137,14 @@ class RodParameters(Parameters):
 
     @property
     def values_of_rods(self) -> Array:
-        """As `Parameters`."""
         return np.array(self.columns).reshape(-1, self.rods)
 
     def joints(self, x: Array) -> Array:
-        """As `Numbers`, from the numbers (2 n, ...) of theta and phi of every rod."""
+        """The numbers of one rod, from those (2 n, ...) of theta and phi of every rod."""
         return self._number_rod(np.reshape(_convert_to_numbers(x), (self.rods, JOINTS, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
-        """As `Numbers`, from the numbers (n, ...) of every rod."""
+        """The numbers of one rod, from those (n, ...) of every rod."""
         return self._number_rod(_convert_to_numbers(x)[:, None])
 
     def _number_rod(self, x: Array) -> Array:

@@ -91,7 +91,7 @@ class Tracked(Effect):
         return True
 
     def with_numbers(self, numbers: Any) -> Self:
-        """As `Effect.with_numbers`; what a csv holds becomes a table."""
+        """The same effect on other numbers; what a csv holds becomes a table."""
         if self.track is None:
             return super().with_numbers(numbers)
         return self.model_copy(update={"track": self.track.looked_up(numbers)})

@@ -104,7 +104,7 @@ class Compiled(Engine):
         return self.base.project(y)
 
     def normalise(self, y: Array) -> None:
-        """As the base engine, a state (size,); steps in machine code do it themselves."""
+        """The base engine's, of a state (size,); steps in machine code do it themselves."""
         self.base.normalise(y)
 
     def motion(self, y: Array) -> Motion:

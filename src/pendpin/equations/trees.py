@@ -138,7 +138,7 @@ def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array,
 def motions_in_links(
     tree: Tree, q: Array, v: Array, xp: Any = np
 ) -> tuple[Array, Array, Array, Callable[[Array], Array]]:
-    """As `motions`, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
+    """The motions of all links, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
 
     And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3): few operations for each.
     """

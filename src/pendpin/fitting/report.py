@@ -300,7 +300,7 @@ def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
 
 
 def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
-    """As `Fit.predict`."""
+    """Predict other swings with the fitted numbers (Fit.predict)."""
     swings = thin_out(swings, FINEST * setting.pace)
     compared = compared_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]

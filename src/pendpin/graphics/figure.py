@@ -195,7 +195,7 @@ def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:
 
 
 def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
-    """As `Trajectory.plot`."""
+    """Draw quantities of a run over time (Trajectory.plot)."""
     runs = runs_of(run, compare)
     if axes("ax", ax) is None:
         with plain_text():

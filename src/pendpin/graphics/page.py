@@ -151,7 +151,7 @@ def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int])
 
 
 def _moments(drawing: Drawing, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
-    """As `_fractions` of the moments, where they are more than the rounding of the forces."""
+    """The moments as fractions of the largest, where they are more than the rounding of the forces."""
     moments, forces = _fractions(drawing.moments, keys, bodies), _fractions(drawing.forces, keys, bodies)
     rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0
     return moments if moments and moments["largest"] > rounding else None

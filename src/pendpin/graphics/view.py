@@ -121,7 +121,7 @@ def _open(url: str) -> None:
 
 
 def show(run: RunRecord, viewer: Any) -> Any:
-    """As `Trajectory.show`; the viewer is returned."""
+    """Show a run in a viewer (Trajectory.show); the viewer is returned."""
     if hasattr(viewer, "display") and hasattr(viewer, "model"):
         return _displayed(run, viewer)
     if hasattr(viewer, "set_animation") and hasattr(viewer, "window"):

@@ -113,7 +113,7 @@ class Record(BaseModel, metaclass=RecordType):
     __str__ = __repr__
 
     def __dir__(self) -> list[str]:
-        """As of the class."""
+        """What the class adds to pydantic's own, and the fields."""
         return sorted({*_added(type(self)), *type(self).model_fields})
 
     @classmethod

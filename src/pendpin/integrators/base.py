@@ -130,7 +130,7 @@ class Integrator(ABC):
         """The states (n, size) at `times` (n,) in s, rising and apart (`separate`), from y (size,) at times[0]."""
 
     def states_at(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """As `integrate`, at any times (n,) that do not fall: those no farther apart than rounding share a state."""
+        """The states at any times (n,) that do not fall: those no farther apart than rounding share a state."""
         apart = separate(times)
         if len(apart) == 1:
             memory = self.memory(y) if plan.memory is None else plan.memory

@@ -28,7 +28,7 @@ _NO_LIMIT = 1e300  # s, on the size of a step
 
 
 class AdaptiveInMachineCode(EventIntegrator):
-    """As `Adaptive`, on equations in machine code; only if `available` is true."""
+    """The adaptive methods on equations in machine code; only if `available` is true."""
 
     library = "CyRK"
 

@@ -217,8 +217,9 @@ def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
 
 
 def configurations(run: RunRecord, pin_model: Any) -> Array:
-    """As `Trajectory.configurations`: a joint of the model that the run lacks stands where it is locked, or at neutral.
+    """The configurations (n, nq) of a run on a Pinocchio model (Trajectory.configurations).
 
+    A joint of the model that the run lacks stands where it is locked, or at neutral.
     Raises InputError for a model that is not a pin.Model, and for a joint of the run that the model lacks, or has in
     another kind.
     """

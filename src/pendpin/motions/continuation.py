@@ -116,7 +116,7 @@ class Continuation:
 
 
 def at(run: RunRecord, times: ArrayLike) -> RunRecord:
-    """As `Trajectory.at`."""
+    """The run at any times within it, integrated to there from the samples before (Trajectory.at)."""
     try:
         t = np.atleast_1d(np.asarray(times, float))
     except (TypeError, ValueError):
@@ -130,7 +130,7 @@ def at(run: RunRecord, times: ArrayLike) -> RunRecord:
 
 
 def extend(run: RunRecord, duration: float) -> RunRecord:
-    """As `Trajectory.extend`."""
+    """The run and its continuation for `duration` s (Trajectory.extend)."""
     if not is_number(duration) or not 0 < duration < np.inf:
         raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
     scene, last = _longer(run, float(duration)), len(run.t) - 1

@@ -33,7 +33,7 @@ STATISTICS: dict[str, Statistic] = {  # derivatives (K,) at times (n,) of a quan
 
 
 def state_transition(run: RunRecord, t0: float, t1: float) -> Array:
-    """As `Trajectory.state_transition`."""
+    """The derivatives (2 nv, 2 nv) of the state at t1 by that at t0 (Trajectory.state_transition)."""
     for name, t in (("t0", t0), ("t1", t1)):
         if not is_number(t) or not run.t[0] <= t <= run.t[-1]:
             raise InputError(f"{name}: {shown(t)} is not a time of the run, {run.t[0]:.6g} to {run.t[-1]:.6g} s")
@@ -47,7 +47,7 @@ def state_transition(run: RunRecord, t0: float, t1: float) -> Array:
 
 
 def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Array:
-    """As `Trajectory.sensitivity`."""
+    """The derivatives of a run, or of one number of it, by numbers of its scene (Trajectory.sensitivity)."""
     if not isinstance(keys, Sequence):
         raise InputError(f"keys: {shown(keys)} is not a list of key paths of the scene")
     keys = [keys] if isinstance(keys, str) else list(keys)

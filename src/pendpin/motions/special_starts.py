@@ -28,7 +28,7 @@ UPRIGHT = 1e-12  # of a field: what it may have across the vertical
 
 
 def at_rest(scene: Scene) -> StartRecord:
-    """As `Start.at_rest`."""
+    """The rest of a scene that is nearest to a start (Start.at_rest)."""
     dynamics, time = bind(scene), scene.start.time
     q, _ = start_state(dynamics.model, scene.start)
     hanging = _hanging(dynamics, q)
@@ -130,7 +130,7 @@ def _stiffness(scene: Scene) -> Stiffness | None:
 
 
 def conical(scene: Scene, angle: float) -> StartRecord:
-    """As `Start.conical`."""
+    """The start of a conical motion of a scene (Start.conical)."""
     dynamics = bind(scene)
     if not isinstance(scene.model, Chain) or scene.model.count != 1:
         raise InputError("start: a steady cone needs a chain of one rod")

@@ -75,8 +75,9 @@ class Variations:
     def follow(
         self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array, most: float = np.inf
     ) -> tuple[Array, Array]:
-        """As `integrate`, with given sizes (2 nv K,) of the changes; those that are infinite do not shorten the steps.
+        """States and their changes at some times, with given sizes (2 nv K,) of the changes.
 
+        Those that are infinite do not shorten the steps.
         RunError after about `most` evaluations of the equations.
         """
         self._last = self.equations.block.calls + most

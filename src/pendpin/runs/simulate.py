@@ -25,7 +25,7 @@ def run_to_setting(
     checkpoint: Checkpoint | None = None,
     anyway: bool = False,
 ) -> RunRecord:
-    """The motion at all of scene.times, to the scene's tolerance, step or accuracy; as `simulate`, which see."""
+    """The motion at all of scene.times, to the scene's tolerance, step or accuracy."""
     deadline = deadline or Deadline(None)
     if scene.solver.accuracy is None:
         return run_prepared(prepare(scene, energy_balance, deadline), progress, deadline, checkpoint, anyway=anyway)

@@ -128,7 +128,7 @@ class Vectors:
         return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
 
     def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
-        """As `_cases` for numbers (k, keys) that are angles and rates of the start."""
+        """The cases of numbers (k, keys) that are angles and rates of the start."""
         states = np.tile(self._start, (len(rows), 1, 1))
         states[:, *joints] = rows
         places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))

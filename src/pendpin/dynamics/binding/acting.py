@@ -65,7 +65,8 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
     """The effects that act, with their key paths, in an order that does not depend on that of the list.
 
     It is that of the names of their classes, then of the numbers in their fields, as text. Every sum over effects uses this
-    order, so that the order of a scene's list changes no bit.
+    order, so that the order of a scene's list changes no bit: without it the 24 orders of gravity, viscous, spring and motor
+    on two rods gave four motions, 1.3e-8 rad apart after 30 s at tolerance 1e-10.
     """
     acts = [(effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle)]
     return sorted(acts, key=lambda pair: _order(pair[0])) if len(acts) > 1 else acts

@@ -143,7 +143,6 @@ class BoundField(Bound[FieldEffect]):
         return readable(self.effect, self._where, self._context.xp, self._context.field(self.effect, "field"))
 
     def power(self) -> Power:
-        """As `Bound`."""
         field, bodies, xp = self.at, self._context.bodies, self._context.xp
 
         def power(state: State) -> Any:
@@ -153,14 +152,12 @@ class BoundField(Bound[FieldEffect]):
         return power
 
     def potential(self) -> Potential | None:
-        """As `Bound`: of a constant field."""
         if not self.effect.constant:
             return None
         model, field = self._context.model, self.effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
-        """As `Bound`."""
         return self.at
 
 
@@ -211,18 +208,15 @@ class BoundTorque(Bound[JointEffect]):
         return each
 
     def power(self) -> Power:
-        """As `Bound`."""
         torque, xp = self.at, self._context.xp
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
-        """As `Bound`."""
         chosen = chosen_joints(self._context.model, self.effect.on, self._where)
         given = {} if self._each is None else {"each": self._each}
         return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen], **given))
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
-        """As `Bound`."""
         return lambda t: self.at(t, q, v)
 
 
@@ -272,7 +266,6 @@ class BoundWrench(Bound[BodyEffect]):
         return on_some
 
     def power(self) -> Power:
-        """As `Bound`."""
         complete, bodies, xp, wrench = self._context.complete, self._context.bodies, self._context.xp, self.at
 
         def power(state: State) -> Any:
@@ -282,10 +275,7 @@ class BoundWrench(Bound[BodyEffect]):
         return power
 
     def potential(self) -> Potential | None:
-        """As `Bound`.
-
-        It may look at gravity and at where W is: where these change with time, it has no potential.
-        """
+        # it may look at gravity and at where W is: where these change with time, it has no potential
         if not self._context.steady:
             return None
         chosen = chosen_bodies(self._context.model, self.effect.on, self._where)
@@ -305,5 +295,4 @@ class BoundWrench(Bound[BodyEffect]):
         return self._where_offered(potential)
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
-        """As `Bound`."""
         return lambda t: np.concatenate(self.at(t, self._context.complete(t, motion))).ravel()

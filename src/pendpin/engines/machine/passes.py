@@ -27,7 +27,7 @@ def recorded_by_rod(tape: Tape) -> Any:
 
 
 def _record_outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
-    """As `outward`, for the links (n,) of one rod; `base` is what the first rod of the chain receives."""
+    """The results of a step outward at the links (n,) of one rod; `base` is what the first rod of the chain receives."""
     done: list[tuple[Any, Any]] = []
 
     def body(arriving: Any) -> Any:
@@ -41,7 +41,7 @@ def _record_outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -
 def _record_inward(
     tape: Tape, step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]
 ) -> list[Any]:
-    """As `inward`, for the links (n,) of one rod; nothing hangs on the last rod of the chain."""
+    """The results of a step inward at the links (n,) of one rod; nothing hangs on the last rod of the chain."""
     done: list[tuple[Any, Any]] = []
 
     def body(arriving: Any) -> Any:

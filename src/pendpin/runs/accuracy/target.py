@@ -51,7 +51,7 @@ class NotMet(RunError):
 
 
 def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> RunRecord:
-    """The motion of a scene to the accuracy of its solver; as `simulate`, which see."""
+    """The motion of a scene to the accuracy of its solver."""
     if scene.duration and (scene.solver.accuracy or 0.0) < EPS:
         alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.replaced(samples=1)})
         raise RunError(

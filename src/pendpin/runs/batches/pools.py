@@ -43,7 +43,7 @@ def in_threads(
 def in_processes(
     task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """As `in_threads`, from several processes, or from this one where one worker is enough.
+    """The results of spans in their order, from several processes, or from this one where one worker is enough.
 
     Close the iterator to end them: they stop at once, as they do where this process is killed. What a task raises is
     raised here; RunError where a process dies.
