@@ -124,7 +124,7 @@ def table_row(place: int, t: str, cell: int, width: int) -> Iterator[str]:
 #
 # With the library's sin and cos in their place an evaluation takes 1.36 to 1.39 times as long (4 to 100 rods). The nearest
 # quarter turn k is taken from an angle: r + c = x - k pi/2, with pi/2 in three parts and c what rounding leaves (W. J. Cody,
-# W. Waite, Software Manual for the Elementary Functions, 1980). Polynomials of r², by interpolation at Chebyshev's nodes, are
+# W. Waite, Software Manual for the Elementary Functions, 1980). Polynomials of r², from Chebyshev's nodes, are
 # within 2e-17 of sine and cosine up to pi/4; results within one unit in the last place (tests/test_machine_functions.py).
 # Angles beyond FAR, and NaN, go to the library, four at a time.
 
