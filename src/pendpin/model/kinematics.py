@@ -97,10 +97,20 @@ def swings(model: Model, link_poses: Array) -> Array:
     return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
 
 
-def swings_of_chain(tip: Array) -> Array:
-    """The same of a chain that hangs from W's origin, (n,) rad, from the far ends (n, rods, 3) of its rods in m."""
-    x, y, z = np.moveaxis(np.diff(tip, axis=1, prepend=0.0), -1, 0)
-    return np.arctan2(np.hypot(x, y), -z).max(1)
+def swings_of_chain(q: Array) -> Array:
+    """The same of a chain that hangs from W's origin, (n,) rad, from its angles q (n, nv).
+
+    The direction straight down is turned into the frame of rod after rod, which lies along its own -z.
+    """
+    x, y, z, largest = 0.0, 0.0, -1.0, np.zeros(len(q))
+    for theta, phi in q.T.reshape(-1, 2, len(q)):
+        s, c = np.sin(theta), np.cos(theta)
+        y, z = c * y - s * z, s * y + c * z
+        if phi.any():  # not in the plane of theta
+            s, c = np.sin(phi), np.cos(phi)
+            x, z = c * x + s * z, c * z - s * x
+        np.maximum(largest, np.arctan2(np.hypot(x, y), -z), out=largest)
+    return largest
 
 
 def _angles_from_down(model: Model, link_poses: Array) -> Array:

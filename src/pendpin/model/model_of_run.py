@@ -14,7 +14,6 @@ from pendpin.trajectory.columns import is_chain
 
 FRAMES = ("world", "parent", "child")
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
-SHORTEST = 1e4  # of a rod's length, a chain whose tips show the rod's direction to 1e-12
 SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
 
 
@@ -58,8 +57,8 @@ def _point(point: ArrayLike) -> Array:
 def swings_of(run: RunRecord, model: Model | None = None) -> Array:
     """The largest angle of any rod from straight down, (n,) rad; of a run's model if none is given. Raises InputError."""
     model = model or model_of(run)
-    if model.chain is not None and model.chain.l.sum() < SHORTEST * model.chain.l.min():
-        return kinematics.swings_of_chain(run.tips)
+    if model.chain is not None:
+        return kinematics.swings_of_chain(run.q)
     return kinematics.swings(model, kinematics.poses(model, run.q))
 
 

@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
-from pendpin.model.kinematics import evaluate_each, poses, swings, tip_distance, tips
+from pendpin.model.kinematics import evaluate_each, poses, swings, swings_of_chain, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import resolved
@@ -336,7 +336,11 @@ def multiplier(run: Trajectory) -> float:
 MEASURES = {
     "swing": Measure(
         *("swing", "rad", swing),
-        of_motion=lambda m: evaluate_each(lambda model, q: swings(model, poses(model, q)), m.models, m.q).max(-1),
+        of_motion=lambda m: evaluate_each(
+            lambda model, q: swings(model, poses(model, q)) if model.chain is None else swings_of_chain(q),
+            m.models,
+            m.q,
+        ).max(-1),
     ),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),

@@ -66,4 +66,4 @@ class Motions(NamedTuple):
     @property
     def finite(self) -> Mask:
         """Which cases (c,) were integrated to their ends."""
-        return np.asarray(np.isfinite([self.q, self.v]).all((0, 2, 3)))
+        return np.asarray(np.isfinite(self.q).all((1, 2)) & np.isfinite(self.v).all((1, 2)))
