@@ -1,11 +1,16 @@
 """What the equation doctor reads: right equations hold in any notation, hostile texts are refused in one line."""
 
+import re
 from itertools import product
 
+import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.doctor.printed import read_equations
+from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.tree import Node
 from pendpin.doctor.systems.rod_names import DIMENSION_OF, meanings
 from pendpin.errors import InputError
 
@@ -185,3 +190,147 @@ def test_a_printed_name_of_a_rod_is_a_quantity_and_its_dot_the_rate():
         assert {*names} <= DIMENSION_OF.keys() | {"q_i"}
         slower = {(kg, m, s - 1) for kg, m, s in (DIMENSION_OF[name] for name in names if name != "q_i")}
         assert {DIMENSION_OF[name] for name in rates if name != "dq_i"} <= slower
+
+
+# --- what strangers write has the value that it has in Python ---------------------------------------------------------
+
+
+class Numbers(dict):
+    """A number of its own for every name, the same wherever it stands."""
+
+    def __missing__(self, name: str) -> float:
+        return self.setdefault(name, float(np.random.default_rng([*name.encode()]).uniform(0.3, 2.0)))
+
+
+def value(node: Node) -> np.ndarray | float:
+    """A tree in floating point; what a name stands for is a number of its own."""
+    inside = [value(child) for child in node.children]
+    match node.kind:
+        case "number":
+            return float(node.value)
+        case "symbol":
+            return Numbers()[node.value.lstrip("?")]
+        case "sum":
+            return sum(sign * term for sign, term in zip(node.value, inside, strict=True))
+        case "product":
+            total = 1.0
+            for operator, factor in zip(node.value, inside, strict=True):
+                both = np.ndim(total) == 2 and np.ndim(factor) == 2
+                total = total / factor if operator == "/" else total @ factor if both else total * factor
+            return total
+        case "power":
+            squared = np.ndim(inside[0]) == 2  # of a vector: its length
+            return np.sum(inside[0] ** 2) if squared else inside[0] ** float(node.value)
+        case "matrix":
+            return np.array(inside).reshape(node.value)
+        case "derivative":
+            return Numbers()[f"D{node.value.lstrip('?')}_{node.children[0].value.lstrip('?')}"]
+    functions = {"transpose": np.transpose, "norm": np.linalg.norm, "cot": lambda x: 1 / np.tan(x)}
+    return functions.get(node.value, getattr(np, node.value, None))(inside[0])
+
+
+# an equation as it is printed, and its sides in Python; dtheta is the rate of theta
+PRINTED = [
+    ("dydt(2) = -(g/l)*sin(y(1));", "y2d", "-(g/l)*sin(y1)"),
+    ("xdot(4,1) = y(3, 1) + y(2,:)", "x4d", "y3 + y2"),
+    ("ddq = -(u.*cos(q).^2)./(l.*np.sqrt(m))", "ddq", "-u*cos(q)**2/(l*sqrt(m))"),
+    ("acc = num/den + temp", "acc", "num/den + temp"),
+    ("velQ = diff(posQ, t)", "velQ", "dposQ"),
+    ("domegadt2 = self.M2*math.sin(dthetadt1)", "domega_2", "M_2*sin(dtheta_1)"),
+    ("pthetaDot1 = -ptheta2*thetaDot1", "dp_theta1", "-p_theta2*dtheta_1"),
+    ("h1 = [h*a -h*(a+b)]*[a; b]", "h_1", "(h*a)*a - h*(a+b)*b"),
+    ("dx = [dx1 dx2]'", "dx", "transpose([[dx_1, dx_2]])"),
+    ("A = np.array([[a, b], [c, q]])", "A", "array([[a, b], [c, q]])"),
+    ("τ₁ = m₁ l₁² ẍ + ½ √(g/l) + θ1'", "tau_1", "m_1*l_1**2*ddx + sqrt(g/l)/2 + dtheta_1"),
+    (r"dot x_1 = r\ dot theta cos theta", "dx_1", "r*dtheta*cos(theta)"),
+    ("V = 1.5e-3 mgl", "V", "1.5e-3*m*g*l"),
+    (r"l = 1.5\,\mathrm{m}", "l", "1.5"),
+    (r"g = 9.81\frac{m}{s^2}", "g", "9.81"),
+    (r"x_{1} = l_1 \sin{\left(\theta_{1}{\left(t \right)} \right)}", "x_1", "l_1*sin(theta_1)"),
+    (r"H = \operatorname{p_{\theta 2}}^{2}{\left(t \right)}/2", "H", "p_theta2**2/2"),
+    (r"T = \sum_{i=1}^2 \frac{p_{\theta_i}^2}{2m_i} - L", "T", "p_theta_1**2/(2*m_1) + p_theta_2**2/(2*m_2) - L"),
+    (r"T = \sum_{k=1}^{3} \left[ m_k \dot{x}_{c,k} + k \right]", "T", "m_1*dx_c1 + m_2*dx_c2 + m_3*dx_c3 + 6"),
+    (r"T^r_p = \frac{1}{2} I_p \dot\theta^2 + T_p^{t}", "T_pr", "I_p*dtheta**2/2 + T_pt"),
+    (r"K = \frac12 m \begin{Vmatrix}\pmat{a \\ b}\end{Vmatrix}_2^2", "K", "m*(a*a + b*b)/2"),
+    (r"{\bf q}_1 = \overrightarrow{r} \tilde{\phi} \varepsilon", "q_1", "r*phi*epsilon"),
+    (r"a = b + d/dt (\partial L/\partial\dot q)", "a", "b + Dt_dq"),
+    (r"\frac{ \partial L}{ \dot{\partial}q } = -mgL s(\theta) c(\theta)", "Ddq_L", "-m*g*L*sin(theta)*cos(theta)"),
+    (r"\dv{x}{t} = \pdv{L}{q} + \vb{r}", "dx", "Dq_L + r"),
+    (r"R = mg\cos\theta \\ &\qquad+\frac{ml}{2}\dot\theta^2", "R", "m*g*cos(theta) + m*l/2*dtheta**2"),
+    (r"H = p\dot\theta %2B q", "H", "p*dtheta + q"),
+]
+
+
+@pytest.mark.parametrize(("text", "left", "right"), PRINTED, ids=[text[:40] for text, _, _ in PRINTED])
+def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
+    (equation,) = read_equations(read_text(text).statements)
+    numbers = Numbers()
+    names = {"x4d": "dx_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
+    names |= {"T_pr": "T_p,r", "T_pt": "T_p,t", **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)}}
+    known = {name: numbers[names.get(name, name)] for name in re.findall(r"[A-Za-z_]\w*", f"{left} {right}")}
+    functions = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "transpose", "array")}
+    for side, expected in zip(equation.sides, (left, right), strict=True):
+        assert np.allclose(value(side), eval(expected, {}, known | functions), rtol=1e-13), (text, side)
+
+
+UNREAD = [
+    "dydt = zeros(4, 1)",
+    "k1 = dynamics(u + v)",
+    "balance of forces m*a = F",
+    r"T = \sum_i m_i v_i^2",
+    r"x = \sin^{-1} \theta",
+    r"y = 2^n",
+    r"\dot{\theta_1 - \theta_2} = 0",
+    r"\sin(\theta)_{1} = x",
+    "state = [thetas[i - 1], omega]",
+    r"A = \begin{bmatrix} a & b \\ c \end{bmatrix}",
+]
+
+
+@pytest.mark.parametrize("text", UNREAD)
+def test_what_cannot_be_read_is_not_read_as_something_else(text):
+    document = read_text(text)
+    assert all(one.reason for one in read_equations(document.statements))
+    assert document.statements or document.skipped  # nothing is dropped without a word
+
+
+# a text and the equations that it holds, each with its line
+DOCUMENTS = [
+    ("$$L = a +$$\n\n$$b\\dot x$$", [(1, "L = a +    \n\n  b\\dot x")]),
+    ("$$L = a$$\n\n$$+ b$$", [(1, "L = a    \n\n  + b")]),
+    ("$$L = a =$$\n$$= b$$", [(1, "L = a      \n  = b")]),
+    ("$$T = a$$\nand\n$$ = b$$", [(1, "T = a"), (3, "T = b")]),
+    (r"$x = a \quad y = b$", [(1, "x = a"), (1, "y = b")]),
+    (
+        r"$$A \cdot \pmat{a \\ b} = C \iff \pmat{a \\ b} = B$$",
+        [(1, r"A \cdot \pmat{a \\ b} = C"), (1, r"\pmat{a \\ b} = B")],
+    ),
+    ("m1, m2 = 1, 2", [(1, "m1 = 1"), (1, "m2 = 2")]),
+    ("s, c = sincos(q)", [(1, "s = sin(q)"), (1, "c = cos(q)")]),
+    ("theta, w = y", [(1, "(theta, w) = y")]),
+    ("a = [b;\n     c];\nd = 1", [(1, "a = [b;\n     c]"), (3, "d = 1")]),
+    ("G: float = 9.81", [(1, "G         = 9.81")]),
+    ("% Eq 1: m*a = F", [(1, "m*a = F")]),
+    ("Coupling matrix A = b", [(1, "A = b")]),
+    ("acc = num / den + temp;", [(1, "acc = num / den + temp")]),
+    ("Th'' = -g / L * sin(Th)", [(1, "Th'' = -g / L * sin(Th)")]),
+    ("![f](https://latex.codecogs.com/svg.latex?\\large&space;x=%5Cfrac{a}{b})", [(1, r"\large x=\frac{a}{b}")]),
+    ("- <math>\nx = a. <math> and\n- <math> y = b <math>", [(2, "x = a."), (3, "y = b")]),
+    (r"the energy {\displaystyle E={\frac {a}{b}}} is", [(1, r"E={\frac {a}{b}}")]),
+    ("so\n\n\\frac{a}{b}\n\\left(c\n\\right) = d\n\nend", [(3, "\\frac{a}{b}\n\\left(c\n\\right) = d")]),
+]
+
+
+@pytest.mark.parametrize(("text", "equations"), DOCUMENTS, ids=[text[:30] for text, _ in DOCUMENTS])
+def test_a_text_is_cut_into_its_equations(text, equations):
+    """In its lines; a display that goes on with the sum or chain of the one before belongs to that."""
+    found = read_equations(read_text(text).statements)
+    lines = [(one.statement.place, " ".join(one.latex.split())) for one in found]
+    assert lines == [(f"line {line}", " ".join(text.split())) for line, text in equations]
+    assert all(one.ways for one in found)
+
+
+def test_a_line_that_is_no_equation_is_named():
+    document = read_text("for i = 1:10\ng = p.g;\nx = l*sin(q)")
+    assert [one.text for one in document.statements] == ["x = l*sin(q)"]
+    assert document.skipped == ("line 1", "line 2")

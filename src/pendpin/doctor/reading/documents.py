@@ -39,7 +39,7 @@ _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Z
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B)).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
-_BEFORE = re.compile(r"((?:[A-Za-z]{3,}\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
+_BEFORE = re.compile(r"((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|==|=>|\"\"|'{3}"
     r"|^\s*(?:plt\.|</?[a-zA-Z]|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(\w+)\s*=\s*\w+\.\1\s*$"

@@ -91,7 +91,7 @@ def spelled(word: str, latex: bool, code: bool) -> list[str]:
     if latex:
         angle = len(word) > 2 and written is not None and written.letter in GREEK
         return [word] if angle or word == "diag" else _LATEX_PIECES.findall(word)
-    known = {*GREEK.values(), "KE", "PE"}
+    known = {*GREEK.values(), "KE", "PE", "of", "is", "to", "by", "we", "an", "in", "it", "as", "on"}
     if written is None or "_" in word or len(written.letter) == 1 or written.letter in known:
         return [word]
     split = _PRODUCT.fullmatch(word) or (len(word) == 2 and not code)

@@ -237,10 +237,10 @@ def _relates(found: list[Token]) -> bool:
 
 
 def _split(found: list[Token], kind: str) -> list[list[Token]]:
-    """The tokens between separators of a kind that stand outside matrices."""
+    """The tokens between separators of a kind that stand outside matrices and braces."""
     pieces, depth = [list[Token]()], 0
     for token in found:
-        depth += {"begin": 1, "end": -1}.get(token.text, 0) if token.kind == "command" else 0
+        depth += {"begin": 1, "end": -1, "{": 1, "}": -1}.get(token.text, 0)
         if token.kind == kind and depth == 0:
             pieces.append([])
         else:
