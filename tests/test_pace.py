@@ -16,7 +16,7 @@ import scenes
 from laws import law
 from pendpin.dynamics.timing import LAWS as LAWS_OF
 from pendpin.effects import Effect, Gravity, Idle, JointEffect, Motor, Support, Torque
-from pendpin.effects.pace import STEADY, Pace, intervals_for, join_paces, measure_pace
+from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),))
@@ -189,14 +189,14 @@ def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slo
     Pulses that stand out: in steps of many widths the sinusoid is closer to a polynomial than the pulse is high.
     """
     assume((16 * slow * width) ** 5 / 3e4 < 0.03 * size)
-    t = np.linspace(0.0, 10.0, intervals_for(4_000) + 1)
+    t = np.linspace(0.0, 10.0, (1 << 14) + 1)
     signal = np.sin(slow * t) + size * np.exp(-(((t - at) / width) ** 2))
     pace = measure_pace(t, signal[:, None], 1e-9)
     near = at + np.array([-1.0, 0.0, 1.0]) * width
     assert (pace.at(near) < 8 * width).all()
     assert len(pace.corners) < 40
     lengths = np.diff(np.concatenate([[0.0], pace.corners, [10.0]]))
-    assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 200 + 40 * slow
+    assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 300 + 40 * slow
 
 
 @pytest.mark.parametrize("method", ["radau", "bdf", "dop853", "lsoda"])

@@ -54,6 +54,7 @@ class Dynamics:
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
         self._in_motion = dict[Hashable, Engine]()  # by the zeros of a start; not Dynamics, which would be a circle
+        self.sampled_effects = dict[tuple[int, float], tuple[Array, Array, Array]]()  # by place and duration: timing.py
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
             uniform = (

@@ -11,13 +11,14 @@ import numpy as np
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
-from pendpin.effects.pace import Pace, intervals_for, join_paces, measure_pace, remove_jumps
+from pendpin.effects.pace import Pace, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 
 LAWS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
-SAMPLES = intervals_for(1024)  # of an effect that does not declare its pace: intervals over the run
+SAMPLES = 4096  # of an effect that does not declare its pace: intervals over the run
 NEGLIGIBLE = 1e-10  # of an effect, for methods without a tolerance
+LEAST = 1e-12  # of an effect: differences below may be rounding
 WHOLE = 1e-6  # tolerance down to which a step may take all of the shortest time
 ORDER = (
     8  # of dop853, the highest of those that take tolerances: its steps become shorter as this root of the tolerance
@@ -58,24 +59,26 @@ def timing(
         pace = declared_pace(effect, dynamics.start, duration, tolerance or NEGLIGIBLE)
         if pace is None:
             sampled.append((name, "shortest` or `steady" if isinstance(effect, Torque) else "pace"))
-            pace = _sampled(dynamics, effects, i, q, v, duration, tolerance or NEGLIGIBLE)
+            if (i, duration) not in dynamics.sampled_effects:  # kept for the further runs of a search
+                dynamics.sampled_effects[i, duration] = _sample(dynamics, effects, i, q, v, duration)
+            t, places, others = dynamics.sampled_effects[i, duration]
+            jumps = Pace(places, np.full(len(places) + 1, np.inf))
+            pace = join_paces([measure_pace(t, others, max(tolerance or NEGLIGIBLE, LEAST)), jumps])
         paces.append(pace)
         fastest.append((name, float(np.min(pace.shortest))))
     joined = join_paces(paces)
-    if (
-        tolerance is not None and tolerance < WHOLE
-    ):  # else runs to two tolerances pass a pulse in the same steps, and agree
+    if tolerance is not None and tolerance < WHOLE:  # else two tolerances pass a pulse in the same steps, and agree
         joined = joined._replace(shortest=joined.shortest * (tolerance / WHOLE) ** (1 / ORDER))
     return Timing(joined, tuple(fastest), tuple(sampled))
 
 
-def _sampled(
-    dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float, negligible: float
-) -> Pace:
-    """The pace of one effect from its values at three states: the start q, v (nv,) and one on either side of it.
+def _sample(
+    dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float
+) -> tuple[Array, Array, Array]:
+    """One effect at even times t (n,): t, the times of its jumps (j,), and its values (n, k) less these jumps.
 
-    An effect may act on one side only, and not at rest; no direction of the joints is special. Where it jumps, the
-    integration restarts at the jump itself.
+    They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
+    only, and not at rest; no direction of the joints is special.
     """
     away = np.sin(1.0 + np.arange(len(q)))
     acting = [action(dynamics, effects, i, q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
@@ -84,9 +87,7 @@ def _sampled(
         return np.nan_to_num(np.concatenate([act(time) for act in acting]))
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
-    samples = np.array([values(float(time)) for time in t])
-    places, others = remove_jumps(values, t, samples, negligible)
-    return join_paces([measure_pace(t, others, negligible), Pace(places, np.full(len(places) + 1, np.inf))])
+    return t, *remove_jumps(values, t, np.array([values(float(time)) for time in t]), NEGLIGIBLE)
 
 
 def action(dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array) -> Callable[[float], Array]:

@@ -1,5 +1,6 @@
 """How fast an effect changes with time, so that no step of an integration jumps over it."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from itertools import pairwise
 from typing import NamedTuple
@@ -8,8 +9,8 @@ import numpy as np
 
 from pendpin.ground.arrays import Array
 
-DECAY = 3.0  # a signal is resolved where its distance to polynomials of degree 4 falls so much from interval to half
-STEP = 0.25  # of a resolved interval: the longest step that cannot jump over it
+SIGNS = np.array([math.comb(8, k) * (-1.0) ** k for k in range(9)])  # of an eighth difference: 8 is the order of dop853
+BLOCK = 64  # intervals of samples, at least, in which steps are as long as in all of them
 RESTART = 8.0  # steps, about what a break of the integration costs
 STEEP, BESIDE = 4.0, 8  # a change that may be a jump: over the median of so many changes before and after it
 MOST_JUMPS = 64  # located; a signal with more is rough everywhere, and its steps are short anyway
@@ -66,28 +67,35 @@ def join_paces(paces: Sequence[Pace]) -> Pace:
     return Pace(corners, np.min([pace.at(starts) for pace in paces], 0))
 
 
-def intervals_for(least: int) -> int:
-    """The number of intervals that `measure_pace` takes: 4 times a power of 2, not below 4 times `least`."""
-    return 4 << max(0, int(least - 1).bit_length())
+def measure_pace(t: Array, values: Array, negligible: float) -> Pace:
+    """The pace of a signal with values (n + 1, k) at even times t (n + 1,) in s; n is `BLOCK` times a power of 2.
 
-
-def measure_pace(t: Array, values: Array, negligible: float, rounding: float | Array = 0.0) -> Pace:
-    """The pace of a signal with values (n, k) at rising times t (n,) in s, n - 1 being of `intervals_for`.
-
-    The samples are cut into halves, and halves of these, down to intervals that are resolved: from there on down, their
-    distance to the polynomials of degree 4 through five of their samples falls by `DECAY` or more with each halving, as
-    that of smooth functions does, or is below `negligible` of the largest value. A pulse, a ripple or a jump gets
-    intervals of its own length, at any time, and however small it is compared with other changes. `rounding`,
-    one number or (n,), is what the values may be off by anyway.
+    A step spans at most eight strides of 1, 2, 4, ... intervals: the longest such that over it, and over shorter ones, all
+    eighth differences are below `negligible` of the largest value; and one interval where there is none. So a pulse, a
+    ripple or a corner gets steps of its own length, at any time, and however small it is beside other changes.
     """
-    floor = np.broadcast_to(negligible * np.abs(values).max(initial=0.0) + rounding, t.shape)
-    distances = [np.zeros((len(t) - 1) // 4)]  # of the intervals of each level, the shortest first
-    resolved = [np.ones(len(distances[0]), bool)]
-    while len(distances[-1]) > 1:
-        own, halves = _distances(t, values, floor, len(distances[-1]) // 2), distances[-1].reshape(-1, 2)
-        resolved.append(resolved[-1].reshape(-1, 2).all(1) & (DECAY * halves.max(1) <= own))
-        distances.append(own)
-    return _joined(float(t[0]), *_pieces(t, distances, resolved))
+    n, floor, stride = len(t) - 1, negligible * np.abs(values).max(initial=0.0), 1
+    steps, smooth = np.ones(n), np.ones(n, bool)  # intervals
+    while 8 * stride <= n and smooth.any():
+        windows = np.lib.stride_tricks.sliding_window_view(values, 8 * stride + 1, 0)[..., ::stride]
+        rough = np.cumsum(np.pad((np.abs(windows @ SIGNS) > floor).any(1), (8 * stride, 8 * stride)))
+        smooth &= rough[8 * stride : 8 * stride + n] == rough[:n]  # no window over the interval
+        steps[smooth] = 8 * stride
+        stride *= 2
+    lengths, longest = np.array(_split(np.where(steps >= n, np.inf, steps))).T
+    new = np.append(np.diff(longest) != 0, True)  # pieces with equal steps are one
+    ends, step = np.cumsum(lengths)[new].astype(int), longest[new] * (t[1] - t[0])
+    return Pace(t[ends[:-1]], step)
+
+
+def _split(steps: Array) -> list[tuple[int, float]]:
+    """Pieces of a signal, each with its length and its longest step, in intervals: halves where that saves steps."""
+    whole, half = [(len(steps), float(steps.min()))], len(steps) // 2
+    if half < BLOCK or whole[0][1] == np.inf:
+        return whole
+    halves = [*_split(steps[:half]), *_split(steps[half:])]
+    counts = (sum(max(1.0, length / step) for length, step in pieces) for pieces in (whole, halves))
+    return whole if next(counts) <= next(counts) + RESTART * (len(halves) - 1) else halves
 
 
 def remove_jumps(values: Callable[[float], Array], t: Array, samples: Array, negligible: float) -> tuple[Array, Array]:
@@ -118,60 +126,3 @@ def _halved(values: Callable[[float], Array], a: float, b: float) -> tuple[float
         else:
             a, before = middle, value
     return b, before, after
-
-
-def _distances(t: Array, values: Array, floor: Array, count: int) -> Array:
-    """Of `count` equal parts of the samples, (count,): the largest distance to the polynomial through five of them.
-
-    Distances below the floor (n,) of their samples count as 0.
-    """
-    size = (len(t) - 1) // count
-    places = np.arange(count)[:, None] * size + np.arange(size + 1)
-    nodes = np.arange(5) * (size // 4)
-    time, value = t[places], values[places]  # (count, size + 1), (count, size + 1, k)
-    time = (time - time[:, :1]) / (time[:, -1:] - time[:, :1])
-    knots, table = time[:, nodes], value[:, nodes].astype(float)
-    for order in range(1, 5):  # Newton's divided differences
-        gaps = (knots[:, order:] - knots[:, :-order])[..., None]
-        table[:, order:] = (table[:, order:] - table[:, order - 1 : -1]) / gaps
-    values_between = table[:, 4, None]
-    for k in (3, 2, 1, 0):
-        values_between = table[:, k, None] + (time - knots[:, k, None])[..., None] * values_between
-    distance = np.abs(value - values_between).max(2)
-    return np.where(distance > floor[places], distance, 0.0).max(1)
-
-
-def _pieces(t: Array, distances: list[Array], resolved: list[Array]) -> tuple[Array, Array]:
-    """Ends (n,) of the largest resolved intervals, in s, and the longest steps in them."""
-    unresolved, ends, steps = np.ones(1, bool), [], []
-    for distance, good in zip(reversed(distances), reversed(resolved), strict=True):
-        size = (len(t) - 1) // len(good)
-        accepted = np.flatnonzero(unresolved & good)
-        length = t[(accepted + 1) * size] - t[accepted * size]
-        ends.append(t[(accepted + 1) * size])
-        steps.append(np.where(distance[accepted] > 0, STEP * length, length))
-        unresolved = np.repeat(unresolved & ~good, 2)
-    order = np.argsort(np.concatenate(ends))
-    return np.concatenate(ends)[order], np.concatenate(steps)[order]
-
-
-def _joined(begin: float, ends: Array, steps: Array) -> Pace:
-    """Pieces, with ends and longest steps (n,) in s, made few: neighbours become one wherever that costs fewer steps."""
-    joined: list[tuple[float, float]] = []  # length, longest step
-    for length, step in zip(np.diff(ends, prepend=begin), steps, strict=True):
-        piece = (float(length), float(step))
-        while joined:
-            before = joined[-1]
-            both = before[0] + piece[0], min(before[1], piece[1])
-            if _cost(both) > _cost(before) + _cost(piece) + RESTART:
-                break
-            joined.pop()
-            piece = both
-        joined.append(piece)
-    lengths, steps = np.array(joined).T
-    return Pace(begin + np.cumsum(lengths)[:-1], np.where(steps < lengths, steps, np.inf))
-
-
-def _cost(piece: tuple[float, float]) -> float:
-    """The steps that a piece takes at least."""
-    return max(1.0, piece[0] / piece[1])

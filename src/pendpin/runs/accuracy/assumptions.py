@@ -12,13 +12,14 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import action, declared_smooth, timing, users_own
 from pendpin.effects import Effect, Torque
-from pendpin.effects.pace import STEP, Pace, intervals_for, measure_pace, remove_jumps
+from pendpin.effects.pace import BLOCK, Pace, measure_pace, remove_jumps
 from pendpin.ground.arrays import Array
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 
-FINEST = 1e-3  # rad and m: four points of the probe are at most so far apart
-FEWEST, MOST = 1024, 4096  # such groups of four along a run
+FINEST = 2.5e-4  # rad and m: two points of the probe are at most so far apart
+FEWEST, MOST = 4096, 16384  # points along a run
+STEP = 0.25  # of the time between two jumps: a step that cannot jump over both
 VISIBLE = 1e-3  # of an effect's largest value: above what interpolation between samples does to it
 SHORT = 0.1  # of the run's mean step: a change so short may lie between the evaluations of all steps
 SHORT_STEPS = 1e6  # at most, of a run that sees what longer steps may jump over: about a minute in Python
@@ -85,7 +86,8 @@ def _roughest(dynamics: Dynamics, i: int, run: RunRecord, pace: Pace) -> Rough |
         return np.nan_to_num(action(dynamics, dynamics.effects, i, q(t), v(t))(t))
 
     path = float(np.abs(run.v).max()) * float(since[-1])
-    t = np.linspace(0.0, since[-1], intervals_for(int(np.clip(path / FINEST, FEWEST, MOST))) + 1)
+    blocks = int(np.clip(path / FINEST, FEWEST, MOST) - 1) // BLOCK
+    t = np.linspace(0.0, since[-1], (BLOCK << blocks.bit_length()) + 1)
     places, others = remove_jumps(values, t, np.array([values(float(time)) for time in t]), VISIBLE)
     rough, group = measure_pace(t, others, VISIBLE), 4 * t[1]
     short = max(group, SHORT * since[-1] / max(run.stats.steps, 1))
