@@ -13,7 +13,6 @@ import pendpin as pp
 from laws import law
 from pendpin.ground.arrays import EPS
 from pendpin.model.build import build
-from pendpin.runs.accuracy.assumptions import probe_effects
 from pendpin.runs.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
 from pendpin.runs.accuracy.rounding import RoundingError, bound_rounding
 from pendpin.runs.accuracy.runs import Ruler, Runs, choose_length, choose_places
@@ -121,24 +120,6 @@ def test_a_slide_is_measured_by_its_way(tmp_path: Path) -> None:
     start = pp.Start(positions={"x": -0.5}, velocities={"x": 1.0})
     run = pp.simulate(pp.Scene(duration=3.0, model=pp.UrdfModel(path=file), start=start))
     assert choose_length(build(run.source.model), run.tips) == pytest.approx(2.5, rel=1e-9)
-
-
-def test_the_probe_sees_a_narrow_force_and_when() -> None:
-    """Within 0.2 mrad of a place on a way of 2.2 rad, half way between two of 4,096 points, which would miss it."""
-    scene = spinning(duration=1.1, begin=7.0, samples=6)
-    place = 2500.5 * 2.2 / 4096
-    narrow = pp.effects.Torque(lambda t, q, v: np.where(np.abs(q - place) < 2e-4, 1.0, 0.0))
-    (seen,) = probe_effects(pp.bind(scene.replace(effects=[narrow])), scene.duration, pp.simulate(scene))
-    assert seen.name == "effects[0] (torque)"
-    assert seen.t == pytest.approx(7.0 + place / RATE, abs=2e-4)
-    assert seen.shortest <= 2e-4
-
-
-def test_the_probe_passes_over_what_changes_with_time() -> None:
-    """A pulse of 3 ms that declares itself is no change with position."""
-    scene = spinning(duration=1.1, begin=7.0, samples=6, rate=0.5)
-    pulse = pp.effects.Torque(lambda t, q, v: np.exp(-(((t - 7.6) / 3e-3) ** 2)) * np.ones(2), shortest=3e-3)
-    assert probe_effects(pp.bind(scene.replace(effects=[pulse])), scene.duration, pp.simulate(scene)) == []
 
 
 # --- where runs are compared ----------------------------------------------------------------------------------------

@@ -330,21 +330,13 @@ def test_what_hardly_moves_is_compared_with_another_method(search) -> None:
 # --- effects of a user's own -----------------------------------------------------------------------------------------
 
 
-def test_a_narrow_force_is_looked_at_with_short_steps(search) -> None:
-    """Once, with steps no longer than it lasts; not where it only jumps, nor where that would take a million steps."""
-    middle = START + RATE * END / 2
-    error = lambda method, tolerance: 1e-9 * tolerance  # noqa: E731
-    for width, most in ((1e-3, 1e-3 / RATE), (1e-8, None), (None, None)):
-        force = (
-            (lambda t, q, v, w=width: 1.0 * (np.abs(q - middle) < w)) if width else lambda t, q, v: 1.0 * (q > middle)
-        )
-        paper = Paper(error)
-        run = search(paper, "dop853", 1e-5, Torque(force, joints=["theta"]))
-        assert sum("changes abruptly" in note for note in run.stats.notes) == 1
-        assert len(paper.longest) == (most is not None)
-        if most:
-            assert 0.01 * most < paper.longest[0] <= 2 * most
-            assert run.stats.error < 1e-5
+@pytest.mark.parametrize("declared", [{}, {"gradual": False}, {"gradual": True}])
+def test_what_may_be_narrow_is_looked_at_with_short_steps(search, declared: dict[str, bool]) -> None:
+    """Once, in a 4,096th of the run; not where the effect declares that it is smooth. Twice its distance counts."""
+    paper = Paper(lambda method, tolerance: 1e-9 * tolerance)
+    run = search(paper, "dop853", 1e-5, Torque(lambda t, q, v: -0.1 * v, joints=["theta"], **declared))
+    assert paper.longest == ([] if declared.get("gradual") else [pytest.approx(END / 4096)])
+    assert run.stats.error < 1e-5
 
 
 # --- many cases side by side -----------------------------------------------------------------------------------------

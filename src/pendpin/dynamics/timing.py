@@ -3,7 +3,7 @@
 An effect declares its pace, and whether it is smooth with the state, or it is sampled.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -80,21 +80,17 @@ def _sample(
     They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
     only, and not at rest; no direction of the joints is special.
     """
+    bound = Binding(dynamics.model, effects, start=dynamics.start).bound(effects[i], f"effects[{i}]")
+    assert bound is not None
     away = np.sin(1.0 + np.arange(len(q)))
-    acting = [action(dynamics, effects, i, q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
+    states = [(q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
+    acting = [bound.action(*state, dynamics.engine.motion(dynamics.engine.pack(*state))) for state in states]
 
     def values(time: float) -> Array:
         return np.nan_to_num(np.concatenate([act(time) for act in acting]))
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
     return t, *remove_jumps(values, t, np.array([values(float(time)) for time in t]), NEGLIGIBLE)
-
-
-def action(dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array) -> Callable[[float], Array]:
-    """What one of the effects exerts at a state q, v (nv,), flat, as a function of the time since the start in s."""
-    bound = Binding(dynamics.model, effects, start=dynamics.start).bound(effects[i], f"effects[{i}]")
-    assert bound is not None
-    return bound.action(q, v, dynamics.engine.motion(dynamics.engine.pack(q, v)))
 
 
 # --- what an effect declares ------------------------------------------------------------------------------------------

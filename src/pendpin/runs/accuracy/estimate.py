@@ -6,13 +6,16 @@ f1, f2 and the scatter s, e2 <= e1 s / f1 and e3 <= e2 s / f2. The gaps g1 >= e1
 and the larger of the two is the estimate: by the second, two runs that agree by accident are no evidence.
 It is valid if the gaps are small compared with the motion, and fall as the order of the method predicts. Runs that agree
 much better than necessary are accepted even if the gaps do not fall. The effect of rounding is not part of the gaps and is
-added.
+added. What no run can show is a force of a user's own that acts for less than all steps: notes name what is assumed of it.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 
+from pendpin.dynamics.timing import declared_smooth, users_own
+from pendpin.effects import Effect, Torque
 from pendpin.ground.arrays import Array
 from pendpin.runs.accuracy.thresholds import ESTIMATE
 
@@ -77,3 +80,19 @@ def _bound_error(gaps: Gaps, power: Array) -> Array:
     before, last = (np.maximum(promised**p, scatter) for promised, p in zip(gaps.promised, powers, strict=True))
     from_first = gaps.first * scatter / (before - scatter) * scatter / last
     return np.maximum(gaps.second * scatter / (last - scatter), from_first)
+
+
+def list_assumptions(effects: Sequence[Effect]) -> tuple[str, ...]:
+    """A note on each effect of the user's own that does not declare that it is smooth, or that it is not."""
+    own = [(i, effect) for i, effect in enumerate(effects) if users_own(effect) and not effect.idle]
+    return tuple(_note(f"effects[{i}] ({effect.kind})", effect) for i, effect in own if not declared_smooth(effect))
+
+
+def _note(name: str, effect: Effect) -> str:
+    if declared_smooth(effect) is False:
+        return f"{name} is not smooth: the estimated error assumes that no step jumps over what it does"
+    declaration = "gradual" if isinstance(effect, Torque) else "smooth"
+    return (
+        f"{name} does not declare that it is smooth in positions and rates: the estimated error assumes it, and what acts "
+        f"within a short step may be missed; if it is, declare `{declaration}`"
+    )

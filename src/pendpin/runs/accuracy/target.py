@@ -14,8 +14,7 @@ from pendpin.dynamics.binding.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import EPS, Array
-from pendpin.runs.accuracy.assumptions import SHORT_STEPS, Rough, describe_assumptions, probe_effects
-from pendpin.runs.accuracy.estimate import Estimate, Gaps, estimate_error
+from pendpin.runs.accuracy.estimate import Estimate, Gaps, estimate_error, list_assumptions
 from pendpin.runs.accuracy.methods import (
     Refinement,
     choose_independent,
@@ -92,7 +91,7 @@ class _Search:
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
         self.rounding: RoundingError | None = None
         self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
-        self.probed: tuple[RunRecord, list[Rough]] | None = None
+        self.assumed = list_assumptions(scene.effects)
 
     @property
     def last(self) -> Attempt:
@@ -152,8 +151,8 @@ class _Search:
 
     def _decide(self, error: Array, reason: str) -> RunRecord | None:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
-        if error[-1] <= self.target and (brief := [rough for rough in self._probe() if rough.shortest < np.inf]):
-            error = self._compare_short_steps(error, min(brief, key=lambda rough: rough.shortest))
+        if error[-1] <= self.target and self.assumed and self.runs.dynamics.contacts is None:
+            error = self._compare_short_steps(error)
         if error[-1] <= self.target:
             whole = replace(self.last, run=self.runs.complete(self.last))
             if len(whole.run.t) == len(self.runs.times):
@@ -166,28 +165,19 @@ class _Search:
             raise self._refusal(NotMet, error, reason)
         return None
 
-    def _probe(self) -> list[Rough]:
-        """Where effects of the user's own change abruptly along the last run, which is probed once."""
-        if self.probed is None or self.probed[0] is not self.last.run:
-            self.probed = (
-                self.last.run,
-                probe_effects(self.runs.prepare(self.scene).bound, self.scene.duration, self.last.run),
-            )
-        return self.probed[1]
+    def _compare_short_steps(self, error: Array) -> Array:
+        """The error (n,) of the last run where effects may act for less than its steps: it is run again with short ones.
 
-    def _compare_short_steps(self, error: Array, rough: Rough) -> Array:
-        """The error (n,) of the last run if its steps may have jumped over an effect: it is run again with short ones.
-
-        Raises RunError if that gives another motion: finer settings would miss the effect as well.
+        Raises RunError if that gives another motion: finer settings would miss what acts there as well.
         """
-        if self.scene.duration / rough.shortest > SHORT_STEPS:
-            return error
-        short = self.runs.run(self.last.scene, longest=rough.shortest)
-        error = error + self.ruler.measure_gap(self.last.run, short)
+        longest = self.scene.duration / COMPARISON.short_steps
+        short = self.runs.run(self.last.scene, longest=longest)
+        error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
         if error[-1] > self.target:
-            seen = f"{rough.name} changes abruptly with position or rate near t = {rough.t:.6g} s"
-            reason = f"{seen}, and steps of {rough.shortest:.2g} s give another motion"
-            raise self._refusal(RunError, error, reason)
+            names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
+            raise self._refusal(
+                RunError, error, f"steps of {longest:.2g} s give another motion: {names} may act for less"
+            )
         return error
 
     def _rounding_is_too_large(self) -> bool:
@@ -308,7 +298,7 @@ class _Search:
     def _complete(self, error: float | None) -> RunRecord:
         """The finest run with its error."""
         run = self.runs.keep_output_times(self.last.run)
-        notes = (*run.stats.notes, *describe_assumptions(self.scene, self._probe()))
+        notes = (*run.stats.notes, *self.assumed)
         figures = {"accuracy": self.target, "error": error, "all_seconds": self.runs.seconds, "notes": notes}
         return replace(run, stats=replace(run.stats, **figures))
 

@@ -131,13 +131,17 @@ class InstabilityThresholds:
 
 @dataclass(frozen=True)
 class ComparisonThresholds:
-    """The run of another method beside that of the search (target.py)."""
+    """The run of another method, or of other steps, beside that of the search (target.py)."""
 
     # The least tolerance: ten times that of the methods, so that it is not made of rounding alone.
     least_tolerance: float = 1e-13
     # Of the target, over what the motion magnifies errors by: the tolerance, at most. Chosen: its error is then small
     # beside the target.
     of_target: float = 1e-3
+    # Steps of a run beside that of effects that do not declare that they are smooth: half a second in Python.
+    short_steps: float = 4096.0
+    # Times its distance: the error, at least. Chosen; where nothing is missed the estimate is larger.
+    short: float = 2.0
 
 
 @dataclass(frozen=True)
