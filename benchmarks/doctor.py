@@ -21,7 +21,7 @@ import sympy as sp
 from pendpin.doctor.checking.evaluation import Context, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.diagnose import diagnose
-from pendpin.doctor.mending.laws import standing
+from pendpin.doctor.mending.mends import standing
 from pendpin.doctor.reading.documents import read_text, unwrapped
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary

@@ -23,9 +23,16 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.letters import MOST_LOADS, answers, bare, idle, in_use
-from pendpin.doctor.mending.definitions import mends_of_definition
-from pendpin.doctor.mending.mends import Mend, Patient, mends, mends_of_mismatch, mends_of_unknown, styles_of
-from pendpin.doctor.mending.monomials import Printer
+from pendpin.doctor.mending.mends import (
+    Mend,
+    Patient,
+    mends,
+    mends_of_definition,
+    mends_of_mismatch,
+    mends_of_unknown,
+    styles_of,
+)
+from pendpin.doctor.mending.writing import Printer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex

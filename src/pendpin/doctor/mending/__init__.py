@@ -1,4 +1,4 @@
-"""The smallest change that heals a wrong equation: what each part would have to be, moves, and their texts read again.
+"""The smallest change that heals a wrong equation: what could be changed, what each change comes to, the text read again.
 
-May import: checking, reading. To add a kind of change: moves.py if it can be listed, additions.py if its size is not known.
+May import: checking, reading. To add a kind of change: changes.py, one rule of the generator.
 """

@@ -1,46 +1,36 @@
 """The smallest changes of a printed equation that make it hold, the simplest first, each verified on the changed text."""
 
-from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import partial
+from functools import cache, cached_property
 from itertools import combinations, pairwise
-from typing import Any
 
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.evaluation import Instead, Known
-from pendpin.doctor.checking.residuals import (
-    TOLERANCE,
-    Equation,
-    changed,
-    relative_error,
-    stack_residuals,
-)
-from pendpin.doctor.mending.additions import by_need, equal_products, possible
-from pendpin.doctor.mending.edits import Edit, Editor, apply, overlap
-from pendpin.doctor.mending.laws import standing
-from pendpin.doctor.mending.mismatches import changes_of_kind
-from pendpin.doctor.mending.monomials import Printer
-from pendpin.doctor.mending.moves import moves
-from pendpin.doctor.mending.needs import needs
+from pendpin.doctor.checking.dimensions import of_equation
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals
+from pendpin.doctor.mending.changes import Change, Generator, both
+from pendpin.doctor.mending.monomials import reader_of
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, parts_of
+from pendpin.doctor.mending.writing import Printer, Splice, Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols, walk
-from pendpin.doctor.systems.base import Quantities, System, Values, random_states
+from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
+from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
 
 MOST_NODES = 400  # of an equation that is searched
-MOST_WORK = 400_000  # moves times parts of an equation that are tried
-MOST_TOGETHER = 120  # moves of which every pair is tried
-MOST_PAIRED = 700  # single moves that are tried in pairs
-MOST_HIDDEN = 100  # moves under a derivative, whose texts are read again
+MOST_WORK = 400_000  # changes times parts of an equation that are tried
+MOST_TOGETHER = 120  # changes of which any two in the same term are tried
+MOST_PAIRED = 700  # changes that are tried in pairs
+MOST_TEXTS = 400  # candidates whose text is read again
 MOST_MENDS = 4  # of an equation
-MOST_VERIFIED = 400  # candidates whose text is read again
 FARTHER = 0.75  # what a second mend may cost more than the first
 FARTHEST = 3.2  # the cost beyond which a mend is too unlikely
-
-Trial = Callable[[Instead], Values | None]  # the residual with other values for some parts
+USUAL = -0.12  # what a law in its usual form takes off the cost
+MULTIPLE = 0.12  # what an odd multiple of one adds
+UNUSUAL = 0.06  # what sides of an unusual dimension add
+OTHERS = -0.3  # what a mend of a definition costs less for each other equation that it heals
 
 
 @dataclass(frozen=True, eq=False)
@@ -52,9 +42,8 @@ class Mend:
     old: str
     new: str
     cost: float
-    proved: bool
     equation: Equation
-    splices: tuple[tuple[int, int, str], ...]
+    splices: tuple[Splice, ...]
     alone: bool = True  # its text holds no other equation
     changes: int = 1
 
@@ -88,10 +77,16 @@ class Patient:
     system: System
     printer: Printer
 
+    @cached_property
+    def parts(self) -> list[Part]:
+        """Every part of the equation."""
+        return parts_of(self.equation)
+
     @property
-    def editor(self) -> Editor:
-        """Who writes the changes of its text."""
-        return Editor(self.printed.text, self.printer)
+    def generator(self) -> Generator:
+        """Who lists the changes of the equation."""
+        context = self.equation.context(random_states(self.system))
+        return Generator(self.equation, self.system.spec, Writer(self.printed.text, self.printer), context)
 
     def read(self, text: str) -> Equation:
         """The equation of a changed text, its names meaning the same. Raises Unread."""
@@ -103,160 +98,154 @@ class Patient:
 
 def mends(patient: Patient, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
-    equation, quantities = patient.equation, random_states(patient.system)
-    nodes = sum(1 for _ in parts(equation.sides))
-    if nodes > MOST_NODES:
+    every, generator = patient.parts, patient.generator
+    if len(every) > MOST_NODES:
         return []
-    known: Known = {}
-    rows = stack_residuals(equation, quantities, known)
-    found = list(needs(equation, quantities, known))
-    editor = patient.editor
-    listed = sorted(moves(found, equation.context(quantities), editor), key=_order)[: MOST_WORK // nodes]
-    tried = _trial(equation, quantities, known)
-    effects = [tried(edit.instead or {}) for edit in listed]
-    size = float(np.abs(rows).max())
-    singles = [edit for edit, after in zip(listed, effects, strict=True) if after is not None and _zero(after, size)]
-    hidden = _differentiated(equation)
-    singles += [edit for edit in listed if not edit.instead or edit.instead.keys() & hidden][:MOST_HIDDEN]
-    singles += list(by_need(found, quantities, editor, possible(equation, patient.system.spec)))
-    singles += equal_products(found, equation, quantities, editor)
-    chosen = _verified(patient, singles)
+    listed = sorted(generator.listed(every), key=lambda change: change.order)[: MOST_WORK // len(every)]
+    if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
+        return _verified(patient, listed)
+    numbers = Numbers(patient.equation, every, random_states(patient.system))
+    sized: list[Change] = []
+    for part in every:
+        for needed in numbers.needed(part):
+            sized += generator.by_need(part, numbers.known[id(part.node)], needed)
+    effects = [(change, rows) for change in listed if (rows := numbers.residual(change.swaps)) is not None]
+    sized += [change for change, rows in effects if numbers.vanishes(rows)]
+    chosen = _verified(patient, sized)
     if not chosen and pairs:
-        chosen = _verified(patient, _pairs(listed, effects, rows))
-    if not chosen and pairs and nodes < MOST_NODES // 8:
-        chosen = _verified(patient, list(_any_two(equation, tried, listed, size)))
+        chosen = _verified(patient, _pairs(effects, numbers))
+    if not chosen and pairs and len(every) < MOST_NODES // 8:
+        chosen = _verified(patient, _pairs_of_terms(listed, every, numbers))
     return chosen
-
-
-def _trial(equation: Equation, quantities: Quantities, known: Known) -> Trial:
-    """Who tries other values for some parts: only what those stand in is evaluated again."""
-    if equation.floats or equation.names & {"q_i", "dq_i"}:  # evaluated more than once, a part with several values
-        return partial(changed, equation, quantities)
-    above: dict[int, set[int]] = defaultdict(set)  # a part and all that it stands in, by id
-    for part in parts(equation.sides):
-        for below in walk(part):
-            above[id(below)].add(id(part))
-
-    def tried(instead: Instead) -> Values | None:
-        touched: set[int] = set().union(*(above[part] for part in instead))
-        kept = {part: value for part, value in known.items() if part not in touched}
-        return changed(equation, quantities, {**kept, **instead})
-
-    return tried
-
-
-def _differentiated(equation: Equation) -> set[int]:
-    """The parts under a derivative, by id: what changes there is tried on the text."""
-    derivatives = (part for part in parts(equation.sides) if part.kind == "derivative")
-    return {id(below) for part in derivatives for below in walk(part.children[0])}
-
-
-def _any_two(equation: Equation, tried: Trial, listed: list[Edit], size: float) -> Iterator[Edit]:
-    """Two of the likeliest moves in the same term, whose effects do not add up, each pair tried on numbers."""
-    tops = (term for side in equation.sides for term in (side.children if side.kind == "sum" else (side,)))
-    place = {id(part): i for i, term in enumerate(tops) for part in walk(term)}
-    terms = {id(edit): {place.get(part) for part in edit.instead or ()} for edit in listed}
-    likely = sorted((edit for edit in listed if edit.instead), key=_order)[:MOST_TOGETHER]
-    for a, b in combinations(likely, 2):
-        if terms[id(a)] & terms[id(b)] and not overlap(a.splices, b.splices):
-            both = _both(a, b)
-            after = tried(both.instead or {})
-            if after is not None and _zero(after, size):
-                yield both
 
 
 def mends_of_mismatch(patient: Patient) -> list[Mend]:
     """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
-    sides = patient.equation.sides
-    if sum(1 for _ in parts(sides)) > MOST_NODES // 2:
-        return []
-    return _verified(patient, list(changes_of_kind(list(sides), patient.editor)))
+    few = patient.parts if len(patient.parts) <= MOST_NODES // 2 else []
+    return _verified(patient, (change for part in few for change in patient.generator.of_kind(part)))
 
 
 def mends_of_unknown(patient: Patient, unknown: set[str]) -> list[Mend]:
     """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
-    editor, spec = patient.editor, patient.system.spec
-    places: dict[tuple[int, int], int] = {}  # of the symbol with its dots: how many
-    for part in parts(patient.equation.sides):
-        inside = [p for p in walk(part) if p.kind == "symbol"]
-        if part.kind in ("symbol", "derivative") and {p.value for p in inside} == unknown and len(inside) == 1:
-            places[part.span] = max(places.get(part.span, 0), sum(p.kind == "derivative" for p in walk(part)))
-    edits = []
-    for name in (*spec.coordinates, *spec.parameters):
-        splices = tuple(editor.put(span, editor.printer.symbol("d" * dots + name)) for span, dots in places.items())
-        old = editor.of(next(iter(places), (0, 0)))
-        edits.append(Edit(splices, 1.0, f"{old} should be {splices[0][2]}", old, splices[0][2]) if splices else None)
-    return _verified(patient, [edit for edit in edits if edit is not None])
+    return _verified(patient, patient.generator.everywhere(unknown, patient.parts))
 
 
-def _zero(rows: Values, size: float) -> bool:
-    return bool(np.isfinite(rows).all() and np.abs(rows).max() <= 1e-8 * size)
+def mends_of_definition(
+    wrong: Equation, source: Printed, every: list[Equation], system: System, printer: Printer
+) -> list[Mend]:
+    """Mends of the definition `source` that heal an equation, and every other one that uses it."""
+    name = source.defines
+    if (needing := _needing(wrong, name, system)) is None:
+        return []
+    known = {other: node for other, node in wrong.definitions.items() if other != name}
+    definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
+    words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
+    less = OTHERS * (len({id(one) for one in every}) - 1)
+
+    def heals(mend: Mend, one: Equation) -> bool:
+        meaning = next(side for side in mend.equation.sides if side.value != name)
+        return _holds(replace(one, definitions=one.definitions | {name: meaning}), random_states(system))
+
+    healed = mends(Patient(source, definition, needing, printer), False)
+    healed = [mend for mend in healed if all(heals(mend, one) for one in every)]
+    return [replace(mend, words=mend.words + words, cost=mend.cost + less) for mend in healed]
 
 
-def _pairs(listed: list[Edit], effects: list[Values | None], rows: Values) -> list[Edit]:
-    """Two moves whose effects add up to what is missing: sorted by the first state, compared on all."""
-    known = ((edit, after) for edit, after in zip(listed, effects, strict=True) if after is not None)
-    usable = [(edit, after) for edit, after in known if after.shape == rows.shape and np.isfinite(after).all()]
-    usable = sorted(usable, key=lambda pair: pair[0].cost)[:MOST_PAIRED]
+def _needing(equation: Equation, name: str, system: System) -> System | None:
+    """The system with a symbol as what an equation needs it to be; None where the equation is not straight in it."""
+    nodes = [part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name]
+
+    def rows(q: Quantities, size: int) -> Values:
+        values = {id(node): q.number(size) for node in nodes}
+        return np.concatenate([rows for rows, _ in residuals(equation, q, None, values)])
+
+    def needed(q: Quantities) -> Values:
+        one, two = (rows(q, size)[0] for size in (1, 2))
+        return q.number(1) - one / (two - one)
+
+    try:
+        one, two, three = (rows(random_states(system), size) for size in (1, 2, 3))
+    except Unread:
+        return None
+    straight = len(one) == 1 and np.abs(three - 2 * two + one).max() <= TOLERANCE * np.abs(three).max()
+    if not straight or not np.abs(two - one).min() > 0:
+        return None
+    return replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, name: needed}))
+
+
+def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> list[Change]:
+    """Two changes whose effects add up to what is missing: sorted by the first state, compared on all."""
+    rows, size = numbers.rows, CLOSE * numbers.size
+    usable = [(c, after) for c, after in effects if after.shape == rows.shape and np.isfinite(after).all()][
+        :MOST_PAIRED
+    ]
     if len(usable) < 2:
         return []
-    target, size = -rows.ravel(), float(np.abs(rows).max())
+    target = -rows.ravel()
     changes = np.array([(after - rows).ravel() for _, after in usable])
     first = int(np.argmax(np.abs(target)))
     order = np.argsort(changes[:, first])
-    ranked = changes[order, first]
     pairs = []
     for i, change in enumerate(changes):
         wanted = target - change
-        low, high = np.searchsorted(ranked, [wanted[first] - 1e-8 * size, wanted[first] + 1e-8 * size])
+        low, high = np.searchsorted(changes[order, first], [wanted[first] - size, wanted[first] + size])
         for j in order[low:high]:
-            one, other = usable[i][0], usable[j][0]
-            close = j > i and np.abs(changes[j] - wanted).max() <= 1e-8 * size
-            if close and not overlap(one.splices, other.splices):
-                pairs.append(_both(one, other))
+            a, b = usable[i][0], usable[j][0]
+            if j > i and np.abs(changes[j] - wanted).max() <= size and not overlap(a.splices, b.splices):
+                pairs.append(both(a, b))
     return pairs
 
 
-def _both(a: Edit, b: Edit) -> Edit:
-    """Two changes as one."""
-    instead: Any = dict(a.instead or {})
-    for node, change in (b.instead or {}).items():
-        first = instead.get(node)
-        instead[node] = (lambda x, f=first, g=change: g(f(x))) if callable(first) and callable(change) else change
-    words = f"{a.words}, and {b.words}"
-    return Edit((*a.splices, *b.splices), a.cost + b.cost, words, f"{a.old}; {b.old}", f"{a.new}; {b.new}", instead, 2)
+def _pairs_of_terms(listed: list[Change], every: list[Part], numbers: Numbers) -> Iterator[Change]:
+    """Two of the likeliest changes in the same term, whose effects do not add up, each pair tried on numbers."""
+    chains = {id(part.node): (*part.parents, part.node) for part in every}
+    terms = {
+        place: id(chain[1] if chain[0].kind == "sum" and chain[1:] else chain[0]) for place, chain in chains.items()
+    }
+    likely = [(change, {terms[place] for place in change.swaps}) for change in listed[:MOST_TOGETHER]]
+    for (a, here), (b, there) in combinations(likely, 2):
+        if here & there and not overlap(a.splices, b.splices):
+            pair = both(a, b)
+            if numbers.vanishes(numbers.residual(pair.swaps)):
+                yield pair
 
 
-def _verified(patient: Patient, edits: list[Edit]) -> list[Mend]:
-    """The simplest edits whose text, read again, holds; of those that come to the same the simplest."""
-    held: list[tuple[float, Edit, str, Equation, Values]] = []
-    truth = random_states(patient.system)
-    for edit in sorted((e for e in edits if e.cost <= FARTHEST), key=_order)[:MOST_VERIFIED]:
-        text = apply(patient.printed.text, edit.splices)
+def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
+    """The simplest changes whose text, read again, holds; of those that come to the same the simplest."""
+    held: list[tuple[float, Change, str, Equation, Values]] = []
+    likely = sorted((change for change in changes if change.cost <= FARTHEST), key=lambda change: change.order)
+    for change in likely[:MOST_TEXTS]:
+        text = spliced(patient.printed.text, change.splices)
         try:
             equation = patient.read(text)
-            if relative_error(equation, truth) < TOLERANCE and not _empty(equation, patient):
+            if _holds(equation, random_states(patient.system)) and not _is_empty(equation, patient):
                 shape, odd = standing(equation, patient.system)
-                held.append((edit.cost + odd, edit, text, equation, shape))
+                held.append((change.cost + odd, change, text, equation, shape))
         except Unread:
             continue
     chosen: list[Mend] = []
     shapes: list[Values] = []
-    for cost, edit, text, equation, shape in sorted(held, key=lambda h: (h[0], *_order(h[1]))):
+    for cost, change, text, equation, shape in sorted(held, key=lambda one: (one[0], *one[1].order)):
         if len(chosen) == MOST_MENDS or (chosen and cost > chosen[0].cost + FARTHER):
             break
-        if any(other.shape == shape.shape and np.abs(other - shape).max() < 1e-8 for other in shapes):
+        if any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes):
             continue
-        verdict = check(equation, patient.system)
-        if verdict.holds:
+        if check(equation, patient.system).holds:
             shapes.append(shape)
-            words = (edit.words, edit.old, edit.new)
-            alone = patient.printed.alone
-            chosen.append(Mend(text, *words, cost, verdict.proved, equation, edit.splices, alone, edit.changes))
+            words, splices = (change.words, change.old, change.new), change.splices
+            chosen.append(Mend(text, *words, cost, equation, splices, patient.printed.alone, change.count))
     return chosen
 
 
-def _empty(equation: Equation, patient: Patient) -> bool:
+def _holds(equation: Equation, quantities: Quantities) -> bool:
+    """Whether an equation holds at some states."""
+    try:
+        return relative_error(equation, quantities) < TOLERANCE
+    except Unread:
+        return False
+
+
+def _is_empty(equation: Equation, patient: Patient) -> bool:
     """Whether an equation that holds says little.
 
     That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, or with
@@ -264,15 +253,40 @@ def _empty(equation: Equation, patient: Patient) -> bool:
     """
     spec = patient.system.spec
     fewer = equation.names <= spec.still and not patient.equation.names <= spec.still
-    given = equation.names <= {*spec.state, *spec.parameters} and not _differentiated(equation)
-    cancels = given and equation.names & {*spec.parameters}
+    derived = any(part.kind == "derivative" for part in parts(equation.sides))
+    cancels = equation.names <= {*spec.state, *spec.parameters} and not derived and equation.names & {*spec.parameters}
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 
-def _order(edit: Edit) -> tuple[float, int, str]:
-    return edit.cost, len(edit.words), edit.words
+@cache
+def _laws(system: System) -> list[Values]:
+    """What each balance leaves over off the true motion, (n,): the laws in their usual form."""
+    q = free_states(system)
+    truth = solved(q)
+    return [q[name] - truth[name] for name in system.spec.unknowns] + system.spec.laws(q)
+
+
+def standing(equation: Equation, system: System) -> tuple[Values, float]:
+    """An equation's residual off the true motion up to a factor, and what its form adds to the cost of a mend.
+
+    An equation multiplied by 4 holds as well; of two mends the one that gives a law in its usual form is the likelier.
+    """
+    quantities, spec = free_states(system), system.spec
+    values = np.concatenate([rows for rows, _ in residuals(equation, quantities)])
+    dimension, disagreement = of_equation(equation, spec)
+    usual = dimension is None or tuple(map(int, dimension)) in {*spec.dimensions.values(), (0, 2, -2)}
+    odd = 0.0 if usual and not disagreement else UNUSUAL
+    for law in _laws(system) if len(values) == 1 else ():
+        with np.errstate(all="ignore"):
+            ratio = values[0] / law
+        if np.isfinite(ratio).all() and (found := reader_of(quantities).plain(ratio)) is not None:
+            odd += USUAL if abs(found.factor) == 1 else MULTIPLE
+            break
+    flat = values.ravel()
+    largest = flat[np.argmax(np.abs(flat))]
+    return (flat / largest if abs(largest) > 1e-12 else flat), odd
 
 
 def styles_of(printed: Printed, sides: tuple[Node, ...]) -> dict[str, str]:

@@ -1,0 +1,322 @@
+"""The one generator of changes of a wrong equation: parts of its tree become others, characters of its text say the same.
+
+What could be wrong is listed: a sign, number, symbol, function, power, factor or term, one alone or all that are printed
+alike. What has a size, a number, factor or term that is missing, is read from the value that a part would have to have.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator, Mapping
+from contextlib import suppress
+from dataclasses import dataclass, field, replace
+from fractions import Fraction
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from pendpin.doctor.checking.dimensions import Disagreement, dimension
+from pendpin.doctor.checking.evaluation import Context
+from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.mending.monomials import Monomial, fraction_of, oddness, reader_of
+from pendpin.doctor.mending.numbers import CLOSE, Part, swapped
+from pendpin.doctor.mending.writing import Splice, Writer
+from pendpin.doctor.reading.tree import Node, divisors, key, symbols, walk
+from pendpin.doctor.systems.base import Spec, Values, dot
+
+FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
+CIRCULAR = {*FUNCTIONS, "sec", "csc"}
+_FACTORS = "2 1/2 3 1/3 4 1/4 3/2 2/3 6 1/6 12 1/12"
+FACTORS = [Monomial(Fraction(factor)) for factor in _FACTORS.split()]
+INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")  # that a missing term may hold, wherever the page is about them
+MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
+MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
+
+
+@dataclass(frozen=True, eq=False)
+class Change:
+    """A change of the text, how unlikely it is, in words, and the trees that stand in place of others, by id."""
+
+    splices: tuple[Splice, ...]
+    cost: float
+    words: str
+    old: str = ""
+    new: str = ""
+    swaps: Mapping[int, Node] = field(default_factory=dict)
+    count: int = 1
+
+    @property
+    def order(self) -> tuple[float, int, str]:
+        """The likeliest first, of these the shortest."""
+        return self.cost, len(self.words), self.words
+
+
+def both(a: Change, b: Change) -> Change:
+    """Two changes as one; one may stand within the other."""
+    swaps = {place: swapped(node, b.swaps) for place, node in a.swaps.items()}
+    swaps |= {place: swapped(node, a.swaps) for place, node in b.swaps.items()}
+    words = f"{a.words}, and {b.words}", f"{a.old}; {b.old}", f"{a.new}; {b.new}"
+    return Change((*a.splices, *b.splices), a.cost + b.cost, *words, swaps, count=2)
+
+
+def number(value: Fraction | int) -> Node:
+    """A number that is printed nowhere."""
+    return Node("number", (0, 0), Fraction(value))
+
+
+def times(node: Node, other: Node, operator: str = "*") -> Node:
+    """A product that is printed nowhere."""
+    return Node("product", node.span, ("*", operator), (node, other), ((0, 0), (0, 0)))
+
+
+def power_of(node: Node, exponent: int) -> Node:
+    """A power that is printed nowhere."""
+    return Node("power", node.span, Fraction(exponent), (node,), (node.span,))
+
+
+def times_monomial(node: Node, monomial: Monomial) -> Node:
+    """A product with what is printed nowhere."""
+    node = times(node, number(monomial.factor))
+    for name, power in monomial.powers:
+        function, _, quantity = name.rpartition(" ")
+        factor = Node("symbol", (0, 0), quantity)
+        factor = Node("function", (0, 0), function, (factor,)) if function else factor
+        node = times(node, power_of(factor, abs(power)), "*" if power > 0 else "/")
+    return node
+
+
+@dataclass(frozen=True)
+class Generator:
+    """Every small change of an equation, written as its text is."""
+
+    equation: Equation
+    spec: Spec
+    writer: Writer
+    context: Context
+
+    def listed(self, every: list[Part]) -> Iterator[Change]:
+        """The changes that can be listed: of one part, then of all parts that are printed alike."""
+        alike: dict[tuple, list[Part]] = defaultdict(list)
+        for part in every:
+            yield from self._of_part(part)
+            if part.node.kind in ("symbol", "function", "number"):
+                alike[key(part.node)].append(part)
+        for group in (group for group in alike.values() if len(group) > 1):
+            for new, text, cost in self._replacements(group[0]):
+                splices = tuple(self.writer.rename(part.node, text) for part in group)
+                where = "in both places" if len(group) == 2 else f"in all {len(group)} places"
+                first = self._replaced(group[0], splices[0], cost + (0.15 if new.kind == "number" else 0.35), new)
+                swaps = {id(part.node): new for part in group}
+                yield replace(first, splices=splices, words=f"{first.words}, {where}", swaps=swaps)
+
+        letters = [group for group in alike.values() if group[0].node.kind == "symbol"]
+        for first, second in combinations(letters, 2):
+            a, b = (self.writer.of(group[0].node.span) for group in (first, second))
+            places = [(part, b, second[0].node) for part in first] + [(part, a, first[0].node) for part in second]
+            splices = tuple(self.writer.put(part.node.span, text) for part, text, _ in places)
+            swaps = {id(part.node): node for part, _, node in places}
+            yield Change(splices, 1.6, f"{a} and {b} are exchanged", a, b, swaps)
+
+    def _of_part(self, part: Part) -> Iterator[Change]:
+        node, writer, outer = part.node, self.writer, part.node.outer
+        if part.whole and node.kind != "number":
+            cost = 1.0 + 0.5 * part.lone + 0.01 * (part.role == "term" and not part.index)
+            words = f"the sign of {writer.of(outer)} is wrong"
+            yield self._replaced(part, writer.sign(part), cost, times(node, number(-1)), words)
+            for factor in (*FACTORS, *self._forgotten):
+                yield self._missing(part, factor, 1.25 + oddness(factor.factor))
+        if part.role == "side" and not part.lone:
+            yield self._replaced(part, (*outer, "0"), 1.35, times(node, number(0)))
+        if part.role == "term" and len(part.parents[-1].children) > 1:
+            yield self._removed(part, "term", 1.25, times(node, number(0)))
+        if part.role in ("factor", "divisor"):
+            yield self._removed(part, "factor", 1.2, number(1))
+        for new, text, cost in self._replacements(part):
+            yield self._in_place(part, new, text, cost + 0.5 * part.lone)
+        for exponent in {1, 2, 3, 4} - {node.value} if node.kind == "power" else ():
+            yield self._replaced(part, writer.exponent(node, exponent), 1.1, power_of(node.children[0], exponent))
+        plain = node.kind in ("symbol", "function") and not part.lone and part.role != "base"
+        for exponent in (2, 3) if plain and (part.role != "argument" or node.bracketed) else ():
+            yield self._replaced(part, writer.exponent(node, exponent), 1.15, power_of(node, exponent))
+        circular = part.role == "argument" and part.parents[-1].value in CIRCULAR and node.bracketed
+        for factor in FACTORS[:2] if circular else ():
+            splice = writer.before(node.span[0], writer.printer.monomial(factor))
+            yield self._replaced(part, splice, 1.2, times_monomial(node, factor))
+
+    def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
+        """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
+        node, printer, units = part.node, self.writer.printer, self.spec.dimensions
+        if node.kind == "number" and node.value:
+            for value in (node.value * factor.factor for factor in FACTORS):
+                if value.denominator == 1 or node.value == 1:
+                    yield number(value), printer.number(value), 0.05 + _cost_of_number(part, value)
+        if node.kind == "symbol":
+            name = self.context.meaning(str(node.value))
+            for other in self._own(name):
+                yield replace(node, value=other), other.lstrip("?"), 1.05
+            for other in self._alternatives(name):
+                cost = 1.05 if units.get(other) == units.get(name) else 1.3
+                cost += 0.1 * bool(printer.styles and other not in printer.styles)
+                yield replace(node, value=other), printer.symbol(other), cost
+        if node.kind == "function" and node.value in CIRCULAR:
+            slash = "\\" * self.writer.of(node.marks[0]).startswith("\\")
+            for other in FUNCTIONS.keys() - {node.value}:
+                yield replace(node, value=other), slash + other, FUNCTIONS[other]
+        if node.kind == "derivative" and node.value != "t":
+            for other in self.spec.state:
+                yield replace(node, value=other), printer.symbol(other), 1.1
+
+    def _own(self, name: str) -> Iterator[str]:
+        """Symbols that the text or the user defined, in place of another of the same dimension."""
+        own = self.context.definitions
+        for other in own.keys() - {name}:
+            with suppress(Disagreement):
+                here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
+                if other.startswith("?") and here == there:
+                    yield other
+
+    def _alternatives(self, name: str) -> list[str]:
+        """Names that could stand in place of one: of its family first, and the common ones."""
+        spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
+        family = [other for names in spec.families if name in names for other in names]
+        known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
+        known |= self.writer.printer.styles.keys()
+        others = dict.fromkeys(family if name in arrays else [*family, *spec.common])
+        others = [other for other in others if other in known and other != name and (name in arrays or other in q)]
+        return others if name in arrays else [o for o in others if o not in arrays and np.any(q[o])]
+
+    @cached_property
+    def _forgotten(self) -> list[Monomial]:
+        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or a cosine."""
+        spec, q = self.spec, self.context.quantities
+        circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
+        styled = self.writer.printer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
+        names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
+        powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
+        return [Monomial(Fraction(1), (power,)) for power in powers]
+
+    def by_need(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
+        """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
+        node = part.node
+        if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
+            yield self._in_place(
+                part, number(wanted), self.writer.printer.number(wanted), _cost_of_number(part, wanted)
+            )
+        if value.ndim == needed.ndim and value.ndim < 3 and np.isfinite(needed).all():
+            if part.whole:
+                yield from self._factors(part, value, needed)
+            if node.kind == "sum" or ((part.role in ("side", "entry") or node.bracketed) and node.kind != "number"):
+                yield from self._terms(part, needed - value)
+
+    def _factors(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
+        with np.errstate(all="ignore"):
+            ratio = needed / value if value.ndim == 1 else dot(needed, value) / dot(value, value)
+            if value.ndim > 1 and not np.abs(needed - ratio * value).max() <= CLOSE * np.abs(needed).max():
+                return
+        for found in reader_of(self.context.quantities).read(ratio, self._extras):
+            likely = found.factor > 0 and found.size <= MOST_FACTORS and found != Monomial(Fraction(1))
+            if likely and not self._is_odd(found, 2):
+                cost = 1.22 + 0.01 * len(part.parents) + oddness(found.factor) + 0.5 * part.lone
+                cost += (0.3 * (found.size - 1) + 0.4 * (found.factor != 1)) * bool(found.powers)
+                yield self._missing(part, found, cost)
+
+    def _terms(self, part: Part, missing: Values) -> Iterator[Change]:
+        reader, printer = reader_of(self.context.quantities), self.writer.printer
+        found = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
+        for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
+            along = dot(missing, unit := self.context.quantities[name])
+            if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
+                found += [(monomial, printer.symbol(name)) for monomial in reader.read(along, self._extras)]
+        for monomial, direction in found:
+            powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
+            strange = sum(name not in printer.styles for name, _ in powers)
+            steep = sum(power < 0 and name not in self._below for name, power in powers)
+            if not self._is_odd(monomial, MOST_EXTRA):
+                text = f"{'+' if monomial.factor > 0 else '-'} {printer.monomial(monomial, direction)}"
+                cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.03 * strange
+                cost += 0.5 * steep + 0.5 * part.lone
+                yield Change(
+                    (self.writer.behind(part.node, f" {text}"),), cost, f"the term {text} is missing", "", text
+                )
+
+    @cached_property
+    def _below(self) -> set[str]:
+        """The symbols that something in the equation is divided by."""
+        return {name for side in self.equation.sides for part in divisors(side) for name in symbols(part)}
+
+    @cached_property
+    def _extras(self) -> dict[str, tuple[int, ...]]:
+        """Quantities that a missing term or factor may hold beside the usual ones, with their powers.
+
+        They are of the kinds that the equation is about, and not what it is solved for.
+        """
+        spec, names = self.spec, self.equation.names
+        lone = {side.value for side in self.equation.sides if side.kind == "symbol"}
+        families = (set(family) for family in spec.families if len(names.intersection(family)) > 1)
+        possible = names.union(spec.unknowns, ["Mc"], {*INERTIAS} & {*spec.common}, *families) - lone
+        below = self._below - lone
+        return {name: (1, 2) * ({*name.split(" - ")} <= possible) + (-1,) * (name in below) for name in spec.extra}
+
+    def _is_odd(self, monomial: Monomial, most: int) -> bool:
+        """Whether it holds a quantity that is no usual one together with much else, or over an angle or a rate."""
+        extra = [name for name, _ in monomial.powers if name in self._extras]
+        falls = any(power < 0 and name in self.spec.moving for name, power in monomial.powers)
+        return bool(extra) and (monomial.size > most or (falls and extra[-1] != "M3"))
+
+    def of_kind(self, part: Part) -> Iterator[Change]:
+        """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
+        node, writer, spec = part.node, self.writer, self.spec
+        for text in map(writer.printer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
+            splice = (node.outer[1], node.outer[1], writer.printer.joint + text)
+            yield self._replaced(part, splice, 1.2, node, f"{text} is missing after {writer.of(node.outer)}")
+        if part.role == "factor" and node.kind == "symbol":
+            yield self._removed(part, "factor", 1.25, number(1))
+        if part.role == "term" and len(part.parents[-1].children) > 1:
+            yield self._removed(part, "term", 1.3, number(0))
+        scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
+        names = (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ()
+        for name in names:
+            yield self._in_place(part, node, writer.printer.symbol(name), 1.15)
+
+    def everywhere(self, unknown: set[str], every: list[Part]) -> Iterator[Change]:
+        """A quantity in place of a symbol that nobody knows, with its dots or derivatives, wherever it stands."""
+        places: dict[tuple[int, int], int] = {}  # how many dots the symbol has there
+        for part in every:
+            inside = [node for node in walk(part.node) if node.kind == "symbol"]
+            if part.node.kind in ("symbol", "derivative") and [node.value for node in inside] == [*unknown]:
+                dots = sum(node.kind == "derivative" for node in walk(part.node))
+                dots += inside[0].written.dots if inside[0].written else 0
+                places[part.node.span] = max(places.get(part.node.span, 0), dots)
+        for name in (*self.spec.coordinates, *self.spec.parameters) if places else ():
+            texts = {span: self.writer.printer.symbol("d" * dots + name) for span, dots in places.items()}
+            old, new = self.writer.of(min(texts)), texts[min(texts)]
+            splices = tuple(self.writer.put(span, text) for span, text in texts.items())
+            yield Change(splices, 1.0, f"{old} should be {new}", old, new)
+
+    def _in_place(self, part: Part, new: Node, text: str, cost: float) -> Change:
+        """A symbol, function, number or variable in place of another; a factor 1 is left out."""
+        if text == "1" and part.role in ("factor", "divisor") and not part.parents[-1].fraction:
+            return self._removed(part, "factor", cost, new)
+        return self._replaced(part, self.writer.rename(part.node, text), cost, new)
+
+    def _replaced(self, part: Part, splice: Splice, cost: float, new: Node, words: str = "") -> Change:
+        old, shown = self.writer.shown(part, splice)
+        return Change((splice,), cost, words or f"{old} should be {shown}", old, shown, {id(part.node): new})
+
+    def _removed(self, part: Part, what: str, cost: float, new: Node) -> Change:
+        splice = self.writer.without_factor(part) if what == "factor" else self.writer.without_term(part)
+        old = self.writer.of(part.node.outer)
+        return Change((splice,), cost, f"the {what} {old} is too many", old, "", {id(part.node): new})
+
+    def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
+        """A part with one more factor in front of it."""
+        text = self.writer.printer.monomial(factor)
+        text = f"({text})" if "/" in text and not self.writer.printer.latex else text
+        words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
+        splice = self.writer.before(part.node.outer[0], text)
+        return self._replaced(part, splice, cost, times_monomial(part.node, factor), words)
+
+
+def _cost_of_number(part: Part, value: Fraction) -> float:
+    """What another number costs: more for a fraction inside a printed one."""
+    printed = any(parent.fraction for parent in part.parents[-2:])
+    return 1.0 + oddness(value) + 0.5 * part.lone + (value.denominator > 1) * (0.6 if printed else 0.1)

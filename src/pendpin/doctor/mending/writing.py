@@ -1,0 +1,180 @@
+"""Changes of a printed equation in its author's hand: which characters are replaced, and by what."""
+
+import re
+from dataclasses import dataclass
+from fractions import Fraction
+
+from pendpin.doctor.mending.monomials import Monomial
+from pendpin.doctor.mending.numbers import Part
+from pendpin.doctor.reading.tree import Node, Span, walk
+from pendpin.doctor.systems.base import Spec
+
+_BARE = re.compile(r"\\[dtc]?frac\s*(?:\d|\{[^{}]*\})?\s*$")  # a number after it may have no braces
+Splice = tuple[int, int, str]  # these characters of the text become those
+MOST_SHOWN = 60  # characters of a product in which a change is shown
+
+
+class Printer:
+    """Writes numbers, symbols and monomials as a text does. `styles` gives names as the text prints them."""
+
+    def __init__(self, latex: bool, styles: dict[str, str], spec: Spec) -> None:
+        self.latex, self.styles, self.spec = latex, styles, spec
+        self.joint = " " if latex else "*"
+
+    def symbol(self, name: str) -> str:
+        """A quantity, a function of an angle or of two, or a difference in brackets."""
+        if " - " in name:
+            first, _, second = name.partition(" - ")
+            return f"({self.symbol(first)} - {self.symbol(second)})"
+        function, _, angle = name.rpartition(" ")
+        if function:
+            shown = re.sub(r"[^-+]+", lambda match: self.symbol(match[0]), angle)
+            return ("\\" if self.latex else "") + f"{function}({shown})"
+        return self.styles.get(name) or (self.spec.printed.get(name, name) if self.latex else name)
+
+    def number(self, value: Fraction) -> str:
+        """A whole number, or a fraction, in plain text in brackets."""
+        if value.denominator == 1:
+            return str(value)
+        return rf"\frac{{{value.numerator}}}{{{value.denominator}}}" if self.latex else f"({value})"
+
+    def monomial(self, monomial: Monomial, last: str = "") -> str:
+        """A product without its sign; `last` is a unit vector that follows."""
+        factor = abs(monomial.factor)
+        above = [self._power(self.symbol(name), power) for name, power in monomial.powers if power > 0]
+        below = [self._power(self.symbol(name), -power) for name, power in monomial.powers if power < 0]
+        above = [str(factor.numerator)] * (factor.numerator != 1 or not above) + above
+        below = [str(factor.denominator)] * (factor.denominator != 1) + below
+        text, under = self.joint.join(above), self.joint.join(below)
+        if under and self.latex:
+            text = rf"\frac{{{text}}}{{{under}}}"
+        elif under:
+            text += f"/({under})" if len(below) > 1 else f"/{under}"
+        return self.joint.join(part for part in (text, last) if part and not (last and part == "1"))
+
+    def _power(self, text: str, power: int) -> str:
+        """Something raised; a function's exponent stands before its bracket in LaTeX."""
+        if power == 1:
+            return text
+        name, bracket, rest = text.partition("(")
+        of_function = bracket and name in ("\\sin", "\\cos", "\\tan")
+        return (
+            f"{text}**{power}"
+            if not self.latex
+            else f"{name}^{power}{bracket}{rest}"
+            if of_function
+            else f"{text}^{power}"
+        )
+
+
+def spliced(text: str, splices: tuple[Splice, ...]) -> str:
+    """The text with its changes."""
+    for start, end, new in sorted(splices, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def overlap(a: tuple[Splice, ...], b: tuple[Splice, ...]) -> bool:
+    """Whether two changes touch the same characters."""
+    return any((x[0] < y[1] and y[0] < x[1]) or x[0] == y[0] for x in a for y in b)
+
+
+@dataclass(frozen=True)
+class Writer:
+    """Writes changes of one text."""
+
+    text: str
+    printer: Printer
+
+    def of(self, span: Span) -> str:
+        """The characters of a span."""
+        return self.text[span[0] : span[1]].strip()
+
+    def put(self, span: Span, new: str) -> Splice:
+        """Replace a span, with a space or sign where two names would run together."""
+        before, after, joint = self.text[: span[0]], self.text[span[1] :], self.printer.joint
+        if self.printer.latex and _BARE.search(before) and len(new) > 1 and new.isdigit():
+            return (*span, f"{{{new}}}")
+        if new and self._run_together(new, after):
+            new += joint
+        if new and self._run_together(before, new):
+            new = joint + new
+        return (*span, new)
+
+    def rename(self, node: Node, new: str) -> Splice:
+        """Another symbol, number, function or variable of a derivative."""
+        return self.put(node.span if node.kind in ("symbol", "number") else node.marks[0], new)
+
+    def _run_together(self, left: str, right: str) -> bool:
+        if not self.printer.latex:
+            return bool(re.search(r"\w$", left) and re.match(r"\w", right))
+        names = re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)
+        return bool(names or (re.search(r"(?<!frac)\d$", left) and re.match(r"\d", right)))
+
+    def before(self, start: int, factor: str) -> Splice:
+        """A factor in front of what starts at a place."""
+        joint = r" \cdot " if self.printer.latex and re.match(r"\d", self.text[start:]) else self.printer.joint
+        return (start, start, factor + joint)
+
+    def behind(self, node: Node, text: str) -> Splice:
+        """One more term or factor after a sum, side or entry."""
+        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
+        return (end, end, text)
+
+    def sign(self, part: Part) -> Splice:
+        """The other sign for a term, side or entry."""
+        if part.role == "term":
+            total = part.parents[-1]
+            mark, minus = total.marks[part.index], total.value[part.index] < 0
+            return (*mark, ("+" if part.index else "") if minus else "-")
+        start = part.node.outer[0]
+        return (start, start + 1, "") if self.text[start] == "-" else (start, start, "-")
+
+    def without_term(self, part: Part) -> Splice:
+        """A sum without one of its terms; the term that then comes first loses its plus."""
+        total = part.parents[-1]
+        start, end = total.marks[part.index][0], part.node.outer[1]
+        if part.index:
+            return (start, end, "")
+        return (start, total.marks[1][1 if total.value[1] > 0 else 0], "")
+
+    def without_factor(self, part: Part) -> Splice:
+        """A product without one of its factors."""
+        product, outer = part.parents[-1], part.node.outer
+        if product.fraction:
+            return (*outer, "{1}" if self.text[outer[0]] == "{" else "1")
+        if part.index:
+            return (product.marks[part.index][0], outer[1], "")
+        return (*outer, "1") if product.value[1] == "/" else (outer[0], product.children[1].outer[0], "")
+
+    def exponent(self, node: Node, power: int) -> Splice:
+        """Another exponent for a power, none for 1; or one for a node that has none. `power` is from 1 to 4."""
+        mark = "^" if self.printer.latex else "**"
+        if node.kind == "power":
+            start, end = node.marks[0]
+            mark = "^" if "^" in self.text[start:end] else mark
+            following = self.text[end : end + 1]
+            space = " " * (following.isalpha() if power == 1 else following.isdigit())
+            return (start, end, ("" if power == 1 else f"{mark}{power}") + space)
+        if node.kind == "function" and self.printer.latex and node.bracketed is None:
+            return (node.marks[0][1], node.marks[0][1], f"{mark}{power} ")
+        return (node.outer[1], node.outer[1], f"{mark}{power}")
+
+    def shown(self, part: Part, splice: Splice) -> tuple[str, str]:
+        """What is shown of a change: the factor, fraction or term that it is in, before and after."""
+        node = part.node
+        for parent in reversed(part.parents):
+            wide = parent.span[1] - parent.span[0] > MOST_SHOWN or any(below.kind == "sum" for below in walk(parent))
+            if wide or parent.kind not in ("product", "power", "function"):
+                break
+            node = parent
+            if parent.kind == "product":
+                break
+        start, end = min(node.outer[0], splice[0]), max(node.outer[1], splice[1])
+        inside = (splice[0] - start, splice[1] - start, splice[2])
+        return _bare(self.text[start:end]), _bare(spliced(self.text[start:end], (inside,)))
+
+
+def _bare(text: str) -> str:
+    """Without the braces around all of it."""
+    return match[1] if (match := re.fullmatch(r"\{([^{}]*)\}", text.strip())) else text.strip()
