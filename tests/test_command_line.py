@@ -197,6 +197,8 @@ LONG = {  # commands that can take long, each with what it needs
     "hard": (),
     "modes": (),
     "stability": (),
+    "section": ("--at", "theta = 0", "--of", "phi"),
+    "bifurcation": ("--vary", "duration=1:2:3", "--strobe", "0.1", "--of", "theta"),
     "validate": (),
     "reference": ("--out", "folder"),
     "doctor": ("text.md",),

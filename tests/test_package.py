@@ -143,6 +143,8 @@ ANSWERS = {  # what a bare install says: nothing on stderr, or what is missing a
     "modes": "needs llvmlite",
     "stability": "needs llvmlite",
     "stability --lyapunov --set duration=0.1": "needs llvmlite",
+    "section --at theta=0.1 --of phi --count 1": "",
+    "bifurcation --vary effects[0].acceleration=9:10:2 --strobe 0.1 --of theta --count 1 --skip 1": "",
     "validate acheson": "",
     "validate conical --methods dop853": "",
     "reference --out folder": "",

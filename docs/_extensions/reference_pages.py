@@ -11,6 +11,7 @@ import tempfile
 import tomllib
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
+from types import ModuleType
 from typing import Any
 
 from effect_pages import effects_page
@@ -86,6 +87,8 @@ def api_page(name: str, thing: Any, example: Path) -> str:
     text = heading(name)
     if name == "effects":
         text += f"{summary(thing)}\n\n:doc:`/reference/effects` lists every effect with its formula and parameters.\n\n"
+    elif isinstance(thing, ModuleType):
+        text += f".. automodule:: {thing.__name__}\n   :members: {', '.join(thing.__all__)}\n"
     elif isinstance(thing, type):
         text += f".. autoclass:: pendpin.{name}\n   :members:\n   :inherited-members: BaseModel, Exception, Mapping\n"
     else:

@@ -19,6 +19,7 @@ if TYPE_CHECKING:
     from pendpin.motions.trajectory import Trajectory
     from pendpin.runs.batches.ensemble import Ensemble, simulate_many
     from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel, load_scene
+    from pendpin.stability import sections
     from pendpin.stability.branches import follow
     from pendpin.stability.linearize import linearize
     from pendpin.stability.lyapunov import lyapunov
@@ -49,6 +50,7 @@ _HOMES = {
     "sweeps.sweep": ("sweep",),
     "motions.trajectory": ("Trajectory",),
 }
+_MODULES = {"effects": "pendpin.effects", "sections": "pendpin.stability.sections"}
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 _OTHER_WORDS = {  # of other packages, and what is meant here
@@ -94,6 +96,7 @@ __all__ = [
     "lyapunov",
     "modes",
     "periodic_orbit",
+    "sections",
     "simulate",
     "simulate_many",
     "sweep",
@@ -103,8 +106,8 @@ __all__ = [
 
 def __getattr__(name: str) -> Any:
     """Load a public name where it is first used, so that importing pendpin costs nothing."""
-    if name == "effects":
-        return import_module("pendpin.effects")
+    if name in _MODULES:
+        return import_module(_MODULES[name])
     if name not in _HOME_OF:
         raise AttributeError(f"module 'pendpin' has no attribute {name!r}{_hint(name)}")
     return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)

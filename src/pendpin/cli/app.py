@@ -10,7 +10,7 @@ from typing import Annotated, Any, NoReturn
 import typer
 
 from pendpin.cli.commands.run import new, plot, run, schema, urdf, view
-from pendpin.cli.commands.stability import effects, modes, stability
+from pendpin.cli.commands.stability import bifurcation, effects, modes, section, stability
 from pendpin.cli.commands.sweep import fit, map_, sweep
 from pendpin.cli.commands.verification import check, cost, doctor, hard, reference, validate
 from pendpin.cli.inputs import flag
@@ -114,6 +114,8 @@ for command in (
     hard,
     modes,
     stability,
+    section,
+    bifurcation,
     validate,
     reference,
     doctor,

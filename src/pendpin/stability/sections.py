@@ -1,6 +1,6 @@
 """Sections of a motion: its states where a quantity crosses a level (Poincaré) or once a period (stroboscopic).
 
-A section is a function of a scene, or of a run: it goes on with the motion until it has all its points. Collected over
+A section is a function of a scene, or of a run: it continues the motion until it has all its points. Collected over
 many starts of one energy it is a portrait; over a number of the scene, with the state carried on, a bifurcation diagram.
 """
 
@@ -23,15 +23,18 @@ from pendpin.motions.periodic import drive_of
 from pendpin.motions.resolved import resolved
 from pendpin.motions.search import find_instants, sign_changes
 from pendpin.motions.trajectory import Trajectory
+from pendpin.runs.batches.series import Level, Series, takes
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene, Start, chosen_scene, scene_of
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import unit_of
 
+__all__ = ["Bifurcation", "Crossing", "Portrait", "Strobe", "bifurcation", "crossing", "portrait", "strobe"]
+
 PATIENCE = 30  # durations of the scene without a crossing, until there is none
 LONGEST = 16  # durations of the scene in one piece of a motion
 TRIES = 20_000  # random angles for one start: as many are looked at until the energy is too small for all of them
-MOST_POINTS = 10_000_000
+MOST_POINTS, MOST_STARTS = 10_000_000, 100_000
 
 Motion = Scene | str | Path | RunRecord
 
@@ -55,7 +58,7 @@ class Section(ABC):
                 raise InputError(f"{name}: {shown(value)} is not a whole number from {least} to {MOST_POINTS:,}")
 
     def __call__(self, motion: Motion) -> Array:
-        """The values (count, len(of)) at the points, from those of a scene's motion or of a run that goes on.
+        """The values (count, len(of)) at the points, from those of a scene's motion or of a run that is continued.
 
         Raises InputError for names that are none, RunError where the motion has too few points.
         """
@@ -165,7 +168,7 @@ def crossing(
         level: in its unit.
         direction: 1 where it rises, -1 where it falls, 0 for both.
         of: names of the quantities that are noted.
-        count: how many points; the motion goes on until it has them.
+        count: how many points; the motion continues until it has them.
         skip: points before them, in which the motion settles.
 
     Returns:
@@ -176,6 +179,20 @@ def crossing(
         RunError: when it is called, where the motion does not cross so often.
     """
     return Crossing(of, count, skip, name=name, level=level, direction=direction)  # type: ignore[arg-type]
+
+
+def read_crossing(text: str, of: Sequence[str], count: int, skip: int) -> Crossing:
+    """The section of a text like "theta_1 = 0, rising"; "falling" and "both" are the other ways. Raises InputError."""
+    name, equals, rest = text.partition("=")
+    level, comma, way = rest.partition(",")
+    ways = {"rising": 1, "falling": -1, "both": 0}
+    if not equals or (comma and way.strip() not in ways):
+        raise InputError(f"at: {shown(text)} is not NAME = LEVEL, rising; the other ways are falling and both")
+    try:
+        value = float(level)
+    except ValueError:
+        raise InputError(f"at: {shown(level.strip())} is not a number") from None
+    return crossing(name.strip(), value, ways[way.strip()] if comma else 1, of=of, count=count, skip=skip)
 
 
 def strobe(period: float | None = None, *, of: Sequence[str] | str, count: int = 200, skip: int = 200) -> Strobe:
@@ -214,6 +231,7 @@ class Portrait(Result):
 
     section: Crossing
     energy: float  # J
+    drawn: bool  # whether the starts were drawn at this energy; else there is one, the scene's own
     starts: tuple[Start, ...]
     values: Array  # (starts, count, len(of)); NaN where a motion has no such points
     why: tuple[str, ...]  # for each start why it has none, "" where it has
@@ -247,11 +265,12 @@ class Portrait(Result):
             for name, column in zip(self.section.of, np.moveaxis(self.values, -1, 0), strict=True)
             if any(good)
         ]
-        drawn = (
-            f"{len(self.starts)} starts at {self.energy:.6g} J on the section: angles drawn evenly where the potential "
-            "energy leaves something, rates of the energy that is left in directions drawn evenly (mass matrix as measure)."
+        how = (
+            f"{len(self.starts)} starts at {self.energy:.6g} J on the section: angles are drawn evenly where their "
+            "potential energy is below it; the rest is kinetic, in directions drawn evenly by the mass matrix."
         )
-        parts = [drawn, f"{sum(good)} of {len(good)} motions have {self.section.count} points each."]
+        parts = [how] if self.drawn else []
+        parts.append(f"{sum(good)} of {len(good)} motions have {self.section.count} points each.")
         parts += [
             f"{sum(reason == one for reason in self.why)} have none: {one}" for one in dict.fromkeys(self.why) if one
         ]
@@ -259,44 +278,83 @@ class Portrait(Result):
         return Report((*parts, Table(head, rows)), data, None if any(good) else "no motion has a point")
 
 
-def portrait(scene: Scene | str | Path, section: Crossing, starts: int, energy: float, seed: int = 0) -> Portrait:
-    """A Poincaré section of many motions of one energy in J (kinetic and potential, 0 at W's origin as in run.energy()).
+def portrait(
+    scene: Scene | str | Path, section: Crossing, starts: int = 1, energy: float | None = None, seed: int = 0
+) -> Portrait:
+    """A Poincaré section of the motion of a scene, or of many motions of one energy.
 
-    Angles of the starts are drawn evenly, with the section's own at its level, until their potential energy is below that
-    which is asked for; the rest is kinetic, in directions drawn evenly by the mass matrix. Joints that stay at 0 in the
-    scene's own motion stay there. Raises InputError where no such start is found.
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        section: from `crossing`.
+        starts: how many motions; more than one need an energy.
+        energy: in J, kinetic and potential, 0 at W's origin as in run.energy(). Angles of the starts are drawn evenly,
+            with the section's own at its level, until their potential energy is below it. The rest is kinetic, in
+            directions drawn evenly by the mass matrix. Joints that stay at 0 in the scene's own motion stay there.
+            Without an energy the motion is that from the scene's own start.
+        seed: of the starts.
+
+    Raises:
+        InputError: for numbers that cannot be, and where no such start is found.
     """
     scene = chosen_scene(scene)
-    if type(starts) is not int or not 1 <= starts <= 100_000:
-        raise InputError(f"starts: {shown(starts)} is not a whole number from 1 to 100,000")
-    if not is_number(energy) or not np.isfinite(energy):
+    if type(starts) is not int or not 1 <= starts <= MOST_STARTS:
+        raise InputError(f"starts: {shown(starts)} is not a whole number from 1 to {MOST_STARTS:,}")
+    if energy is not None and not (is_number(energy) and np.isfinite(energy)):
         raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
-    units = section.check(scene, section.name)
-    drawn = _draw_starts(scene, section, starts, float(energy), np.random.default_rng(seed))
-    values, why = np.full((starts, section.count, len(section.of)), np.nan), list[str]()
-    for place, start in enumerate(drawn):
+    if energy is None and starts > 1:
+        raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
+    units, dynamics = section.check(scene, section.name), bind(scene)
+    q, v = start_state(dynamics.model, scene.start)
+    if energy is None:
+        drawn, total = [scene.start], sum(dynamics.energy(q, v))
+    else:
+        total = float(energy)
+        drawn = _draw_starts(dynamics, (q, v), section, starts, total, np.random.default_rng(seed))
+    values, why = _points_side_by_side(scene, section, drawn), [""] * starts
+    for place in np.flatnonzero(np.isnan(values).any((1, 2))):
         try:
-            values[place], _ = section.collect(scene.model_copy(update={"start": start}))
-            why.append("")
+            values[place], _ = section.collect(scene.model_copy(update={"start": drawn[place]}))
         except RunError as error:
-            why.append(str(error))
-    return Portrait(section, float(energy), tuple(drawn), values, tuple(why), units)
+            why[place] = str(error)
+    return Portrait(section, total, energy is not None, tuple(drawn), values, tuple(why), units)
 
 
-def _draw_starts(scene: Scene, section: Crossing, count: int, energy: float, rng: np.random.Generator) -> list[Start]:
-    dynamics = bind(scene)
-    model, (q0, v0) = dynamics.model, start_state(build(scene.model), scene.start)
+def _points_side_by_side(scene: Scene, section: Crossing, starts: Sequence[Start]) -> Array:
+    """The values (starts, count, len(of)) of motions that Taylor series take side by side; NaN for the others."""
+    values = np.full((len(starts), section.count, len(section.of)), np.nan)
+    model, tolerance = build(scene.model), scene.solver.tolerance
+    names = [*model.joints, *(f"{joint}_rate" for joint in model.joints)]
+    turns = [joint for joint, slides in zip(model.joints, model.slides, strict=True) if not slides]
+    if tolerance is None or not takes(scene) or section.name not in turns or not {*section.of} <= {*names}:
+        return values
+    q, v = (np.array(x) for x in zip(*(start_state(model, start) for start in starts), strict=True))
+    level = Level(model.joints.index(section.name), section.level, section.direction)
+    series = Series(scene, tolerance, np.stack([q, v], 1), level=level)
+    if series.covered:
+        columns = [1 + names.index(name) for name in section.of]
+        points = series.cross(series.started(q, v), section.skip + section.count, PATIENCE * scene.duration)
+        for place, rows in enumerate(points):
+            if len(rows) == section.skip + section.count:
+                values[place] = rows[section.skip :, columns]
+    return values
+
+
+def _draw_starts(
+    dynamics: Dynamics, own: tuple[Array, Array], section: Crossing, count: int, energy: float, rng: np.random.Generator
+) -> list[Start]:
+    """Starts of one energy in J on a section; `own` is q, v (nv,) of the scene's own start."""
+    model, (q0, v0) = dynamics.model, own
     if section.name not in model.joints:
         raise InputError(f"at: {section.name} is not the angle of a joint; starts of one energy are drawn on one")
     if not dynamics.conservative:
         raise InputError("energy: effects of this scene have no potential energy; give starts of your own in a sweep")
     moving = _moving_joints(dynamics, q0, v0)
-    own = model.joints.index(section.name)
-    if own not in moving:
+    at = model.joints.index(section.name)
+    if at not in moving:
         raise InputError(f"at: {section.name} stays at 0 in this scene; give it a start or a rate")
-    turning = np.array([i for i in moving if i != own and not model.slides[i]], int)
+    turning = np.array([i for i in moving if i != at and not model.slides[i]], int)
     q = np.tile(q0, (TRIES, 1))
-    q[:, own] = section.level
+    q[:, at] = section.level
     starts, least = list[Start](), np.inf
     while len(starts) < count:
         q[:, turning] = rng.uniform(-np.pi, np.pi, (TRIES, len(turning)))
@@ -310,18 +368,17 @@ def _draw_starts(scene: Scene, section: Crossing, count: int, energy: float, rng
             way = rng.normal(size=len(moving))
             speed = np.sqrt(2 * (energy - potential[place]) / (way @ way))
             v[moving] = speed * np.linalg.solve(L.T, way)
-            v *= -1.0 if v[own] * section.direction < 0 else 1.0
-            starts.append(
-                Start(time=scene.start.time, positions=tuple(q[place].tolist()), velocities=tuple(v.tolist()))
-            )
+            v *= -1.0 if v[at] * section.direction < 0 else 1.0
+            starts.append(Start(time=dynamics.start, positions=tuple(q[place].tolist()), velocities=tuple(v.tolist())))
     return starts
 
 
 def _moving_joints(dynamics: Dynamics, q: Array, v: Array) -> Array:
     """The places of the joints that do not stay at 0 in a motion from q, v (nv,)."""
-    engine, nv = dynamics.in_motion(q, v, False).engine, len(q)
-    places = engine.places if isinstance(engine, Moving) and engine.on_angles else np.arange(2 * nv)
-    return np.array(sorted({int(place) % nv for place in places}), int)
+    on_angles = Dynamics(dynamics.model, dynamics.effects, form="angles", start=dynamics.start)
+    engine, nv = on_angles.in_motion(q, v, False).engine, len(q)
+    places = engine.places if isinstance(engine, Moving) else np.arange(2 * nv)
+    return np.unique(places % nv)
 
 
 def _mass_matrix(dynamics: Dynamics, q: Array, moving: Array) -> Array:

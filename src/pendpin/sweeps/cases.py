@@ -5,7 +5,6 @@ Smooth scenes of few joints go side by side, by runs/batches/series.py.
 
 from contextlib import suppress
 from functools import lru_cache, partial
-from importlib.util import find_spec
 from threading import Event
 
 import numpy as np
@@ -20,8 +19,8 @@ from pendpin.ground.versions import installed
 from pendpin.integrators import Run
 from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.runs.accuracy.thresholds import VECTOR
-from pendpin.runs.batches.batches import MOST_JOINTS, Cases, Motions
-from pendpin.runs.batches.series import Series
+from pendpin.runs.batches.batches import Cases, Motions
+from pendpin.runs.batches.series import Series, takes
 from pendpin.runs.batches.side_by_side import Ladder
 from pendpin.runs.limits import ends_well
 from pendpin.runs.samples import fill_in
@@ -217,15 +216,10 @@ def vectors_of(task: Task) -> Vectors | None:
     """What runs a task side by side, made once for it; None where series do not take its scene, or a key changes the run."""
     solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
     side_by_side = (
-        find_spec("heyoka") is not None
-        and task.scene.duration > 0
-        and solver.method in ("auto", "taylor")
-        and solver.engine == "auto"
+        takes(task.scene)
         and (solver.accuracy is None or solver.accuracy >= VECTOR.finest)
         and not kinds - {"model", "effects", "start"}
         and "start.time" not in task.plan.keys
-        and all(effect.smooth for effect in task.scene.effects)
-        and len(build(task.scene.model).joints) <= MOST_JOINTS
     )
     made = Vectors(task) if side_by_side else None
     return made if made and made.series[0].covered else None

@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, SceneInput, flag, on_scene
+from pendpin.cli.inputs import Json, Plot, SceneInput, flag, naming_options, on_scene
 from pendpin.cli.outputs import print_files, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
 
@@ -101,3 +101,75 @@ def effects(
     with limited(limit) as work, waiting(what, json, work), chosen.noted() as scene:
         report = significance(scene, accuracy, thorough)
     print_report(report.report(), json)
+
+
+# --- Poincaré sections and bifurcation diagrams: pendpin section, pendpin bifurcation ---------------------------------
+
+Of = Annotated[str, typer.Option(help="Quantities to note, with commas: theta_2,theta_2_rate.")]
+Skip = Annotated[int, typer.Option(min=0, help="Points of each motion before the first that counts.")]
+
+
+@on_scene
+def section(
+    chosen: SceneInput,
+    at: Annotated[str, typer.Option(help='Where: "theta_1 = 0, rising"; falling and both are other ways.')],
+    of: Of,
+    count: Annotated[int, typer.Option(min=1, help="Points of each motion.")] = 300,
+    skip: Skip = 0,
+    starts: Annotated[int, typer.Option(min=1, help="Motions; more than one need --energy.")] = 1,
+    energy: Annotated[float | None, typer.Option(help="Energy in J of starts that are drawn on the section.")] = None,
+    seed: Annotated[int, typer.Option(help="Seed of the starts.")] = 0,
+    limit: Limit = None,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Print and draw a Poincaré section: a motion, or many of one energy, where a quantity crosses a level."""
+    from pendpin.graphics.figure import write_figure
+    from pendpin.stability.sections import portrait, read_crossing
+
+    refuse_outputs(chosen.files, plot=plot)
+    with naming_options("at", "of", "count", "skip", "starts", "energy"):
+        place = read_crossing(at, names_in(of), count, skip)
+    if plot and len(place.of) != 2:
+        raise typer.BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
+    with chosen.noted() as scene, limited(limit) as work, waiting("the section", json, work):
+        drawn = portrait(scene, place, starts, energy, seed)
+    print_report(drawn.report(), json)
+    if plot:
+        print_files([write_figure(plot, lambda: drawn.plot().figure)], json)
+
+
+@on_scene
+def bifurcation(
+    chosen: SceneInput,
+    vary: Annotated[str, typer.Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
+    of: Of,
+    strobe: Annotated[
+        float | None, typer.Option(help="Period in s of the strobe; that of the drive if absent.")
+    ] = None,
+    count: Annotated[int, typer.Option(min=1, help="Points of each motion.")] = 100,
+    skip: Skip = 200,
+    limit: Limit = None,
+    plot: Plot = None,
+    json: Json = False,
+) -> None:
+    """Print and draw a bifurcation diagram: points once a period, the state carried from value to value, up and down."""
+    from pendpin.graphics.figure import write_figure
+    from pendpin.stability.sections import bifurcation as diagram_of
+    from pendpin.stability.sections import strobe as strobe_of
+    from pendpin.sweeps.plan import read_axes
+
+    refuse_outputs(chosen.files, plot=plot)
+    with naming_options("vary", "of", "count", "skip", "strobe", "period"):
+        ((key, values),) = read_axes([vary]).items()
+        place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
+    with chosen.noted() as scene, limited(limit) as work, waiting("the diagram", json, work):
+        diagram = diagram_of(scene, key, values, place)
+    print_report(diagram.report(), json)
+    if plot:
+        print_files([write_figure(plot, lambda: diagram.plot().figure)], json)
+
+
+def names_in(text: str) -> tuple[str, ...]:
+    """The names of a text with commas."""
+    return tuple(name.strip() for name in text.split(",") if name.strip())

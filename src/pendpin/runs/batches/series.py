@@ -9,8 +9,9 @@ import math
 import time
 from collections.abc import Sequence
 from copy import deepcopy
+from importlib.util import find_spec
 from threading import Event, Lock
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -23,7 +24,7 @@ from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, subdivided
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import build, start_state
-from pendpin.runs.batches.batches import MOST_STATES, WIDTH, Cases, Motions
+from pendpin.runs.batches.batches import MOST_JOINTS, MOST_STATES, WIDTH, Cases, Motions
 from pendpin.scene import Scene
 
 NARROW = 8  # cases side by side for up to SMALL joints: one rod is then 10 % faster, two rods are 10 to 60 % slower
@@ -33,15 +34,40 @@ STEPS_AT_ONCE = 65_536  # in so many samples, at most
 Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
 
 
+def takes(scene: Scene) -> bool:
+    """Whether motions of a scene can be run as a batch: smooth, of few joints, by a method that may be Taylor series."""
+    solver = scene.solver
+    return (
+        find_spec("heyoka") is not None
+        and scene.duration > 0
+        and solver.method in ("auto", "taylor")
+        and solver.engine == "auto"
+        and all(effect.smooth for effect in scene.effects)
+        and len(build(scene.model).joints) <= MOST_JOINTS
+    )
+
+
+class Level(NamedTuple):
+    """Where a motion is noted: at each crossing of an angle with a level, in any turn."""
+
+    joint: int
+    angle: float  # rad
+    direction: int  # 1 rising, -1 falling, 0 both
+
+
 class Series:
-    """The compiled series of a scene's structure. `flips`: sums of angles whose passages are to be found.
+    """The compiled series of a scene's structure.
+
+    `flips`: sums of angles whose passages are to be found; `level`: where states are to be noted.
 
     What stays 0 in motions from all `starts` (c, 2, nv), positions and rates, is not integrated: phi in a plane of theta.
     Several threads may use a Series. Raises InputError for a scene that the Taylor method does not take.
     """
 
-    def __init__(self, scene: Scene, tolerance: float, starts: Array, flips: Sums = ()) -> None:
-        self.scene, self.tolerance, self._flips = scene.by("taylor", tolerance), tolerance, flips
+    def __init__(
+        self, scene: Scene, tolerance: float, starts: Array, flips: Sums = (), level: Level | None = None
+    ) -> None:
+        self.scene, self.tolerance, self._flips, self._level = scene.by("taylor", tolerance), tolerance, flips, level
         self.stopped, self.compile_seconds = Event(), 0.0
         self.dynamics = self.bound(self.scene)
         some = np.where(starts.any(0), np.random.default_rng(0).uniform(0.1, 1.0, starts.shape[1:]), 0.0)
@@ -58,7 +84,7 @@ class Series:
 
     def bound(self, scene: Scene) -> Dynamics:
         """The dynamics of a case: on angles where their passages are to be found, which directions do not count."""
-        form = "angles" if self._flips else "directions"
+        form = "angles" if self._flips or self._level else "directions"
         return Dynamics(build(scene.model), scene.effects, "auto", form, scene.start.time)
 
     def case(self, scene: Scene) -> Cases | None:
@@ -142,6 +168,40 @@ class Series:
                 self._spare.append(series)
         return rows, steps, flips
 
+    def cross(self, cases: Cases, count: int, patience: float) -> list[Array]:
+        """The states at the first crossings of the level of each of c cases, (k, 1 + 2 nv): t in s since the start, q, v.
+
+        A case has fewer than `count` where it cannot go on, or does not cross the level for so many s.
+        """
+        states, y, series = [np.empty((0, 1 + 2 * cases.q.shape[1]))] * len(cases.q), self._packed(cases), self._take()
+        (notes,) = (event.callback for event in series.nt_events)
+        order = self._sort_by_energy(cases)
+        try:
+            for places in np.resize(order, (-(-len(order) // self._width), self._width)):
+                series.pars[:], series.state[:] = cases.parameters[places].T, y[places].T
+                series.set_time(0.0)
+                notes.rows = [[] for _ in places]
+                ahead, end = self.scene.duration, 0.0
+                while not self.stopped.is_set():
+                    end += ahead
+                    series.propagate_until(end, max_steps=STEPS_AT_ONCE, max_delta_t=cases.longest[places])
+                    if any(outcome != outcome.time_limit for outcome, *_ in series.propagate_res):
+                        break
+                    if all(
+                        len(rows) >= count or end - (rows[-1][0] if rows else 0.0) > patience for rows in notes.rows
+                    ):
+                        break
+                    ahead = min(2 * ahead, patience)
+                for place, rows in zip(places, notes.rows, strict=True):
+                    if rows:
+                        table = np.array(rows[:count])
+                        whole = self.engine.whole(table[:, 1:]) if isinstance(self.engine, Moving) else table[:, 1:]
+                        states[place] = np.concatenate([table[:, :1], whole], 1)
+        finally:
+            with self._lock:
+                self._spare.append(series)
+        return states
+
     def _sort_by_energy(self, cases: Cases) -> Indices:
         """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
 
@@ -187,7 +247,13 @@ class Series:
         moving = dict(zip(self._places.tolist(), state, strict=True))
         sums = [[moving[i] for i in joints if i in moving] for joints in self._flips]
         guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
-        events = {"nt_events": [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]} if guards else {}
+        noted = [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]
+        if self._level:
+            ways = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
+            place = self._places.tolist().index(self._level.joint)
+            guard, notes = hy.sin(state[place] - self._level.angle), _Notes(place, self._level.angle, self._width)
+            noted.append(hy.nt_event_batch(guard, notes, direction=ways[self._level.direction]))
+        events = {"nt_events": noted} if noted else {}
         return hy.taylor_adaptive_batch(
             list(zip(state, rates, strict=True)),
             np.zeros((len(state), self._width)),
@@ -207,6 +273,19 @@ class _Passage:
 
     def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
         self.first[place] = np.fmin(self.first[place], t)
+
+
+class _Notes:
+    """Notes time and state where an angle passes a level, but not half a turn away; copied as `_Passage`."""
+
+    def __init__(self, place: int, level: float, width: int) -> None:
+        self.place, self.level, self.rows = place, level, [list[Array]() for _ in range(width)]
+
+    def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
+        series.update_d_output(np.full(len(self.rows), t))
+        state = series.d_output[:, place]
+        if t > 0 and math.cos(state[self.place] - self.level) > 0:  # a start on the level has not crossed it
+            self.rows[place].append(np.array([t, *state]))
 
 
 def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
