@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
-from pendpin.engines.machine.code import Block, Function, Values
+from pendpin.engines.machine.code import Block, Contents, Function, Values
 from pendpin.engines.machine.tape import Recording
 from pendpin.ground.arrays import Array
 
@@ -66,7 +66,7 @@ class Compiled(Engine):
     @property
     def size(self) -> int:
         """How many numbers the state has."""
-        return self.function.sizes(self._values.of_rods.shape[1]).state
+        return self._contents.sizes.state
 
     @property
     def function(self) -> Function:
@@ -78,11 +78,11 @@ class Compiled(Engine):
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return Block(self.function, *self._numbers, self._values.tables, self._took)
+        return Block(self.function, self._contents, self._took)
 
     @cached_property
-    def _numbers(self) -> tuple[list[float], Array]:
-        return self.function.numbers(self._values)
+    def _contents(self) -> Contents:
+        return self.function.contents(self._values)
 
     def _took(self, seconds: float) -> None:
         self.compile_seconds += seconds

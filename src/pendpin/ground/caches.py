@@ -14,14 +14,20 @@ class ThreadCache(local, Generic[T]):
     def __init__(self, most: int) -> None:
         self._most, self._known = most, OrderedDict[Hashable, T]()
 
-    def look_up(self, key: Hashable, make: Callable[[], T]) -> T:
-        """The result of a key, made if it is not known."""
-        if key not in self._known:
-            self._known[key] = make()
+    def look_up(self, key: Hashable, make: Callable[[], T], lasts: Callable[[], bool] = lambda: True) -> T:
+        """The result of a key, made if it is not known; what does not last, or has a key without a hash, is not kept."""
+        try:
+            if key in self._known:
+                self._known.move_to_end(key)
+                return self._known[key]
+        except TypeError:  # as of a user's own effect that holds a list
+            return make()
+        made = make()
+        if lasts():
+            self._known[key] = made
             while len(self._known) > self._most:
                 self._known.popitem(last=False)
-        self._known.move_to_end(key)
-        return self._known[key]
+        return made
 
     def clear(self) -> None:
         """Forget everything that this thread knows."""

@@ -10,10 +10,9 @@ from pendpin.dynamics.binding.held_torques import recall_outputs
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.integrators import Run
-from pendpin.runs.checkpoint import Saver
 from pendpin.runs.integration import integrate_to_end
-from pendpin.runs.motion_with_events import loop_of
 from pendpin.runs.preparation import Prepared
+from pendpin.runs.run import loop_of
 from pendpin.runs.samples import fill_in
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
@@ -55,7 +54,7 @@ class Continuation:
         Raises RunError where it cannot be integrated.
         """
         self._loop.times = times
-        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], Saver())
+        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], None)
         if piece.failure is not None:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece

@@ -12,6 +12,7 @@ from pendpin.model.notes import notes
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.checkpoint import EVERY, Checkpoint
 from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import known_notes
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord, samples_of
@@ -70,7 +71,8 @@ def simulate(
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     energy_balance, anyway = flag("energy_balance", energy_balance), flag("anyway", anyway)
     chosen = varied(scene, duration, samples, times, settings)
-    for note in notes(chosen, build(chosen.model)):
+    model = build(chosen.model)
+    for note in known_notes.look_up((model, chosen), lambda: notes(chosen, model)):
         say_note(note, stacklevel=3)
     saved = None if checkpoint is None else Checkpoint(path_of(checkpoint), every)
     try:

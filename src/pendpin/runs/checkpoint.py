@@ -40,20 +40,6 @@ class Checkpoint:
 
 
 class Saver:
-    """Saves the state of a run; this base class saves nothing."""
-
-    note = ""  # how to continue a halted run
-    due = False  # whether the interval between two saves has passed
-
-    def resume(self, first: RunState) -> RunState:
-        """The saved state, or `first` if there is none. Raises InputError for a state of another run."""
-        return first
-
-    def save(self, state: RunState) -> None:
-        """Save now. Raises Halted if saving fails."""
-
-
-class FileSaver(Saver):
     """The checkpoint of one run, whole or not at all; `run` is what must be the same to continue it (`identity`)."""
 
     def __init__(self, checkpoint: Checkpoint, run: dict[str, Any]) -> None:
@@ -78,11 +64,11 @@ class FileSaver(Saver):
 
     @property
     def due(self) -> bool:
-        """As in `Saver`; also if nothing is saved yet."""
+        """Whether the interval between two saves has passed, or nothing is saved yet."""
         return time.perf_counter() - self._saved >= self._every
 
     def save(self, state: RunState) -> None:
-        """Write the file."""
+        """Write the file. Raises Halted if that fails."""
         counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
         meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
         arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
@@ -96,7 +82,7 @@ class FileSaver(Saver):
 
     @property
     def note(self) -> str:
-        """As in `Saver`."""
+        """How to continue a halted run."""
         return _note(self._path)
 
 

@@ -97,9 +97,13 @@ class IntegrationLoop(ABC):
         return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
 
 
-def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver, shifts: Shifts | None = None) -> Run:
+def integrate_to_end(
+    loop: IntegrationLoop, q: Array, v: Array, saver: Saver | None, shifts: Shifts | None = None
+) -> Run:
     """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
-    done, error, largest = saver.resume(loop.begin(q, v)), None, dict[str, Array]()
+    done, error, largest = loop.begin(q, v), None, dict[str, Array]()
+    if saver:
+        done = saver.resume(done)
 
     def clock() -> float:
         return time.thread_time() - loop.engine.compile_seconds  # which is counted apart
@@ -113,7 +117,7 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver, sh
         try:
             done, failure = loop.go_on(loop.shifted(done, shifts, largest) if shifts else done)
             error = RunError(failure) if failure else None
-            if error is None and saver.due:
+            if error is None and saver and saver.due:
                 saver.save(timed(done))
         except KeyboardInterrupt:
             error = Interrupted("stopped by the user")
@@ -122,7 +126,7 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver, sh
         except RunError as fault:
             error = fault
     done = timed(done)
-    if error is None or isinstance(error, Halted):
+    if saver and (error is None or isinstance(error, Halted)):
         with suppress(Halted):  # the previous save remains
             saver.save(done)
     stop = None

@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
 from pendpin.dynamics.contacts.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
-from pendpin.effects.pace import Pace, join_paces
+from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
@@ -22,7 +22,6 @@ from pendpin.integrators.events import (
     integrate_to_event,
 )
 from pendpin.runs.integration import IntegrationLoop
-from pendpin.runs.motion_without_events import SmoothLoop
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.state import EventState, RunState
 from pendpin.trajectory import Event
@@ -212,15 +211,3 @@ class LoopWithEvents(IntegrationLoop):
             states = np.concatenate([states[:, : self.nv], v, states[:, 2 * self.nv :]], 1)
         torques = self.contacts.friction(v, mode) + self.contacts.hold(times, states, mode)
         return np.concatenate([states, torques], 1)
-
-
-def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
-    """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
-
-    Raises InputError for a scene that the method cannot run.
-    """
-    pace = prepared.timing.pace
-    if longest < np.inf:
-        pace = join_paces([pace, Pace.even(longest)])
-    kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
-    return kind(prepared, pace, progress)

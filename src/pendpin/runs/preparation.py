@@ -1,9 +1,9 @@
 """What a run needs before it begins: the effects of a scene bound once, its method and engine chosen once."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, partial
 
-from pendpin.dynamics.binding.acting import plain_arithmetic
+from pendpin.dynamics.binding.acting import built_in, plain_arithmetic
 from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing
@@ -14,14 +14,13 @@ from pendpin.ground.caches import ThreadCache
 from pendpin.integrators import automatic
 from pendpin.model.build import Model, build, start_state
 from pendpin.runs.energy_balance import EnergyBalance
-from pendpin.scene import Scene, method_of
+from pendpin.scene import PinModel, Scene, method_of
 
 MACHINE_CODE = ("auto", "compiled")  # engines with which something may be compiled
-MOST_KEPT, MOST_JOINTS = (
-    8,
-    64,
-)  # scenes that a thread keeps, and joints of each: Pinocchio's data take 32 bytes nv³, 8 MB
+MOST_KEPT = 8  # scenes, in a thread
+MOST_JOINTS = 20  # of a scene that is kept: Pinocchio's data grow like nv³, 600 MB at 200 joints
 known_dynamics, known_runs = ThreadCache["Dynamics"](MOST_KEPT), ThreadCache["Prepared"](MOST_KEPT)
+known_notes = ThreadCache[tuple[str, ...]](MOST_KEPT)
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,10 +40,10 @@ class Prepared:
 
         Raises InputError for a scene that cannot be run.
         """
-        if bound is not None or not _runs_again(scene):
+        if bound is not None or isinstance(scene.model, PinModel):
             return cls._anew(scene, energy_balance, bound or bind_for_run(scene))
-        key = build(scene.model), scene, energy_balance
-        return known_runs.look_up(key, lambda: cls._anew(scene, energy_balance, bind_for_run(scene)))
+        key, lasts = (build(scene.model), scene, energy_balance), partial(_runs_again, scene)
+        return known_runs.look_up(key, lambda: cls._anew(scene, energy_balance, bind_for_run(scene)), lasts)
 
     @classmethod
     def _anew(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
@@ -89,6 +88,19 @@ class Prepared:
         scene, dynamics = self.scene, self.dynamics
         return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
 
+    @cached_property
+    def notes(self) -> tuple[str, ...]:
+        """What a reader of its runs should know."""
+        notes, method = (
+            self.timing.notes(self.scene.duration, self.scene.solver.step),
+            method_of(self.scene.solver.method),
+        )
+        if not method.damps or built_in(self.scene.effects):
+            return notes
+        # a difference across a jump looks like a fast decay
+        jumps = f"{method.name} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
+        return jumps, *notes
+
 
 def _runs_again(scene: Scene) -> bool:
     """Whether what is bound of a scene serves further runs in this thread: all that it holds is the scene's own numbers.
@@ -118,11 +130,11 @@ def bind_for_run(scene: Scene) -> Dynamics:
             dynamics.use_compiled_samples()
         return dynamics
 
-    if not _runs_again(scene):
+    if isinstance(scene.model, PinModel):  # built anew for every run, as it may have changed
         return bound()
     model = build(scene.model)
     settings = scene.solver.engine, _form_of(scene.solver.method, model), scene.start.time
-    return known_dynamics.look_up((model, scene.effects, *settings), bound)
+    return known_dynamics.look_up((model, scene.effects, *settings), bound, partial(_runs_again, scene))
 
 
 def _form_of(method: str, model: Model) -> str:

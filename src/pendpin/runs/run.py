@@ -6,8 +6,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import built_in
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.ground.arrays import Array
@@ -15,15 +15,16 @@ from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.integrators.grid import count_whole_steps
 from pendpin.model.build import start_state
-from pendpin.runs.checkpoint import Checkpoint, FileSaver, Saver, identity
+from pendpin.runs.checkpoint import Checkpoint, Saver, identity
 from pendpin.runs.energy_balance import EnergyBalance
-from pendpin.runs.integration import integrate_to_end
+from pendpin.runs.integration import IntegrationLoop, integrate_to_end
 from pendpin.runs.limits import Deadline, Patience, balanced
-from pendpin.runs.motion_with_events import loop_of
+from pendpin.runs.motion_with_events import LoopWithEvents
+from pendpin.runs.motion_without_events import SmoothLoop
 from pendpin.runs.preparation import MACHINE_CODE, Prepared, bind_for_run
 from pendpin.runs.samples import fill_in
 from pendpin.runs.state import Shifts
-from pendpin.scene import Scene, method_of
+from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 
 NEAR_POLE = 0.3  # of cos(phi)
@@ -46,8 +47,7 @@ def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
         prepared = deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
     except Halted as error:
         dynamics = bind_for_run(scene)
-        start = _first_sample(*start_state(dynamics.model, scene.start))
-        _finished(scene, dynamics, None, replace(start, failure=error), "")
+        _finished(scene, dynamics, None, _start_alone(*start_state(dynamics.model, scene.start), error), None)
         raise
     return prepared
 
@@ -79,38 +79,45 @@ def run_prepared(
         InputError: for a scene that its method cannot run.
         RunError: for a run that ends early; `partial` is the run up to there.
     """
-    scene, dynamics, timing = prepared.scene, prepared.dynamics, prepared.timing
-    start, saver = _first_sample(prepared.q, prepared.v), Saver()
+    scene, dynamics, saver = prepared.scene, prepared.dynamics, None
     if checkpoint:
-        saver = FileSaver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
-    patience = Patience(scene.duration, deadline, _reserve(scene, dynamics, start, deadline), progress)
+        saver = Saver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
+    reserve = (lambda t: 0.0) if deadline.limit is None else _measure_reserve(prepared)
+    patience = Patience(scene.duration, deadline, reserve, progress)
     try:
         loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
     except Halted as error:
-        return _finished(scene, dynamics, None, replace(start, failure=error), saver.note)
-    run = integrate_to_end(loop, prepared.q, prepared.v, saver, shifts)
-    notes = timing.notes(scene.duration, scene.solver.step)
-    method = method_of(scene.solver.method)
-    if method.damps and not built_in(scene.effects):  # a difference across a jump looks like a fast decay
-        jumps = f"{method.name} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
-        notes = (jumps, *notes)
+        return _finished(scene, dynamics, None, _start_alone(prepared.q, prepared.v, error), saver)
+    run = replace(integrate_to_end(loop, prepared.q, prepared.v, saver, shifts), notes=prepared.notes)
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
-        return fill_in(scene, dynamics, prepared.balance, replace(run, notes=notes), lazily=True)
+        return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
-    trajectory = _finished(scene, dynamics, prepared.balance, replace(run, notes=notes), saver.note, guarded)
+    trajectory = _finished(scene, dynamics, prepared.balance, run, saver, guarded)
     if not anyway or (count := balanced(trajectory)) == len(trajectory.t):
         return trajectory
     note = f"from t = {trajectory.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
     return replace(trajectory, stats=replace(trajectory.stats, notes=(note, *trajectory.stats.notes)))
 
 
-def _first_sample(q: Array, v: Array) -> Run:
+def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
+    """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
+
+    Raises InputError for a scene that the method cannot run.
+    """
+    pace = prepared.timing.pace
+    if longest < np.inf:
+        pace = join_paces([pace, Pace.even(longest)])
+    kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
+    return kind(prepared, pace, progress)
+
+
+def _start_alone(q: Array, v: Array, failure: Halted | None = None) -> Run:
     """The start q, v (nv,) as a run that was not integrated."""
-    return Run.at_states(np.zeros(1), q[None], v[None])
+    return replace(Run.at_states(np.zeros(1), q[None], v[None]), failure=failure)
 
 
 def _finished(
-    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, note: str, guarded: bool = True
+    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, saver: Saver | None, guarded: bool = True
 ) -> RunRecord:
     """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
 
@@ -134,7 +141,7 @@ def _finished(
     end = scene.start.time + scene.duration
     stop = trajectory.t[-1] if run.stop is None else scene.start.time + run.stop.t
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
-    more = _remedy(dynamics, run) + (note if isinstance(run.failure, Halted) else "")
+    more = _remedy(dynamics, run) + (saver.note if saver and isinstance(run.failure, Halted) else "")
     raise run.failure.said(reason + more, trajectory)
 
 
@@ -176,15 +183,14 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"
 
 
-def _reserve(scene: Scene, dynamics: Dynamics, start: Run, deadline: Deadline) -> Callable[[float], float]:
-    """The time in s to complete the samples up to a time t; measured if the run has a limit, else 0."""
-    if deadline.limit is None:
-        return lambda t: 0.0
+def _measure_reserve(prepared: Prepared) -> Callable[[float], float]:
+    """The measured time in s to complete the samples of a run up to a time t."""
+    scene, start = prepared.scene, _start_alone(prepared.q, prepared.v)
     count, seconds, times = 0, 0.0, scene.times
     while seconds < LONG_ENOUGH and count < len(times):
         count = max(1, 4 * count)
         rows = {name: np.repeat(getattr(start, name), count, axis=0) for name in ("t", "q", "v", "work")}
         begin = time.thread_time()  # other processes make no difference
-        fill_in(scene, dynamics, None, replace(start, **rows))
+        fill_in(scene, prepared.dynamics, None, replace(start, **rows))
         seconds = time.thread_time() - begin
     return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)

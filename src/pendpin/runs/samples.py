@@ -24,7 +24,7 @@ def fill_in(
     model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
 
     def derive() -> Derived:
-        size = len(run.t) if model.chain is None else max(LEAST, PART // model.chain.n)
+        size = len(run.t) if model.chain is None else max(LEAST, PART // len(model.rods))
         states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
         parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
         columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))

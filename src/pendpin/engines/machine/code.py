@@ -71,6 +71,15 @@ class Sizes(NamedTuple):
     operations: int  # of an evaluation
 
 
+class Contents(NamedTuple):
+    """What does not change in a block: several may share it."""
+
+    sizes: Sizes
+    numbers: Sequence[float]  # what operations on parameters alone come to
+    of_rods: Array  # (n, k), those of the parameters of each of the n rods
+    tables: Sequence[Table]
+
+
 class Function:
     """The machine code of a recording. It may be used from several threads, with a block for each."""
 
@@ -102,18 +111,19 @@ class Function:
             operations=len(schedule.needed) + (rods - 1) * len(schedule.loop),
         )
 
-    def numbers(self, parameters: Values) -> tuple[list[float], Array]:
-        """What operations on parameters alone come to: shared ones, and those of n rods (n, k)."""
+    def contents(self, parameters: Values) -> "Contents":
+        """What a block holds for one set of parameters."""
         fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, parameters.of_rods.shape[1]
         tape = self._recording.tape
         values = tape.values([*fixed, *fixed_of_rod], parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in fixed_of_rod]
         of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
-        return [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))], of_rods
+        shared = [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
+        return Contents(self.sizes(rods), shared, of_rods, parameters.tables)
 
     def block(self, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None) -> "Block":
         """A block for one set of parameters; `compiled` gets the s that compiling takes."""
-        return Block(self, *self.numbers(parameters), parameters.tables, compiled)
+        return Block(self, self.contents(parameters), compiled)
 
 
 class Block:
@@ -122,16 +132,9 @@ class Block:
     `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
     """
 
-    def __init__(
-        self,
-        function: Function,
-        numbers: Sequence[float],
-        of_rods: Array,
-        tables: Sequence[Table],
-        compiled: Callable[[float], None],
-    ) -> None:
+    def __init__(self, function: Function, contents: Contents, compiled: Callable[[float], None]) -> None:
         self.function, self._compiled = function, compiled
-        sizes = function.sizes(len(of_rods))
+        sizes, numbers, of_rods, tables = contents
         self.size, self.more, self.operations = sizes.state, sizes.more, sizes.operations
         self._scratch = np.empty(sizes.scratch)
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
