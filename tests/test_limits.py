@@ -2,8 +2,10 @@
 
 import json
 import re
+import signal
 import subprocess
 import sys
+import threading
 from collections import OrderedDict
 from threading import Event
 from typing import Any
@@ -15,6 +17,7 @@ import pendpin as pp
 from laws import HANG
 from pendpin.dynamics import compiling
 from pendpin.errors import Halted, Interrupted
+from pendpin.ground import libraries
 from pendpin.runs import limits, run
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -86,30 +89,31 @@ def test_a_run_that_is_stopped_before_its_second_sample_can_be_shown() -> None:
     assert run.maximum("theta") == (0.2, 0.0)
     assert not len(run.crossings("theta").t)
     assert run.summary()["farthest sideways"].time == 0.0
+    assert run.summary().remark.startswith("those of the 1 samples: the run ended early")  # nothing more is integrated
 
 
 @pytest.mark.parametrize("options", [{"method": "taylor"}, {"solver": pp.Solver(engine="compiled")}])
 def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]) -> None:
     """Equations that are not compiled at the limit are not waited for; the start is what there is."""
     pytest.importorskip("heyoka")
-    late, work = Event(), limits.Thread.run
-    monkeypatch.setattr(limits.Thread, "run", lambda thread: late.wait() and work(thread))
+    late, work = Event(), libraries.Thread.run
+    monkeypatch.setattr(libraries.Thread, "run", lambda thread: late.wait() and work(thread))
     effects = (pp.effects.Gravity(), pp.effects.Spring(stiffness=1.5))  # not compiled by another test
     scene = swing(effects=effects, **{key: value for key, value in options.items() if key == "solver"})
     with pytest.raises(Halted, match="while compiling") as caught:
         pp.simulate(scene, limit=1e-9, **{key: value for key, value in options.items() if key == "method"})
     assert caught.value.partial.q.tolist() == [[0.7, 0.4]]
     late.set()
-    for thread in limits.abandoned:
+    for thread in libraries.abandoned:
         thread.join()
 
 
 LEFT = """
 import atexit, sys, threading
-from pendpin.runs import limits
+from pendpin.ground import libraries
 thread = threading.Thread(target=threading.Event().wait, daemon=True)  # compiles for ever
 thread.start()
-limits.abandoned.append(thread)
+libraries.abandoned.append(thread)
 atexit.register(thread.join)
 sys.argv = ["pendpin", *sys.argv[1:]]
 from pendpin.cli import main
@@ -123,6 +127,33 @@ def test_the_command_does_not_wait_for_what_its_limit_has_left(arguments: tuple[
     done = subprocess.run([sys.executable, "-c", LEFT, *arguments], capture_output=True, text=True, timeout=HANG)
     assert done.returncode == status
     assert json.loads(done.stdout) if not status else done.stderr.startswith("pendpin: none.toml")
+
+
+def test_ctrl_c_does_not_wait_for_a_compiler() -> None:
+    """It ends the wait for what heeds no signal, which goes on in its thread; without a signal there is the result."""
+    assert libraries.wait_for(lambda: 3) == 3
+    with pytest.raises(ZeroDivisionError):
+        libraries.wait_for(lambda: 1 / 0)
+    late, begun = Event(), Event()
+
+    def compile_for_ever() -> None:
+        begun.set()
+        late.wait()
+
+    def interrupt() -> None:
+        begun.wait()
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+
+    thread = threading.Thread(target=interrupt)
+    thread.start()
+    try:
+        with pytest.raises(KeyboardInterrupt):
+            libraries.wait_for(compile_for_ever)
+        assert libraries.abandoned[-1].is_alive()
+    finally:
+        late.set()
+    for other in (thread, libraries.abandoned[-1]):
+        other.join()
 
 
 def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:

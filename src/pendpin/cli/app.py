@@ -16,6 +16,7 @@ from pendpin.cli.commands.verification import check, cost, doctor, hard, referen
 from pendpin.cli.inputs import flag
 from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
+from pendpin.ground.libraries import abandoned
 from pendpin.ground.versions import VERSION
 
 app = typer.Typer(
@@ -69,12 +70,11 @@ def _fail(message: str, status: int = 1) -> None:
 
 
 def _leave(status: int) -> NoReturn:
-    """End with a status; a process whose limit has left a thread compiling does not wait for it.
+    """End with a status; a process whose limit, or Ctrl-C, has left a thread compiling does not wait for it.
 
     A compiler of LLVM cannot be stopped, and Python waits for threads before it ends: for up to minutes.
     """
-    limits = sys.modules.get("pendpin.runs.limits")
-    if limits and any(thread.is_alive() for thread in limits.abandoned):
+    if any(thread.is_alive() for thread in abandoned):
         atexit.register(os._exit, status)  # called before what would wait; all output is written
     sys.exit(status)
 

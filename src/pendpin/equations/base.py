@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.ground import libraries
 from pendpin.ground.arrays import Array
 
 JOINTS = 2  # of a rod on a universal joint
@@ -68,7 +69,7 @@ def exact(digits: int) -> Any:
 @cache
 def symbols() -> Any:
     """heyoka's expressions in object arrays. Raises ImportError without heyoka."""
-    import heyoka
+    heyoka = libraries.heyoka()
 
     def on_expressions(function: Any) -> Any:
         return np.frompyfunc(lambda x: function(heyoka.expression(x)), 1, 1)

@@ -1,14 +1,21 @@
 """Libraries that need not be installed: imported where they are used, and named where they are missing."""
 
+import atexit
 import ctypes
-from collections.abc import Mapping
+import sys
+from collections.abc import Callable, Mapping
+from contextvars import copy_context
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from threading import Event, Thread, current_thread, main_thread
 from types import SimpleNamespace
-from typing import Any
+from typing import Any, TypeVar
 
 from pendpin.errors import MissingLibrary
+
+T = TypeVar("T")
+abandoned: list[Thread] = []  # computations that could not be stopped
 
 
 def optional(library: str, what: str, package: str) -> Any:
@@ -17,6 +24,44 @@ def optional(library: str, what: str, package: str) -> Any:
         return import_module(library)
     except ImportError:
         raise MissingLibrary(f"{what} needs {library.partition('.')[0]}: pip install {package}") from None
+
+
+def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
+    """The result of a computation in C or C++ that heeds no signal, such as compiling, from a thread of its own.
+
+    Ctrl-C ends the wait at once: in the main thread it would come late, and from an import in C++ as another error. Raises
+    TimeoutError after so many s, if any. The computation then goes on in its thread, which Python waits for at its end.
+    """
+    if seconds is None and current_thread() is not main_thread():  # which Ctrl-C does not reach
+        return compute()
+    outcome, ended = list[T | BaseException](), Event()
+
+    def work() -> None:
+        try:
+            outcome.append(compute())
+        except BaseException as error:  # raised in the thread that waits
+            outcome.append(error)
+        ended.set()
+
+    thread = Thread(target=copy_context().run, args=(work,), daemon=True)
+    try:
+        thread.start()
+        ended.wait(seconds)  # a join that is interrupted takes the thread for one that has ended
+    finally:
+        if not outcome and thread.ident is not None:
+            abandoned.append(thread)
+            atexit.register(thread.join)
+    if not outcome:
+        raise TimeoutError
+    if isinstance(outcome[0], BaseException):
+        raise outcome[0]
+    return outcome[0]
+
+
+def heyoka() -> Any:
+    """The library, imported. Raises ImportError."""
+    there = "heyoka" in sys.modules
+    return import_module("heyoka") if there else wait_for(lambda: import_module("heyoka"))
 
 
 def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:

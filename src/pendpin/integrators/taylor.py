@@ -16,6 +16,7 @@ from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
+from pendpin.ground.libraries import heyoka, wait_for
 from pendpin.ground.versions import version
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
 from pendpin.scene import EVENT_METHODS, Scene
@@ -49,18 +50,18 @@ class Taylor(Integrator):
 
     def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
         try:
-            import heyoka
+            self._heyoka = heyoka()
         except ImportError:
             raise MissingLibrary("solver.method: taylor needs heyoka: pip install heyoka") from None
         refuse_nonsmooth(effects, "solver.method: taylor")
-        self._heyoka, self._effects, self.tolerance, self._start = heyoka, effects, tolerance, start
+        self._effects, self.tolerance, self._start, self._compiling = effects, tolerance, start, 0.0
         self.library, self.version = "heyoka", version("heyoka")
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Compile the series; the derivative is that of the engine, the count is of steps."""
         begin = time.thread_time()
         self._integrator = self.compiled(engine)
-        self.compile_seconds, self._steps, self._progress = time.thread_time() - begin, 0, progress
+        self.compile_seconds, self._steps, self._progress = time.thread_time() - begin + self._compiling, 0, progress
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> SeriesMemory:
@@ -124,18 +125,23 @@ class Taylor(Integrator):
         equations, parameters = equations_of(engine, self._effects, self._start)
         recording = equations.recording
         if self.tolerance not in equations.series:
-            symbols, rates = expressions(self._heyoka, recording)
-            first = self._heyoka.taylor_adaptive(
-                list(zip(symbols, rates, strict=True)),
-                np.zeros(recording.size),
-                tol=self.tolerance,
-                high_accuracy=self.tolerance < COMPENSATED,
-                compact_mode=joints > SMALL,
-            )
+            first, self._compiling = wait_for(lambda: self._compiled(recording, joints > SMALL))
             equations.series[self.tolerance] = first, []
         series = self._take_free(equations.series)
         series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
+
+    def _compiled(self, recording: Recording, compact: bool) -> tuple[Any, float]:
+        """heyoka's integrator of a recording, and the s in which it was compiled."""
+        begin, (symbols, rates) = time.thread_time(), expressions(self._heyoka, recording)
+        series = self._heyoka.taylor_adaptive(
+            list(zip(symbols, rates, strict=True)),
+            np.zeros(recording.size),
+            tol=self.tolerance,
+            high_accuracy=self.tolerance < COMPENSATED,
+            compact_mode=compact,
+        )
+        return series, time.thread_time() - begin
 
     def _take_free(self, compiled: dict[Hashable, Any]) -> Any:
         """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""

@@ -77,7 +77,12 @@ def summary(run: Any) -> Summary:
 
 
 def _resolved_at_little_cost(run: Any) -> Continuation:
-    """The run with samples as close as a search needs. Raises InputError where these would take long."""
+    """The run with samples as close as a search needs. Raises InputError where these would take long, or are not wanted.
+
+    Nobody who has stopped a run waits for more of it.
+    """
+    if run.stats.stopped:
+        raise InputError("the run ended early; run.maximum(name) searches between them")
     intervals = max(len(run.t) - 1, 1)
     again = run.stats.evaluations * len(find_coarse(run)) / intervals + EVALUATIONS_OF_EVENT * len(run.events)
     if again * len(run.joints) > MOST_AGAIN or not run.stats.evaluations:

@@ -1,9 +1,8 @@
 """Reasons to end a run: its limit, too slow progress, an energy error."""
 
-import atexit
 import time
 from collections.abc import Callable
-from threading import TIMEOUT_MAX, Thread
+from threading import TIMEOUT_MAX
 from typing import TypeVar
 
 import numpy as np
@@ -11,6 +10,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
+from pendpin.ground import libraries
 from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.records import LARGEST
@@ -25,7 +25,6 @@ OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
 GRACE = 0.2  # s, that a computation gets at least: one that is compiled already needs less
 MOST_BUSY = 4.0  # how many times as long as its processor time a computation may take, among others
 T = TypeVar("T")
-abandoned: list[Thread] = []  # computations that could not be stopped at a limit
 
 
 class Deadline:
@@ -56,24 +55,10 @@ class Deadline:
         """
         if self.limit is None or not long:
             return compute()
-        outcome: list[T | BaseException] = []
-
-        def work() -> None:
-            try:
-                outcome.append(compute())
-            except BaseException as error:  # raised in the thread that waits
-                outcome.append(error)
-
-        thread = Thread(target=work, daemon=True)
-        thread.start()
-        thread.join(max(self.left, GRACE))
-        if not outcome:
-            abandoned.append(thread)
-            atexit.register(thread.join)
-            raise Halted(f"it reached the limit of {self.limit:g} s while compiling")
-        if isinstance(outcome[0], BaseException):
-            raise outcome[0]
-        return outcome[0]
+        try:
+            return libraries.wait_for(compute, max(self.left, GRACE))
+        except TimeoutError:
+            raise Halted(f"it reached the limit of {self.limit:g} s while compiling") from None
 
 
 class Stalled(Halted):

@@ -22,6 +22,7 @@ from pendpin.dynamics.symbols import parameters_of
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, subdivided
+from pendpin.ground.libraries import heyoka, wait_for
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import build, start_state
 from pendpin.runs.batches.batches import MOST_JOINTS, MOST_STATES, WIDTH, Cases, Motions
@@ -235,14 +236,12 @@ class Series:
         """Series that no other thread uses: a copy of the first, which is compiled here."""
         with self._lock:
             if self._first is None:
-                begin = time.thread_time()
-                self._first = self._compiled()
-                self.compile_seconds = time.thread_time() - begin
+                self._first, self.compile_seconds = wait_for(self._compiled)
             return self._spare.pop() if self._spare else deepcopy(self._first)
 
-    def _compiled(self) -> Any:
-        import heyoka as hy
-
+    def _compiled(self) -> tuple[Any, float]:
+        """heyoka's integrator of the cases side by side, and the s in which it was compiled."""
+        begin, hy = time.thread_time(), heyoka()
         state, rates = expressions(hy, self._recording)
         moving = dict(zip(self._places.tolist(), state, strict=True))
         sums = [[moving[i] for i in joints if i in moving] for joints in self._flips]
@@ -254,7 +253,7 @@ class Series:
             guard, notes = hy.sin(state[place] - self._level.angle), _Notes(place, self._level.angle, self._width)
             noted.append(hy.nt_event_batch(guard, notes, direction=ways[self._level.direction]))
         events = {"nt_events": noted} if noted else {}
-        return hy.taylor_adaptive_batch(
+        series = hy.taylor_adaptive_batch(
             list(zip(state, rates, strict=True)),
             np.zeros((len(state), self._width)),
             tol=self.tolerance,
@@ -263,6 +262,7 @@ class Series:
             pars=np.zeros((self._own.parameters.shape[1], self._width)),
             **events,
         )
+        return series, time.thread_time() - begin
 
 
 class _Passage:
