@@ -204,7 +204,7 @@ class Trajectory(RunRecord):
 
     @cached_property
     def computed_efforts(self) -> dict[str, Array]:
-        """What acts on each joint, computed once."""
+        """The efforts on each joint, computed once."""
         return self.efforts()
 
     def __repr__(self) -> str:
