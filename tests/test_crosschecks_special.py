@@ -14,8 +14,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import bind
 from pendpin.model.build import build
-from pendpin.motions.crosschecks.crosscheck import compare, crosscheck_run
-from pendpin.motions.crosschecks.report import CheckReport
+from pendpin.motions.crosschecks.crosscheck import CheckReport, compare, crosscheck_run
 from test_crosschecks import RODS
 
 G = 9.80665  # m/s²

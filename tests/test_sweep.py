@@ -15,7 +15,7 @@ from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import Interrupted
 from pendpin.sweeps import cases, plan
 from pendpin.sweeps.cases import run_block, run_case, vectors_of
-from pendpin.sweeps.sensitivity import indices, sobol_plan
+from pendpin.sweeps.plan import indices, sobol_plan
 from pendpin.sweeps.task import Block, Task
 from pendpin.sweeps.workers import run_in_threads
 from sweep_scenes import KEYS, ROD, scene

@@ -11,8 +11,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.dynamics.binding import Accounts, Binding
-from pendpin.dynamics.binding.acting import acting, move_home
-from pendpin.dynamics.binding.held_torques import HeldTorque
+from pendpin.dynamics.binding.acting import HeldTorque, acting, move_home
 from pendpin.dynamics.compiling import Sampler, compilable, compile_engine, compile_sampler, in_motion
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.symbols import Asked

@@ -321,7 +321,7 @@ MOST_LAGS = 400
 GAP = 5.0  # times the usual time between samples: no curve is drawn across
 
 
-def draw_fit(fit: Any) -> Any:
+def draw_fit(fit: Fit) -> Any:
     """The figure; swings are drawn one after the other, with breaks between them."""
     from matplotlib.figure import Figure
 
@@ -370,7 +370,7 @@ def _broken(t: Array, values: Array) -> tuple[Array, Array]:
     return np.insert(t, gaps, t[gaps]), np.insert(values, gaps, np.nan)
 
 
-def _correlation(ax: Any, fit: Any) -> None:
+def _correlation(ax: Any, fit: Fit) -> None:
     problem, r = fit.solution.problem, fit.solution.solved.r
     r = r.reshape(len(problem.batch.swing), -1, len(fit.train.columns))
     spacing = float(np.median(np.diff(fit.train.swings[0].t)))

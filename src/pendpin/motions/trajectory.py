@@ -84,7 +84,7 @@ class Trajectory(RunRecord):
         Integrated beside the motion by exact derivatives of the equations, through sticking and slipping too. Raises
         InputError for other times, for stops, and for effects without derivatives; RunError where angles have no derivative.
         """
-        from pendpin.motions.sensitivity import state_transition
+        from pendpin.motions.variations import state_transition
 
         return state_transition(with_samples(self), t0, t1)
 
@@ -102,7 +102,7 @@ class Trajectory(RunRecord):
         Raises:
             InputError: for keys that are not numbers of the scene, and as `state_transition`.
         """
-        from pendpin.motions.sensitivity import sensitivity
+        from pendpin.motions.variations import sensitivity
 
         return sensitivity(with_samples(self), keys, of)
 

@@ -11,12 +11,21 @@ import numpy as np
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.vibrations import Matrices
+from pendpin.effects import FrameEffect, Idle
 from pendpin.engines import Engine
 from pendpin.errors import InputError, shown
+from pendpin.graphics.animation import Animation
+from pendpin.graphics.figure import new_figure
+from pendpin.graphics.panels import COLORS
+from pendpin.ground import arguments
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
+from pendpin.integrators import Run
+from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.motions.small_motions import small_motions
+from pendpin.motions.trajectory import Trajectory
+from pendpin.runs.samples import fill_in
 from pendpin.scene import Scene, chosen_scene
 from pendpin.stability.linearize import place_of, remarks
 
@@ -123,8 +132,6 @@ class Modes(Result):
 
     def plot(self, *chosen: int, ax: Any = None) -> Any:
         """The shapes as a matplotlib Figure, the first six of them, or those at these places (from 1)."""
-        from pendpin.stability.mode_pictures import draw_modes
-
         return draw_modes(self, [self.place(k) for k in chosen], ax)
 
     def save_plot(self, path: str | Path) -> Path:
@@ -135,8 +142,6 @@ class Modes(Result):
 
     def animate(self, k: int = 1) -> Any:
         """Mode k (from 1) as something that moves: in a notebook, or `.save(path)` as .html, .gif or .mp4."""
-        from pendpin.stability.mode_pictures import animate_mode
-
         return animate_mode(self, self.place(k))
 
     def place(self, k: int) -> int:
@@ -186,3 +191,84 @@ def _strongest(model: Model, share: Array) -> str:
     order = np.argsort(-share, kind="stable")
     count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
     return ", ".join(f"{model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
+
+
+# --- modes as a figure of their shapes ------------------------------------------------------------------------------
+
+SHOWN = 6  # shapes in a figure
+SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
+MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is drawn
+PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
+PALE = "#b8c2cf"
+
+
+def draw_modes(modes: Modes, chosen: list[int], ax: Any) -> Any:
+    """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
+    places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
+    if arguments.axes("ax", ax) is not None:
+        if len(places) > 1 and chosen:
+            raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
+        _panel(ax, modes, places[0])
+        return ax.figure
+    figure = new_figure(figsize=(1.2 + 1.9 * len(places), 4.2), layout="constrained")
+    panels = figure.subplots(1, len(places), sharey=True, squeeze=False)[0]
+    for axes, place in zip(panels, places, strict=True):
+        _panel(axes, modes, place)
+    panels[0].set_ylabel("z (m)")
+    return figure
+
+
+def _panel(ax: Any, modes: Modes, place: int) -> None:
+    rest, moved = _displaced(modes, place)
+    size = float(np.linalg.norm(moved, axis=-1).max()) or 1.0
+    extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
+    axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / size
+    for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
+        for body in ends:
+            ax.plot(body[:, axis], body[:, 2], color=color, linewidth=width, solid_capstyle="round")
+    ax.set_title(f"mode {place + 1}\n{modes.omega[place]:.4g} rad/s, {modes.hertz[place]:.4g} Hz", fontsize=9)
+    ax.set_xlabel(f"{'xy'[axis]} (m)")
+    middle = float(np.mean(rest[..., axis]))
+    half = max(2 * SWING * extent, float(np.abs(rest[..., axis] - middle).max()) + 1.5 * SWING * extent)
+    ax.set(aspect="equal", xlim=(middle - half, middle + half))
+    ax.locator_params(axis="x", nbins=3)
+    ax.tick_params(labelsize=7)
+
+
+def _displaced(modes: Modes, place: int) -> tuple[Array, Array]:
+    """Both ends of every body at the rest, and how they move to first order with a shape, (bodies, 2, 3) m."""
+    model, small = build(modes.scene.model), 1e-6
+    poses = kinematics.poses(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
+    rest, ahead, behind = np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
+    return rest, (ahead - behind) / (2 * small)
+
+
+def amplitude(modes: Modes, place: int) -> float:
+    """The factor with which a shape is played: some body moves by a share of the model's extent, no joint turns far."""
+    rest, moved = _displaced(modes, place)
+    size = float(np.linalg.norm(moved, axis=-1).max())
+    extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
+    return min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(modes.shapes[place]).max()))
+
+
+def animate_mode(modes: Modes, place: int) -> Animation:
+    """Some periods of one mode, without damping, in slow motion or fast so that they last a few seconds."""
+    model, omega = build(modes.scene.model), modes.omega[place] or 1.0
+    phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
+    moving = modes.shapes[place] * amplitude(modes, place) * np.exp(1j * phase)
+    q, v, t = modes.q + moving.real, -omega * moving.imag, phase[:, 0] / omega
+    scene = _still(modes.scene, place, omega, float(t[-1]), len(t))
+    dynamics = Dynamics(model, scene.effects, form="angles")
+    nothing = np.zeros((len(t), 0))
+    run = Run(t, q, v, None, nothing, 0, 0, 0, 0.0, "", "")
+    return Animation(Trajectory.of(fill_in(scene, dynamics, None, run)))
+
+
+def _still(scene: Scene, place: int, omega: float, duration: float, samples: int) -> Scene:
+    """The scene that is drawn: its support stays where it is, and the title names the mode."""
+    effects = tuple(Idle(kind=e.kind) if isinstance(e, FrameEffect) else e for e in scene.effects)
+    title = f"Mode {place + 1}, {omega:.5g} rad/s"
+    solver = scene.solver.model_copy(update={"samples": samples, "times": None})
+    start = scene.start.model_copy(update={"time": 0.0})
+    changes = {"effects": effects, "title": title, "duration": duration, "solver": solver, "start": start}
+    return scene.model_copy(update=changes)

@@ -120,7 +120,7 @@ def _plan(
     vary: list[str], cases: Path | None, in_pairs: bool, sample: int | None, sampling: str, sobol: int | None, seed: int
 ) -> "Plan":
     from pendpin.sweeps import plan as plans
-    from pendpin.sweeps.sensitivity import sobol_plan
+    from pendpin.sweeps.plan import sobol_plan
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
         raise typer.BadParameter("give one of --cases, --zip, --sample and --sobol")
@@ -141,8 +141,7 @@ def _plan(
 def _show(dataset: Any, files: list[Path], json: bool, sobol: tuple[list[str], int] | None = None) -> "Report":
     """Print what was measured and the files written, then what a Sobol' plan (vary, seed) says."""
     from pendpin.sweeps.figure import names_of, sweep_report
-    from pendpin.sweeps.plan import read_spreads
-    from pendpin.sweeps.sensitivity import shares_report
+    from pendpin.sweeps.plan import read_spreads, shares_report
 
     report = sweep_report(dataset)
     if not json:

@@ -4,6 +4,8 @@ An answer is a mapping from the name of a quantity to its values, one column for
 """
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -11,8 +13,8 @@ from pendpin.dynamics.dynamics import Dynamics, loads_at, reactions
 from pendpin.engines import LongChain, Revolute
 from pendpin.equations import balances, lagrange, newton_euler, recursion
 from pendpin.equations.base import RodInertia, exact
-from pendpin.ground.arrays import Array
-from pendpin.model.bodies import tree_of
+from pendpin.ground.arrays import TINY, Array, applied, cross, skew, transposed
+from pendpin.model.bodies import in_mass_unit, pinocchio, tree_of, with_gravity
 from pendpin.model.build import Model
 
 Answer = Mapping[str, Array]
@@ -110,3 +112,166 @@ HAND_ROUTES: dict[str, HandRoute] = {
     "balances": lambda *given: balances.solve(*given)._asdict(),
     "lagrange": _lagrange,
 }
+
+
+# --- the rounding scale of a quantity -------------------------------------------------------------------------------
+
+ONE_PRODUCT = 0.01  # of a term: one rounding, where the bound of a comparison allows some hundred
+MOST_PRODUCTS = 300_000  # states times joints squared that are computed at once: about 20 MB
+
+
+class TreeScale(NamedTuple):
+    """For states of a tree, (n, joints) each."""
+
+    acceleration: Array  # |M^-1| times the terms of each joint's equation: its condition is in it
+    force: Array  # N
+    moment: Array  # N m
+
+
+class _States(NamedTuple):
+    """States of a tree, with what acts from outside."""
+
+    q: Array  # (n, nv)
+    v: Array
+    a: Array
+    torque: Array  # (n, nv) N m, or N for slides
+    external: Array  # (n, nv, 6) N, N m on the body of each joint
+
+
+@dataclass(frozen=True, eq=False)
+class _Bodies:
+    """The bodies of a tree."""
+
+    pin: Any
+    parents: tuple[int, ...]
+    below: Array  # (k, k): 1 where body k hangs on joint j, or is moved by it
+    slides: Array  # (k,)
+    mass: Array  # (k,) kg
+    lever: Array  # (k, 3) m, the centre of mass in the joint's frame
+    inertia: Array  # (k, 3, 3) kg m², central
+
+
+class _Motion(NamedTuple):
+    """The bodies at n states, in W; twists and their rates in the joints' frames, linear before angular."""
+
+    position: Array  # (n, k, 3) m, of the joints
+    rotation: Array  # (n, k, 3, 3)
+    twist: Array  # (n, k, 6)
+    bend: Array  # (n, k, 6), the rate of the twist
+    unit: Array  # (n, nv, 6), the twist of all that a joint moves, about the origin of W, at unit rate
+    mass_matrix: Array  # (n, nv, nv) kg m²
+
+
+def tree_scale(
+    model: Model,
+    field: Array,
+    q: Array,
+    v: Array,
+    a: Array,
+    torque: Array | None = None,
+    external: Array | None = None,
+) -> TreeScale:
+    """The rounding scales of a tree's equations in a field (3,) in W, at q, v, accelerations and torques (n, nv) and
+    wrenches on the bodies (n, nv, 6).
+
+    Each term is the norm of a vector, not the size of a component: where a component vanishes, such as gravity along a
+    normal of its own, the rounding of the others is left in it, and each route leaves another.
+    A joint's equation is the moment (the force, for a slide) along its axis: its terms are, over the bodies beyond it,
+    mass times the norms of field and acceleration with their levers, inertia times angular acceleration and squared
+    rate, and the loads. In Pinocchio's spatial vectors m v x v enters as well, with v the velocity of the joint's origin;
+    it vanishes but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and
+    |W M^-1| that on a joint's wrench, with W the wrenches for unit accelerations.
+    """
+    bodies, strength = _bodies(model), float(np.linalg.norm(field))
+    torque = np.zeros_like(q) if torque is None else torque
+    external = np.zeros((*q.shape, 6)) if external is None else external
+    parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
+    states = (_States(q[i], v[i], a[i], torque[i], external[i]) for i in parts)
+    scales = [_scale(bodies, strength, state) for state in states]
+    return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
+
+
+def _bodies(model: Model) -> _Bodies:
+    pin = with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
+    tree, inertias = tree_of(pin), list(pin.inertias)[1:]
+    slides = np.array([kind == "prismatic" for kind in tree.kinds])
+    mass, lever, inertia = (np.array(x) for x in zip(*((i.mass, i.lever, i.inertia) for i in inertias), strict=True))
+    below = np.eye(len(tree.parents))
+    for child in reversed(range(len(tree.parents))):
+        if tree.parents[child] >= 0:
+            below[tree.parents[child]] += below[child]
+    return _Bodies(pin, tree.parents, below, slides, mass, lever, inertia)
+
+
+def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
+    """The largest of each body's own value (n, k) and those of the bodies it hangs on: rounding goes down the tree."""
+    out = x.copy()
+    for child, parent in enumerate(parents):
+        if parent >= 0:
+            out[:, child] = np.maximum(out[:, child], out[:, parent])
+    return out
+
+
+def _motion(bodies: _Bodies, states: _States) -> _Motion:
+    """Where the bodies are at the states, and how they move, by Pinocchio."""
+    pin, rows, (scaled, mass) = pinocchio(), [], in_mass_unit(bodies.pin)
+    data = pin.Data(bodies.pin)
+    for q, v, a in zip(*states[:3], strict=True):
+        pin.forwardKinematics(bodies.pin, data, q, v, a)
+        unit = pin.computeJointJacobians(bodies.pin, data, q).reshape(6, -1).T.copy()  # a view, as each vector of data
+        M = np.triu(pin.crba(scaled, data, q)) * mass
+        poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
+        rows.append((poses[1:], *(np.array(x[1:]) for x in moving), unit, M + np.triu(M, 1).T))
+    poses, *others = (np.array(x) for x in zip(*rows, strict=True))
+    return _Motion(poses[..., :3, 3], poses[..., :3, :3], *others)
+
+
+def _scale(bodies: _Bodies, field: float, states: _States) -> TreeScale:
+    """The sizes (n, k) at some states, in a field of this norm in m/s²."""
+    below, motion = bodies.below, _motion(bodies, states)
+    (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (motion.twist, motion.bend))
+    speed, rate, turning, origin = (
+        _largest_above(bodies.parents, np.linalg.norm(x, axis=-1))
+        for x in (linear, omega, alpha, bend + np.cross(omega, linear))
+    )
+    turning = turning + rate**2 + TINY  # 1/s²
+    force, moment = np.moveaxis(np.linalg.norm(states.external.reshape(*states.q.shape, 2, 3), axis=-1), -1, 0)
+    weight = bodies.mass * (field + origin + turning * np.linalg.norm(bodies.lever, axis=-1)) + force
+    centre = motion.position + applied(motion.rotation, bodies.lever)
+    reach = np.linalg.norm(centre[:, None] - motion.position[:, :, None], axis=-1)  # (n, joint, body)
+    inertia = np.linalg.norm(bodies.inertia, axis=(-1, -2))
+    spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + moment
+    forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
+    at_joint = np.where(bodies.slides, forces, moments) + np.abs(states.torque) + TINY
+    inverse = _inverse(motion.mass_matrix)
+    unit_wrenches = _unit_wrenches(bodies, motion, centre)
+    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in unit_wrenches)  # (n, 3, k)
+    force, moment = (np.linalg.norm(x, axis=1) for x in through)
+    return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
+
+
+def _unit_wrenches(bodies: _Bodies, motion: _Motion, centre: Array) -> tuple[Array, Array]:
+    """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each joint, at rest and without
+    gravity; centres of mass (n, k, 3) in W.
+
+    Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
+    the moment then moved to the joint of the wrench.
+    """
+    below, (v, w) = bodies.below, np.split(motion.unit[:, None], 2, -1)  # (n, 1, nv, 3)
+    about_origin = motion.rotation @ bodies.inertia @ transposed(motion.rotation)
+    about_origin = about_origin - bodies.mass[:, None, None] * skew(centre) @ skew(centre)
+    first, second = below @ (bodies.mass[:, None] * centre), np.einsum("jk,nkab->njab", below, about_origin)
+    joints = np.arange(len(below))
+    lower = np.where(below > 0, joints, joints[:, None])  # (k, k), of two joints on one branch
+    together = ((below + below.T) > 0)[..., None]
+    force = together * ((below @ bodies.mass)[lower][..., None] * v + cross(w, first[:, lower]))
+    moment = together * (cross(first[:, lower], v) + applied(second[:, lower], w))
+    moment = moment - cross(motion.position[:, :, None], force)
+    return np.moveaxis(force, -1, 1), np.moveaxis(moment, -1, 1)
+
+
+def _inverse(M: Array) -> Array:
+    """The inverses of mass matrices (n, nv, nv), with their rows and columns scaled to 1 on the diagonal."""
+    scale = 1 / np.sqrt(np.diagonal(M, axis1=-2, axis2=-1))
+    scale = scale[:, :, None] * scale[:, None, :]
+    return scale * np.linalg.inv(scale * M)
