@@ -1,5 +1,6 @@
 """From a scene's solver to its integrator."""
 
+import math
 from importlib import import_module
 from importlib.util import find_spec
 
@@ -8,13 +9,14 @@ import numpy as np
 from pendpin.dynamics.binding.acting import built_in
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
+from pendpin.effects.cables import Anchor, Bending
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import refuse_steps
-from pendpin.scene import EVENT_METHODS, Method, Scene, method_of
+from pendpin.scene import EVENT_METHODS, Chain, Method, Scene, method_of
 from pendpin.scene.methods import MULTISTEP
 
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
@@ -24,6 +26,10 @@ FEW_JOINTS = 4  # up to which it does so at no more cost
 STEP = EPS**0.5  # of differences
 WIDER = 16.0  # times those steps, to tell a slope from a jump
 POWER_STEPS = 8  # of the power method: its rate is right within a few tenths
+MANY_STEPS = 10_000  # of a run: where an anchor or bending makes as many, a note says so
+STEPS_PER_RATE = (
+    0.6  # of dop853 for each radian, or e-fold, of the fastest rate: 0.55 to 1.2 by benchmarks/cables.py --stiff
+)
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
@@ -95,6 +101,41 @@ def _automatic_method(
             return "radau"
     is_long = fastest * scene.duration > LONG
     return "taylor" if is_long and taylor_takes(scene, dynamics, energy_balance) else "dop853"
+
+
+def notes_on_stiffness(scene: Scene, steps: int) -> tuple[str, ...]:
+    """Notes on the anchors and the bending of a chain that make many steps, or that an implicit method serves.
+
+    An anchor on a rod of mass m moves at sqrt(stiffness / m) and decays at damping / m; rods of mass m and length l bend at
+    up to 4 sqrt(EI / (m l³)). radau steps over a decay. A vibration is followed by every method, by dop853 in the fewest
+    steps.
+    """
+    method = method_of(scene.solver.method)
+    stiff = [(i, effect) for i, effect in enumerate(scene.effects) if isinstance(effect, Anchor | Bending)]
+    if not stiff or not isinstance(scene.model, Chain) or method.setting == "step":
+        return ()
+    rods, notes = scene.model.all_rods, list[str]()
+    for i, effect in stiff:
+        if isinstance(effect, Anchor):
+            rod = rods[int(effect.link.removeprefix("rod_")) - 1]
+            mass = rod.mass + rod.payload
+            rate, decay, less = math.sqrt(effect.stiffness / mass), effect.damping / mass, "a smaller stiffness takes"
+        else:
+            softest = min((rod.mass + rod.payload) * rod.length**3 for rod in rods)
+            rate, decay, less = 4 * math.sqrt(effect.stiffness / softest), 0.0, "fewer rods take"
+        expected = STEPS_PER_RATE * max(rate, decay) * scene.duration
+        if expected < MANY_STEPS:
+            continue
+        name = f"effects[{i}] ({effect.kind})"
+        if method.damps and decay > rate:
+            notes.append(
+                f"{name} decays at {decay:.1e}/s, which {method.name} steps over; dop853 takes {expected:.0e} steps"
+            )
+        elif decay > rate and steps > expected / 2:
+            notes.append(f"{name} decays at {decay:.1e}/s, so this took {steps} steps; radau takes far fewer")
+        elif steps > expected / 2:
+            notes.append(f"{name} vibrates at {rate:.1e} rad/s, so this took {steps} steps; {less} fewer")
+    return tuple(notes)
 
 
 def uncompiled(scene: Scene) -> Scene:

@@ -13,6 +13,7 @@ from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.ground.arrays import Array
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
+from pendpin.integrators.choice import notes_on_stiffness
 from pendpin.integrators.grid import count_whole_steps
 from pendpin.model.build import start_state
 from pendpin.runs.checkpoint import Checkpoint, Saver, identity
@@ -88,7 +89,8 @@ def run_prepared(
         loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
     except Halted as error:
         return _finished(scene, dynamics, None, _start_alone(prepared.q, prepared.v, error), saver)
-    run = replace(integrate_to_end(loop, prepared.q, prepared.v, saver, shifts), notes=prepared.notes)
+    run = integrate_to_end(loop, prepared.q, prepared.v, saver, shifts)
+    run = replace(run, notes=(*prepared.notes, *notes_on_stiffness(scene, run.steps)))
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
