@@ -5,25 +5,31 @@ inextensible catenary, and of a world that turns at a changing rate, in which a 
 """
 
 import math
+import re
+import sys
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
-from scipy.integrate import solve_bvp
-from scipy.optimize import brentq
+from scipy.integrate import solve_ivp
 
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import bind
+from pendpin.dynamics.symbols import record, records_by_rod
 from pendpin.effects.cables import _asin_over_x
 from pendpin.graphics.run_drawing import plots_of
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.trajectory import RunRecord
 
-EI, LENGTH, MASS = 3.0, 2.0, 0.5  # N m², m, kg/m
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+import cables as benchmark
+
+EI, LENGTH, MASS = benchmark.EI, benchmark.LENGTH, benchmark.MASS  # N m², m, kg/m
 MIXED = pp.Chain(
     rods=[
         pp.Rod(length=0.5, mass=0.4, radius=0.02, copies=2),
@@ -116,56 +122,99 @@ def test_a_cantilever_bends_as_a_beam_but_for_a_part_of_its_rods(n: int) -> None
     assert tip / (load * LENGTH**3 / (3 * EI)) == pytest.approx(1 + 1 / (2 * n**2), rel=1e-9)
 
 
-def test_a_cantilevers_frequencies_converge_with_the_square_of_the_rods() -> None:
-    """To (1.8751, 4.6941)² sqrt(EI / (mu L⁴)), from roots of cos x cosh x = -1."""
-    roots = np.array([brentq(lambda x: math.cos(x) * math.cosh(x) + 1, *ends) for ends in ((1, 3), (4, 6))])
-    exact = roots**2 * math.sqrt(EI / (MASS * LENGTH**4)) / (2 * math.pi)
-    errors = []
-    for n in (8, 16, 32):
-        found = pp.modes(still(beam(n, 1e-5), fx.Bending(stiffness=EI, clamp=(0, 0, -1)))).hertz
-        errors.append(np.array([found[0], found[2]]) / exact - 1)  # each swings in two planes
-    order = np.log2(np.divide(errors[:-1], errors[1:]))
+@pytest.fixture(scope="module")
+def errors() -> dict[int, dict[str, float]]:
+    """Those of benchmarks/cables.py against Euler and Bernoulli, an elastica by SciPy, and the catenary."""
+    return {n: benchmark.errors(n) for n in (8, 16)}
+
+
+@pytest.mark.parametrize("name", [
+    "its first frequency", "its second frequency", "reach of a heavy elastica", "force H of a catenary",
+])  # fmt: skip
+def test_beams_and_ropes_converge_with_the_square_of_the_rods(errors: dict, name: str) -> None:
+    """A cantilever's frequencies, a beam that sags by 76 % of its length, and a rope between two points."""
+    each = [row[name] for row in errors.values()]
+    order = np.log2(np.divide(each[:-1], each[1:]))
     assert np.all(np.abs(order - 2) < 0.1), order
 
 
-def test_a_heavy_elastica() -> None:
-    """A clamped beam that sags by 76 % of its length, against SciPy's boundary value problem: second order."""
-    weight = MASS * 9.81
-    solved = solve_bvp(
-        lambda s, y: np.array([y[1], -weight * (LENGTH - s) * np.cos(y[0]) / EI]),
-        lambda a, b: np.array([a[0], b[1]]),
-        np.linspace(0, LENGTH, 201),
-        np.zeros((2, 201)),
-        tol=1e-10,
-        max_nodes=10**5,
-    )
-    s = np.linspace(0, LENGTH, 20001)
-    slope = solved.sol(s)[0]
-    exact = np.array([-np.trapezoid(np.cos(slope), s), -abs(np.trapezoid(np.sin(slope), s))])
-    bent = fx.Bending(stiffness=EI, clamp=(0, -1, 0))
-    errors = [at_rest(still(beam(n), fx.Gravity(), bent, theta_1=1.4)).tips[0, -1, 1:] - exact for n in (8, 16, 32)]
-    order = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert np.all(np.abs(order - 2) < 0.05), order
+def test_the_anchor_of_a_rope_carries_half_its_weight() -> None:
+    """V = mu g L / 2 at both ends, but for the 5e-5 m by which the anchor gives."""
+    up = math.acos(benchmark.APART / LENGTH)
+    anchor = fx.Anchor(link="rod_8", point=(0, -benchmark.APART, 0), stiffness=1e5)
+    start = {"theta_1": math.pi / 2 - up, "theta_5": 2 * up}  # a V
+    run = at_rest(still(beam(8), fx.Gravity(), anchor, **start))
+    force = anchor.stiffness * (np.array(anchor.point) - run.tips[0, -1])
+    support = run.express("phi_1", frame="world")[0, :3]
+    np.testing.assert_allclose([force[2], support[2]], MASS * 9.81 * LENGTH / 2, rtol=1e-4)
+    np.testing.assert_allclose(force + support, [0, 0, MASS * 9.81 * LENGTH], atol=1e-8)
 
 
-def test_a_rope_between_two_points_is_a_catenary() -> None:
-    """H = mu g a with 2 a sinh(D / (2 a)) = L, V = mu g L / 2, as the anchor grows stiff: second order in the rods."""
-    apart, weight = 1.4, MASS * 9.81
-    a = brentq(lambda a: 2 * a * math.sinh(apart / (2 * a)) - LENGTH, 0.1, 50)
-    errors = []
-    for n in (8, 16, 32):
-        anchor = fx.Anchor(link=f"rod_{n}", point=(0, -apart, 0), stiffness=1e7)
-        up = math.acos(apart / LENGTH)
-        start = {"theta_1": math.pi / 2 - up, f"theta_{n // 2 + 1}": 2 * up}  # a V
-        run = at_rest(still(beam(n), fx.Gravity(), anchor, **start))
-        force = anchor.stiffness * (np.array(anchor.point) - run.tips[0, -1])
-        assert force[2] == pytest.approx(weight * LENGTH / 2, rel=1e-6)  # the anchor gives by 5e-7 m
-        assert (
-            np.allclose(run.wrench[0, 0, :3] + force, [0, 0, weight * LENGTH], atol=1e-6) or n
-        )  # in the joint's frame
-        errors.append(-force[1] / (weight * a) - 1)
-    order = np.log2(np.divide(errors[:-1], errors[1:]))
-    assert np.all(np.abs(order - 2) < 0.05), order
+class Linkage(NamedTuple):
+    """Three thin rods from the origin to a fixed point, by end points and constraints: no angles, no springs.
+
+    The kinetic energy of a uniform thin rod is m (a² + a b + b²) / 6 in the velocities a and b of its ends.
+    """
+
+    lengths: tuple[float, ...]
+    masses: tuple[float, ...]
+    gravity: tuple[float, float, float]
+
+    def solve(self, ends: np.ndarray, v: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Accelerations (9,) m/s² of the rods' far ends (3, 3), and the force (3,) N on the last one."""
+        M, load, J, curving = np.zeros((9, 9)), np.zeros(9), np.zeros((6, 9)), np.zeros(6)
+        for i, mass in enumerate(self.masses):
+            here, above = slice(3 * i, 3 * i + 3), slice(3 * i - 3, 3 * i)
+            along = ends[i] - (ends[i - 1] if i else 0)
+            moving = v[i] - (v[i - 1] if i else 0)
+            M[here, here] += mass / 3 * np.eye(3)
+            load[here] += mass / 2 * np.array(self.gravity)
+            J[i, here], curving[i] = along, moving @ moving
+            if i:
+                M[above, above] += mass / 3 * np.eye(3)
+                M[here, above] = M[above, here] = mass / 6 * np.eye(3)
+                load[above] += mass / 2 * np.array(self.gravity)
+                J[i, above] = -along
+        J[3:, 6:] = np.eye(3)
+        whole = np.block([[M, -J.T], [J, np.zeros((6, 6))]])
+        x = np.linalg.solve(whole, np.concatenate([load, -curving]))
+        return x[:9], x[12:]
+
+    def move(self, ends: np.ndarray, duration: float) -> np.ndarray:
+        """Where the far ends (3, 3) are after a time in s, from rest."""
+
+        def rate(t: float, y: np.ndarray) -> np.ndarray:
+            return np.concatenate([y[9:], self.solve(y[:9].reshape(3, 3), y[9:].reshape(3, 3))[0]])
+
+        y = np.concatenate([ends.reshape(-1), np.zeros(9)])
+        return solve_ivp(rate, (0, duration), y, "DOP853", rtol=1e-11, atol=1e-12).y[:9, -1].reshape(3, 3)
+
+
+@pytest.mark.parametrize(("lengths", "thetas", "aside"), [
+    ((0.4, 1.1, 0.9), (2.1, -1.9, -1.0), 0.0),  # a four-bar in its plane
+    ((1.2, 0.5, 1.2), (0.2, math.pi / 2 - 0.2, math.pi / 2 - 0.2), 0.7),  # a swing between two posts, out of its plane
+], ids=["four-bar", "swing"])  # fmt: skip
+def test_an_anchor_grows_into_a_joint(lengths: tuple, thetas: tuple, aside: float) -> None:
+    """Three rods between two points, against their own equations with constraints: the error falls as 1 / stiffness.
+
+    The spring begins with the force of the joint, so that it does not vibrate.
+    """
+    masses, gravity = (0.3, 0.5, 0.4), 9.81
+    down = (gravity * math.sin(aside), 0.0, -gravity * math.cos(aside))
+    reference = Linkage(lengths, masses, down)
+    start = {f"theta_{i + 1}": theta for i, theta in enumerate(thetas)}
+    model = pp.Chain(rods=[pp.Rod(length=a, mass=m) for a, m in zip(lengths, masses, strict=True)])
+    ends = pp.simulate(still(model, **start), duration=0.0, samples=1).tips[0]
+    _, force = reference.solve(ends, np.zeros((3, 3)))
+    exact, errors = reference.move(ends, 1.0), []
+    for stiffness in (1e4, 1e5, 1e6):
+        point = tuple((ends[-1] + force / stiffness).tolist())
+        anchor = fx.Anchor(link="rod_3", point=point, stiffness=stiffness)
+        scene = still(model, fx.Gravity(acceleration=gravity, direction=down), anchor, **start)
+        errors.append(np.abs(pp.simulate(scene, tolerance=1e-10, samples=2).tips[-1] - exact).max())
+    order = np.log10(np.divide(errors[:-1], errors[1:]))
+    assert np.all(np.abs(order - 1) < 0.1), (order, errors)
+    assert errors[-1] < 1e-4
 
 
 def test_an_anchor_is_a_spring_and_a_damper() -> None:
@@ -228,6 +277,47 @@ def test_taylor_takes_bending_and_anchors() -> None:
     pytest.importorskip("heyoka")
     taylor, other = (pp.simulate(scene, method=m, tolerance=1e-13, samples=5) for m in ("taylor", "dop853"))
     assert np.abs(taylor.q - other.q).max() < 1e-10
+
+
+def test_what_is_not_there_costs_nothing() -> None:
+    """Effects of strength 0: the same bits, the same evaluations; no name of an anchor or bending is bound."""
+    start = {"theta_1": 0.4, "phi_2": 0.6}
+    none = (fx.Bending(stiffness=0.0), fx.Anchor(link="rod_2", point=(0, 0, 0), stiffness=0.0))
+    plain, idle = (pp.simulate(still(MIXED, fx.Gravity(), *more, **start), samples=9) for more in ((), none))
+    assert all(np.array_equal(plain.arrays[name], idle.arrays[name]) for name in plain.arrays)
+    assert plain.stats.evaluations == idle.stats.evaluations
+
+
+def test_the_work_of_bending_grows_with_the_number_of_rods() -> None:
+    """The compiled loop holds one rod, the same for 100 rods and for 1,000 (benchmarks/cables.py --cost has the times)."""
+    counts = []
+    for n in (100, 1000):
+        dynamics = bind(still(beam(n), fx.Gravity(), fx.Bending(stiffness=EI)))
+        assert records_by_rod(dynamics.engine, dynamics.effects)
+        counts.append(len(record(dynamics.engine, dynamics.effects, 0.0, by_rod=True).tape.operations))
+    assert counts[0] == counts[1]
+
+
+@pytest.mark.parametrize(("effect", "rods", "method", "says"), [
+    (fx.Anchor(link="rod_6", point=(0, -1.4, 0), stiffness=1e4, damping=1e5), 6, "auto",
+     r"effects\[1\] \(anchor\) decays at .*/s, which radau steps over"),
+    (fx.Anchor(link="rod_6", point=(0, -1.4, 0), stiffness=1e4, damping=4e3), 6, "dop853",
+     r"effects\[1\] \(anchor\) decays at .* so this took \d+ steps; radau takes far fewer"),
+    (fx.Anchor(link="rod_6", point=(0, -1.4, 0), stiffness=1e8), 6, "auto",
+     r"effects\[1\] \(anchor\) vibrates at .* rad/s, so this took \d+ steps; a smaller stiffness takes fewer"),
+    (fx.Bending(stiffness=2e4), 10, "auto",
+     r"effects\[1\] \(bending\) vibrates at .* rad/s, so this took \d+ steps; fewer rods take fewer"),
+    (fx.Anchor(link="rod_6", point=(0, -1.4, 0), stiffness=1e4), 6, "auto", ""),
+    (fx.Bending(stiffness=3.0), 10, "auto", ""),
+])  # fmt: skip
+def test_a_stiffness_that_decides_over_the_method_is_said(effect: fx.Effect, rods: int, method: str, says: str) -> None:
+    """In a note: where radau steps over a decay, or would; where a vibration makes the steps. Softer ones say nothing."""
+    up = math.acos(0.7)
+    shape = {"theta_1": math.pi / 2 - up, "theta_4": 2 * up} if rods == 6 else {"theta_1": 1.0, "theta_5": 0.3}
+    run = pp.simulate(still(beam(rods), fx.Gravity(), effect, **shape), method=method, tolerance=1e-6, samples=2)
+    notes = [note for note in run.stats.notes if note.startswith("effects[1]")]
+    assert len(notes) == bool(says)
+    assert not says or re.match(says, notes[0])
 
 
 # --- payloads -------------------------------------------------------------------------------------------------------
@@ -456,6 +546,12 @@ def test_a_world_that_slews_is_a_world_at_rest(method: str, tmp_path: Path) -> N
         (lambda: pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, copies=60_000)], copies=2), "are more than"),
         (lambda: bind(still(MIXED, fx.Anchor(link="rod_9", point=(0, 0, 0), stiffness=1.0))), "rod_9"),
         (lambda: bind(pp.Scene(duration=1.0, model=pp.UrdfModel("ur5"), effects=[fx.Bending(stiffness=1.0)])), "chain"),
+        (lambda: fx.Bending(stiffness=math.nan), "stiffness: nan is not a finite number"),
+        (lambda: fx.Bending(stiffness=1.0, clamp=(0, math.nan, 1)), "clamp[1]: nan"),
+        (lambda: fx.Anchor(link="rod_1", point=(0, 0, 0), stiffness=1.0, damping=-1.0), "damping: -1.0 is below 0"),
+        (lambda: fx.Anchor(link="rod_1", point=(0, 0, 0), stiffness=1.0, at=math.inf), "at: inf"),
+        (lambda: pp.Rod(length=1.0, mass=1.0, radius=-0.1), "radius: -0.1 is below 0"),
+        (lambda: pp.Rod(length=1.0, mass=1.0, copies=10**9), "copies: 1000000000 is above"),
         (lambda: fx.Rotation(csv="nowhere.csv", axis=(0, 0, 1)), "nowhere.csv"),
         (lambda: fx.Rotation(rate=(0, 0, 1), axis=(0, 0, 1)), "csv and axis go together"),
     ],
@@ -466,3 +562,10 @@ def test_what_no_cable_has_is_refused(make, says: str) -> None:
         make()
     assert says in str(refused.value)
     assert "\n" not in str(refused.value)
+
+
+def test_a_rate_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
+    """With its line and column."""
+    (tmp_path / "rate.csv").write_text("t,rate\n0,0\n1,nan\n2,1\n")
+    with pytest.raises(pp.InputError, match=r"rate\.csv: line 3: rate: 'nan' is not a finite number"):
+        fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 1))
