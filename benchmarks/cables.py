@@ -203,9 +203,8 @@ def main() -> None:
         for name in table[asked.rods[0]]:
             print(f"{name:28}" + "".join(f"{table[n][name] * n * n:17.4f}" for n in asked.rods))
     for n in asked.cost:
-        print(
-            f"{n} rods with bending: {(each := time_evaluation(n)) * 1e6:.1f} us an evaluation, {each / n * 1e9:.0f} ns a rod"
-        )
+        each = time_evaluation(n)
+        print(f"{n} rods with bending: {each * 1e6:.1f} us an evaluation, {each / n * 1e9:.0f} ns a rod")
     for n in asked.snatch:
         for line in (0.7, 0.07):
             peak, sampled = catch_load(n, line)
