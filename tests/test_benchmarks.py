@@ -42,6 +42,7 @@ SMALL = {
     "rounding_estimates": "--count 4",
     "sensitivities": "2 1",
     "strangers": "--sources",
+    "sections": "--short",
     "sweep": "--starts 20 --sample 4",
 }
 OTHERS = {"ensembles": "mujoco", "peers": "mujoco", "sweep": "mujoco"}  # what a script needs beside the extra dev

@@ -133,6 +133,7 @@ def test_kapitzas_bounds() -> None:
     branch = pp.follow(pp.periodic_orbit(kapitza(0.004)), "effects[1].amplitude[2]", 0.1)
     np.testing.assert_allclose(branch.changes, [0.0066046038, 0.0909876411], rtol=0, atol=1e-9)
     assert list(branch.stable[[0, -1]]) == [False, False]
+    assert [change.kind for change in branch.bifurcations] == ["symmetry breaking", "period doubling"]
 
 
 def test_a_hanging_rod_in_a_plane_has_its_period() -> None:
@@ -200,8 +201,36 @@ def test_a_driven_swing_folds() -> None:
     branch = pp.follow(pp.periodic_orbit(chosen), "effects[2].frequency", 3.2)
     assert len(branch.folds) >= 1
     assert np.abs(branch.changes[0] - branch.folds[0]) < 1e-6
+    assert branch.bifurcations[0].kind == "fold"
     for orbit in branch.orbits[:: max(1, len(branch.orbits) // 5)]:
         assert orbit.orbit.q[-1] == pytest.approx(orbit.orbit.q[0], abs=1e-8)
+
+
+def test_a_driven_pendulum_doubles_its_period_again_and_again() -> None:
+    """x'' + x'/2 + sin x = a cos(2 t/3): its swing loses its mirror image, then its period doubles at 1.0663, 1.0793, ...
+
+    The doublings are those of J. R. Taylor, Classical Mechanics (2005), table 12.1, to its last digit.
+    """
+    effects = (fx.Viscous(coefficient=0.5), fx.Motor(joint="theta", amplitude=0.9, frequency=2 / 3))
+    point = pp.Chain(rods=[pp.Rod(length=1.0, mass=0.0, payload=1.0)])
+    key, period = "effects[2].amplitude", 3 * math.pi
+    driven = pp.Scene(model=point, effects=(fx.Gravity(acceleration=1.0), *effects), duration=30.0)
+    driven = driven.replace(start=pp.Start(positions=(-2.452151, 0.0), velocities=(-0.281156, 0.0)))
+    (broken,) = pp.follow(pp.periodic_orbit(driven), key, 1.03).bifurcations
+    assert broken.kind == "symmetry breaking"
+    driven = driven.replace({key: 1.06}, start=pp.Start(positions=(-1.859796, 0.0), velocities=(-0.839234, 0.0)))
+    once = pp.follow(pp.periodic_orbit(driven), key, 1.07)
+    twice = pp.follow(once.bifurcations[0].orbit, key, 1.0815, onto="doubled")
+    for branch, at, turns in ((once, 1.0663, 1), (twice, 1.0793, 2)):
+        (change,) = branch.bifurcations
+        assert change.kind == "period doubling"
+        assert abs(change.value - at) < 1e-4
+        assert change.orbit.period == pytest.approx(turns * period, rel=1e-14)
+        assert np.abs(change.orbit.multipliers + 1).min() < 1e-6
+    with pytest.raises(pp.InputError, match="onto: this orbit is not at a period doubling"):
+        pp.follow(broken.orbit, key, 1.03, onto="doubled")
+    with pytest.raises(pp.InputError, match="onto: 'halved' is not 'doubled'"):
+        pp.follow(broken.orbit, key, 1.03, onto="halved")  # type: ignore[arg-type]
 
 
 def test_a_given_period_stays() -> None:

@@ -5,7 +5,8 @@ across it by Newton's method (H. B. Keller, in: Applications of Bifurcation Theo
 """
 
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from itertools import product
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -19,6 +20,22 @@ from pendpin.scene import Scene
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
 STEPS, CORRECTIONS = 2000, 12  # at most
 HALVINGS = 40  # to locate a fold or a change of stability
+AT_DOUBLING = 1e-2  # of a multiplier from ±1: it changes with the root of what is left between the last two halvings
+MIRRORED = 1e-5  # rad, rad/s: how well an orbit is its own mirror image
+SHARES, SIZES = (1e-3, 3e-3, 1e-2, 3e-2), (1.0, 0.3, 3.0, -1.0)  # of the way; of an orbit of twice the period beside
+APART, NEARBY = 1e-3, 1.0  # rad, rad/s: halves of such an orbit differ by this, and it is so near
+
+
+class Change(NamedTuple):
+    """Where orbits become stable, or unstable: at the number's value a multiplier leaves the unit circle, or enters it.
+
+    Its kind is "fold" (the branch turns back), "period doubling" (at -1), "torus" (a pair), "symmetry breaking" (at 1, of
+    an orbit that half a period later is its own mirror image), or "branch point" (at 1 otherwise).
+    """
+
+    value: float
+    kind: str
+    orbit: PeriodicOrbit
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -29,7 +46,12 @@ class Branch:
     orbits: tuple[PeriodicOrbit, ...]
     values: Array  # (n,) of the number, that of the orbit first
     folds: Array  # values at which the curve turns back
-    changes: Array  # values at which the orbits become stable, or unstable
+    bifurcations: tuple[Change, ...]  # where the orbits become stable, or unstable
+
+    @property
+    def changes(self) -> Array:
+        """Values at which the orbits become stable, or unstable, (k,)."""
+        return np.array([change.value for change in self.bifurcations])
 
     @property
     def stable(self) -> Array:
@@ -55,8 +77,9 @@ class Branch:
     def text(self) -> str:
         """Where the branch leads, its folds and its changes of stability."""
         lines = [f"{len(self.orbits)} periodic orbits, {self.key} from {self.values[0]:.6g} to {self.values[-1]:.6g}"]
-        for name, places in (("fold", self.folds), ("change of stability", self.changes)):
-            lines += [f"{name} at {place:.10g}" for place in places] or [f"no {name}"]
+        lines += [f"fold at {place:.10g}" for place in self.folds] or ["no fold"]
+        changes = [f"change of stability at {change.value:.10g}: {change.kind}" for change in self.bifurcations]
+        lines += changes or ["no change of stability"]
         return "\n".join(lines)
 
 
@@ -102,19 +125,23 @@ class _Curve(NamedTuple):
         return close_orbit(self.scene_at(u), u[:size], self.period_at(u), free=self.free)
 
 
-def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
+def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled"] | None = None) -> Branch:
     """The orbits that continue one as a number of its scene goes to another value, round folds.
 
     A period that was given, or is that of the drive, stays; one that was found changes along the branch. Folds and changes
-    of stability are located to about ten digits. The branch ends at `to`, or where it comes back to the first value.
+    of stability are located to about ten digits, each change with its kind and the orbit there. The branch ends at `to`, or
+    where it comes back to the first value.
 
     Args:
         orbit: a PeriodicOrbit, from `periodic_orbit`.
         key: key path of the number, such as "effects[1].amplitude[2]".
         to: the value at the end, in the number's unit.
+        onto: "doubled" from the orbit of a period doubling, branch.bifurcations[i].orbit: the orbits of twice its period
+            that begin there are followed.
 
     Returns:
-        The Branch: orbits, values (n,), stable (n,), folds and changes (values of the number).
+        The Branch: orbits, values (n,), stable (n,), folds and changes (values of the number), bifurcations (value, kind,
+        orbit).
 
     Raises:
         InputError: for a key or value that cannot be.
@@ -127,9 +154,43 @@ def follow(orbit: PeriodicOrbit, key: str, to: float) -> Branch:
     first = number_at(orbit.scene, key)
     if to == first:
         raise InputError(f"to: {key} is {to:g} already")
+    if onto not in (None, "doubled"):
+        raise InputError(f"onto: {shown(onto)} is not 'doubled', the orbits of twice the period")
+    if onto == "doubled":
+        orbit = _doubled(orbit, key, first, float(to))
+        first = number_at(orbit.scene, key)
     curve = _curve(orbit, key, first, float(to))
     start = np.concatenate([_state(orbit), [1.0] if curve.free else [], [0.0]])
     return _Walk(curve, start, orbit).branch()
+
+
+def _doubled(orbit: PeriodicOrbit, key: str, first: float, to: float) -> PeriodicOrbit:
+    """An orbit of twice the period next to one at a period doubling, a little on the way to another value.
+
+    Along the way of the multiplier -1, whose size grows with the root of the distance. Raises InputError and RunError.
+    """
+    values, ways = np.linalg.eig(orbit.transition)
+    nearest = int(np.argmin(np.abs(values + 1)))
+    if abs(values[nearest] + 1) > AT_DOUBLING:
+        raise InputError(
+            f"onto: this orbit is not at a period doubling: its multiplier next to -1 is {values[nearest]:.6g}"
+        )
+    y, way = _state(orbit), np.real(ways[:, nearest])
+    for share, size in product(SHARES, SIZES):
+        number = first + share * (to - first)
+        scene = orbit.scene.replace({key: number})
+        period = 2 * orbit.period * (first / number if _is_tuned(orbit.scene, key) else 1.0)
+        try:
+            other = close_orbit(scene, y + size * np.sqrt(share) * way, period, free=orbit.free)
+            half = over_a_period(other.scene, _state(other), other.period / 2)
+        except RunError:
+            continue
+        apart = np.abs(half.end - half.turns - _state(other)).max()
+        if apart > APART * np.sqrt(share) and np.abs(_state(other) - y).max() < NEARBY:
+            return other
+    raise RunError(
+        f"onto: no orbit of twice the period was found next to this one, from {key} = {first:.10g} towards {to:g}"
+    )
 
 
 def _curve(orbit: PeriodicOrbit, key: str, first: float, to: float) -> _Curve:
@@ -160,7 +221,7 @@ class _Walk:
         ahead = np.zeros(len(start))
         ahead[-1] = 1.0
         self.tangents = [self.tangent(start, ahead)]
-        self.folds, self.changes = list[float](), list[float]()
+        self.folds, self.changes = list[float](), list[Change]()
 
     def branch(self) -> Branch:
         """All orbits up to the end of the curve."""
@@ -181,7 +242,7 @@ class _Walk:
                 break
             step = min(1.4 * step, LONGEST)
         values = np.array([self.curve.number(u) for u in self.points])
-        return Branch(self.curve.key, tuple(self.orbits), values, np.array(self.folds), np.array(self.changes))
+        return Branch(self.curve.key, tuple(self.orbits), values, np.array(self.folds), tuple(self.changes))
 
     def tangent(self, u: Array, before: Array) -> Array:
         """The direction of the curve at u: that of all along which orbits stay orbits which is nearest to `before`."""
@@ -225,25 +286,47 @@ class _Walk:
         """Add a point, and what lies between it and the last: a fold, a change of stability."""
         tangent, orbit = self.tangent(u, self.tangents[-1]), self.curve.orbit(u)
         length = float(np.linalg.norm(u - self.points[-1]))
+        fold = None
         if tangent[-1] * self.tangents[-1][-1] < 0:
-            self.folds.append(self.located(length, lambda x: self.tangent(x, self.tangents[-1])[-1] * tangent[-1] > 0))
+            place = self.located(length, lambda x: self.tangent(x, self.tangents[-1])[-1] * tangent[-1] > 0)
+            self.folds.append(fold := self.curve.number(place))
         if orbit.stable != self.orbits[-1].stable:
-            self.changes.append(self.located(length, lambda x: self.curve.orbit(x).stable == orbit.stable))
+            place = self.located(length, lambda x: self.curve.orbit(x).stable == orbit.stable)
+            self.changes.append(self.change_at(place, fold))
         self.points.append(u)
         self.tangents.append(tangent)
         self.orbits.append(orbit)
 
-    def located(self, length: float, behind: Any) -> float:
-        """The number where `behind` becomes true on the way of a length from the last point."""
-        low, high, place = 0.0, length, self.curve.number(self.points[-1])
+    def located(self, length: float, behind: Any) -> Array:
+        """The point where `behind` becomes true on the way of a length from the last point."""
+        low, high, place = 0.0, length, self.points[-1]
         for _ in range(HALVINGS):
             middle = (low + high) / 2
             u = self.ahead(middle)
             if u is None:
                 break
-            place = self.curve.number(u)
+            place = u
             low, high = (low, middle) if behind(u) else (middle, high)
         return place
+
+    def change_at(self, u: Array, fold: float | None) -> Change:
+        """The change of stability at a point, next to which the branch may have a fold."""
+        orbit, value = self.curve.orbit(u), self.curve.number(u)
+        multipliers = orbit.multipliers
+        if orbit.free:  # one is 1 along the orbit itself
+            multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1)))
+        crossing = multipliers[np.argmin(np.abs(np.abs(multipliers) - 1))]
+        if abs(crossing + 1) < AT_DOUBLING:
+            return Change(value, "period doubling", orbit)
+        if abs(crossing - 1) > AT_DOUBLING:
+            return Change(value, "torus", orbit)
+        if fold is not None and abs(value - fold) < AT_DOUBLING * max(abs(fold), abs(self.curve.way)):
+            return Change(value, "fold", orbit)
+        y, half = _state(orbit), over_a_period(orbit.scene, _state(orbit), orbit.period / 2)
+        size = len(y) // 2
+        apart = half.end + y
+        apart[:size] -= 2 * np.pi * np.round(apart[:size] / (2 * np.pi))
+        return Change(value, "symmetry breaking" if np.abs(apart).max() < MIRRORED else "branch point", orbit)
 
 
 def _state(orbit: PeriodicOrbit) -> Array:
