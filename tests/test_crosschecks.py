@@ -173,6 +173,14 @@ def test_the_matrix_fits_a_terminal(make, routes: int) -> None:
     assert len(repr(report)) < 1000
 
 
+def test_the_matrix_of_all_routes_is_shown_whole() -> None:
+    """Every route of one rod, and any two of them, in the representation of a notebook's cell too."""
+    report = pp.crosscheck(builtin_scene(), states=5)
+    (matrix,) = report.report().tables
+    assert matrix.rows[-1][0] == "any two"
+    assert all(line in repr(report) for line in matrix.lines())
+
+
 def test_the_matrix_marks_what_is_broken() -> None:
     """In its cell, in the verdict, and short however many routes there are."""
     mine = {f"own route number {i}": lambda rod, q, v, g: {"R1": np.full(5, np.nan)} for i in range(30)}

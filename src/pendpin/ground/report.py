@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 from pendpin.errors import brief
 
-FEW = 6  # rows of each table in a representation
+FEW = 8  # rows of each table in a representation: all of pendpin's routes for one rod, and any two, stay whole
 
 
 class Table(NamedTuple):
