@@ -61,6 +61,17 @@ def test_none_is_left_out() -> None:
     assert set(SMALL) | MODULES == {path.stem for path in FOLDER.glob("*.py")}
 
 
+def test_faults_are_planted_in_every_room() -> None:
+    """Every file has tests that concern it, of files that exist; every fault that once was not noticed has its place."""
+    code = "from mutants import *; print(len(planted())); print(*TESTS.values()); print(*all_modules())"
+    count, tests, modules = run(FOLDER, sys.executable, "-c", code).splitlines()
+    assert int(count) > 15
+    assert {name for name in tests.split() if not (TOP / "tests" / f"test_{name}.py").exists()} == set()
+    package = TOP / "src" / "pendpin"
+    paths = {str(path.relative_to(package)) for path in package.rglob("*.py")}
+    assert {path for path in paths - set(modules.split()) if not path.endswith(("__init__.py", "__main__.py"))} == set()
+
+
 def test_no_script_hides_a_library() -> None:
     """A script's folder is the first place where Python looks for what the script imports."""
     names = {path.stem for path in FOLDER.glob("*.py")}
