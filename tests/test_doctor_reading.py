@@ -258,6 +258,17 @@ PRINTED = [
     (r"\dv{x}{t} = \pdv{L}{q} + \vb{r}", "dx", "Dq_L + r"),
     (r"R = mg\cos\theta \\ &\qquad+\frac{ml}{2}\dot\theta^2", "R", "m*g*cos(theta) + m*l/2*dtheta**2"),
     (r"H = p\dot\theta %2B q", "H", "p*dtheta + q"),
+    (r"F = A\omega^2\cos\omega t + \sin 2\omega t", "F", "A*omega**2*cos(omega*t) + sin(2*omega*t)"),
+    (r"\frac{{\rm d}\theta}{{\rm d}t} = \frac{\textrm{d}}{\textrm{d}t} x", "dtheta", "dx"),
+    (
+        "θ<sub>1</sub>'' = −g m<sub>1</sub> sin θ<sub>1</sub> &minus; &omega;<sup>2</sup>",
+        "ddtheta_1",
+        "-g*m_1*sin(theta_1)-omega**2",
+    ),
+    ("x = pow(l, 2)*Math.sin(a)*params['m1'] + np.square(c)", "x", "l**2*sin(a)*m_1 + c**2"),
+    ("A*Derivative(theta(t), (t, 2)) = B*diff(x, t, t)", "A*ddtheta", "B*ddx"),
+    ("theta1''[t] == -g/l*Sin[theta1[t] - b]*Cos[c]^2", "ddtheta_1", "-g/l*sin(theta_1 - b)*cos(c)**2"),
+    (r"x = \textcolor{red}{a}\phantom{=} b", "x", "a*b"),
 ]
 
 
@@ -282,6 +293,8 @@ UNREAD = [
     r"y = 2^n",
     r"\dot{\theta_1 - \theta_2} = 0",
     r"\sin(\theta)_{1} = x",
+    r"\frac{d^2 L}{dq dp} = 0",
+    r"x \to 0 = y",
     "state = [thetas[i - 1], omega]",
     r"A = \begin{bmatrix} a & b \\ c \end{bmatrix}",
 ]
@@ -298,6 +311,12 @@ def test_what_cannot_be_read_is_not_read_as_something_else(text):
 DOCUMENTS = [
     ("$$L = a +$$\n\n$$b\\dot x$$", [(1, "L = a +    \n\n  b\\dot x")]),
     ("$$L = a$$\n\n$$+ b$$", [(1, "L = a    \n\n  + b")]),
+    ("$$a + b$$\n$$+ c = 0$$", [(1, "a + b + c = 0")]),
+    ("$$a = b$$\n$$-c = d$$", [(1, "a = b"), (2, "-c = d")]),
+    (r"$$\left\{\begin{array}{l} x = a \\ y = b \end{array}\right.$$", [(1, "x = a"), (1, "y = b")]),
+    (r"$$\begin{array}{rcl} x &=& a \\ y &=& b \end{array}$$", [(1, "x &=& a"), (1, "y &=& b")]),
+    (r"$$x = a \rightarrow y = b$$", [(1, "x = a"), (1, "y = b")]),
+    ("theta, w = y.T", [(1, "(theta, w) = y.T")]),
     ("$$L = a =$$\n$$= b$$", [(1, "L = a      \n  = b")]),
     ("$$T = a$$\nand\n$$ = b$$", [(1, "T = a"), (3, "T = b")]),
     (r"$x = a \quad y = b$", [(1, "x = a"), (1, "y = b")]),

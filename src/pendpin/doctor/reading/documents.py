@@ -28,6 +28,11 @@ _PICTURE = re.compile(
     r'!?(?:\[[^\n]*?\]\()?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?(?P<formula>[^\s"\'<>]+)'
 )
 _WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_ENVIRONMENTS})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
+_SYSTEM = re.compile(  # rows of equations in an array, a brace before them
+    r"((?:\\left\s*\\(?:\{|lbrace)\s*)?\\begin\{(?:array|matrix)\}(?:\[\w\])?(?:\{[^{}]*\})?)"
+    r"((?:(?!\\begin).)*?)(\\end\{(?:array|matrix)\}(?:\s*\\right\s*\.)?)|(\\left\s*\\(?:\{|lbrace))(.*)(\\right\s*\.)",
+    re.DOTALL,
+)
 _ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
 _BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
@@ -41,8 +46,8 @@ _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _BEFORE = re.compile(r"((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|==|=>|\"\"|'{3}"
-    r"|^\s*(?:plt\.|</?[a-zA-Z]|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(\w+)\s*=\s*\w+\.\1\s*$"
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
+    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(\w+)\s*=\s*\w+\.\1\s*$"
 )
 _TYPED = re.compile(
     r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
@@ -233,7 +238,8 @@ def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
         if found and text[start : start + 2] in ("$$", r"\[", r"\b", "``"):
             first, ended, at, before = found[-1]
             bare, is_open = formula.lstrip(" &\n"), _ENDS_OPEN.search(before)
-            if (is_open or bare[:1] in ("+", "-")) and "=" in before and not re.search(r"\w", text[ended:start]):
+            goes_on = is_open or (bare[:1] in ("+", "-") and not ("=" in before and "=" in formula))
+            if goes_on and not re.search(r"\w", text[ended:start]):
                 if is_open and bare.startswith("=") and is_open[0].startswith("="):
                     before = before[: is_open.start()].ljust(len(before))
                 between = re.sub(r"[^\n]", " ", text[at + len(before) : begin])
@@ -298,7 +304,7 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
         if "=" in equation and not _is_prose(equation) and "|" not in equation.replace("||", "")[:1]:
             if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
                 at, equation = at + words.end(), equation[words.end() :]
-            yield from ((at, one) for one in _unpacked(equation))
+            yield from ((at, one) for one in _unpacked(equation) if not _NO_EQUATION.search(one))
 
 
 def _unpacked(equation: str) -> Iterator[str]:
@@ -322,7 +328,8 @@ def _cut(text: str, separator: str) -> Iterator[tuple[int, str]]:
     depth = start = 0
     for i, letter in enumerate(text + separator):
         depth += (letter in "([{") - (letter in ")]}")
-        if letter == separator and (depth <= 0 or i == len(text)):
+        entity = letter == ";" and re.search(r"&[A-Za-z]+$", text[start:i])
+        if letter == separator and not entity and (depth <= 0 or i == len(text)):
             yield start, text[start:i]
             start = i + 1
 
@@ -338,6 +345,12 @@ def unwrapped(text: str) -> tuple[str, int]:
     """A formula without the environments and boxes around its lines, its blank ends cut, and where in the text it begins."""
     box = _BOX.fullmatch(text)
     inner = _WRAPPING.sub(lambda match: " " * len(match[0]), box[1] if box else text)
+    for match in _SYSTEM.finditer(inner):
+        before, rows, after = (
+            part or "" for part in (match[1] or match[4], match[2] or match[5], match[3] or match[6])
+        )
+        if "=" in rows:
+            inner = inner[: match.start()] + " " * len(before) + rows + " " * len(after) + inner[match.end() :]
     return inner.strip(), (box.start(1) if box else 0) + len(inner) - len(inner.lstrip())
 
 

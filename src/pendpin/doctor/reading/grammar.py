@@ -13,6 +13,8 @@ from pendpin.doctor.reading.tree import Node, Span, Unread
 SEPARATORS = (",", ";", "row", ".", "&")
 ENDS = {"close", "relation", "other relation", "condition", "end", *SEPARATORS}
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix"}
+DERIVATIVES = ("der", "diff", "Derivative", "D")
+POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
 MOST_POWER = 12
 MOST_DIGITS = 30
@@ -196,7 +198,7 @@ class Parser(PrintedNames):
                 return self.matrix()
             case "|":
                 return self.length()
-            case "word" if self.peek(1).kind == "open" and token.text in ("der", "diff", "diag", *LISTS):
+            case "word" if self.peek(1).kind == "open" and token.text in (*DERIVATIVES, "diag", *POWERS, *LISTS):
                 return self.named_function()
         if self.at_symbol():
             return self.symbol()
@@ -220,35 +222,50 @@ class Parser(PrintedNames):
         if name == "sqrt" and first.text == "[" and self.latex:
             raise Unread("only square roots are read", token.start)
         if first.kind == "open" and not self.at_symbol():
-            argument = self.group()
+            argument = self.group(row=False)
         else:
             factors = [self.atom()] if first.kind in ("number", "half") else []
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
             if not factors:
                 raise Unread(f"{name} of nothing", first.start)
-            marks = ((first.start, first.start), (factors[-1].span[0], factors[-1].span[0]))
-            argument = Node("product", (first.start, factors[-1].outer[1]), ("*", "*"), tuple(factors), marks)
-            argument = argument if len(factors) == 2 else factors[0]
+            if self.peek().text == "t" and factors[-1].kind == "symbol":  # cos omega t
+                factors.append(self.symbol())
+            marks, signs = tuple((factor.span[0], factor.span[0]) for factor in factors), ("*",) * len(factors)
+            argument = Node("product", (first.start, factors[-1].outer[1]), signs, tuple(factors), marks)
+            argument = argument if len(factors) > 1 else factors[0]
         node = Node("function", (token.start, argument.outer[1]), name, (argument,), ((token.start, token.end),))
         return node if exponent is None else Node("power", node.span, exponent, (node,), (mark,))
 
     def named_function(self) -> Node:
-        """der(x), diff(x, t), diag(a, b, c), array([...]) of code."""
-        token, inner = self.take(), self.group()
+        """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...]) of code."""
+        token, inner = self.take(), self.group(row=False)
         span = (token.start, self.peek(-1).end)
+        parts: tuple[Node, ...] = inner.children if inner.kind == "matrix" else (inner,)
+        inside = parts[0]
         if token.text in LISTS:
             return replace(inner, bracketed=span)
         if token.text == "diag":
-            count, zero = len(inner.children), Node("number", (token.start, token.start), Fraction(0))
-            cells = [inner.children[i] if i == j else zero for i in range(count) for j in range(count)]
-            return Node("matrix", span, (count, count), tuple(cells))
-        inside, by = inner, symbol_of(Written("t"), (span[1] - 1, span[1] - 1))
-        if token.text == "diff":
-            if inner.kind != "matrix" or len(inner.children) != 2 or inner.children[1].written is None:
-                raise Unread("diff is read of an expression and one symbol", token.start)
-            inside, by = inner.children
-        return differentiated(inside, by, span)
+            zero = Node("number", (token.start, token.start), Fraction(0))
+            return _matrix([[parts[i] if i == j else zero for j in range(len(parts))] for i in range(len(parts))], span)
+        if token.text in POWERS:
+            power = parts[1].value if len(parts) == 2 and parts[1].kind == "number" else POWERS[token.text]
+            if power not in range(1, MOST_POWER + 1) or len(parts) > 2:
+                raise Unread("only small numbers are read as exponents", token.start)
+            mark = parts[-1].outer if len(parts) == 2 else (token.start, token.end)
+            return Node("power", span, Fraction(power), (inside,), (mark,))
+        time = symbol_of(Written("t"), (span[1] - 1, span[1] - 1))
+        if token.text in ("diff", "Derivative") and len(parts) == 1:
+            raise Unread(f"{token.text} without a symbol to differentiate by", token.start)
+        orders = [by.children if by.kind == "matrix" else (by,) for by in parts[1:] or (time,)]  # Derivative(x, (t, 2))
+        for children in orders:
+            by, *count = children
+            times = count[0].value if count and count[0].kind == "number" else 1
+            if by.written is None or times not in (1, 2):
+                raise Unread(f"{token.text} is read of an expression and symbols", token.start)
+            for _ in range(int(times)):
+                inside = differentiated(inside, by, span)
+        return inside
 
     def command(self) -> Node:
         r"""\sqrt, \frac, \begin of a matrix, \underbrace, \sum, \dv and \pdv."""
@@ -297,10 +314,10 @@ class Parser(PrintedNames):
         terms = tuple(_numbered(body, bounds[1], str(i)) for i in range(int(bounds[2]), int(bounds[3]) + 1))
         return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, ((start, start),) * len(terms))
 
-    def group(self) -> Node:
+    def group(self, row: bool = True) -> Node:
         """What stands in brackets; with commas a column; in code also rows with ; and entries with a blank between."""
         opened, outer = self.take(), self.spaced
-        self.spaced = opened.text == "[" and self.is_row()
+        self.spaced = row and opened.text == "[" and (outer or self.is_row())
         rows = [[self.sum()]]
         if self.took("over"):
             above, below = rows[0][0], self.sum()

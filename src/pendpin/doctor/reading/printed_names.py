@@ -27,7 +27,7 @@ class PrintedNames(ABC):
         """A factor with its exponents: the grammar's."""
 
     @abstractmethod
-    def group(self) -> Node:
+    def group(self, row: bool = True) -> Node:
         """What stands in brackets: the grammar's."""
 
     def peek(self, ahead: int = 0) -> Token:
@@ -150,14 +150,19 @@ class PrintedNames(ABC):
         place, start = self.place, self.peek().start
         fraction = self.took("frac")
         above = self.differential(fraction)
+        start_below = self.place
         below = self.differential(fraction) if above and (fraction or self.took("/")) else None
-        if above is None or below is None or (above[0], above[2]) != (below[0], below[2]):
+        if fraction and above and below is None and self.tokens[start_below : start_below + 2][-1].text == above[0]:
+            raise Unread("a derivative that is not read", start)
+        if above is None or below is None or above[0] != below[0] or below[1] is None:
             self.place = place
             return None
         (_, inside, order), by = above, below[1]
-        if by is None or by.written is None or not (fraction or inside or by.written == Written("t")):
+        if not (fraction or inside or by.written == Written("t")):
             self.place = place
             return None
+        if by.written is None or order != below[2]:
+            raise Unread("a derivative that is not read", start)
         inside = inside or self.power()
         for _ in range(order):
             inside = differentiated(inside, by, (start, self.peek(-1).end))

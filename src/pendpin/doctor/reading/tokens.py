@@ -32,7 +32,8 @@ _NAMES = {  # LaTeX's commands by the kind of their token; after = what they sta
         allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr small qty
         scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut""",
     "arrow": "uparrow downarrow",
-    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto to rightarrow",
+    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
+    "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in",
     "command": "sqrt frac tfrac=frac dfrac=frac cfrac=frac partial begin end over underbrace overbrace sum dv pdv",
     "letter": "top intercal prime star dagger",
@@ -72,10 +73,13 @@ _CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, te
 
 # blanks in the place of what says nothing of quantities: labels, comments, module names, the number of an equation
 _NOISE = re.compile(
-    r"\\(?:label|tag|ref|eqref|hspace|vspace|nonumber)\*?\s*\{[^{}]*\}|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|obj|this|p)\.\s?(?=[A-Za-z])|&space;|\.\.\.[^\n]*\n"
+    r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
+    r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|obj|this|p)\.\s?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
     r"|(?<=[\s.,])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
+    r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
+_NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 _UNITS = re.compile(  # of a parameter: what stands between its number and the end
     r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
@@ -83,7 +87,8 @@ _UNITS = re.compile(  # of a parameter: what stands between its number and the e
 )
 _FUNCTION_NAMES = "|".join(sorted(FUNCTIONS))
 _TOKEN = re.compile(
-    rf"""(?P<plain>\\(?:mathrm|textrm|text|mathit|operatorname\*?|rm|mbox)\s*\{{\s*(?:d|diag|{_FUNCTION_NAMES})\s*\}})
+    rf"""(?P<plain>\\(?:mathrm|textrm|text|mathit|operatorname\*?|rm|mbox)\s*\{{\s*(?:d|diag|{_FUNCTION_NAMES})\s*\}}|\{{\s*\\rm\s+d\s*\}})
+    |(?P<html></?su[bp]>|&[A-Za-z]+;)
     |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
     |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
     |(?P<typo>\\dot\{{\\partial\}})
@@ -111,6 +116,7 @@ def tokens(text: str) -> list[Token]:
     if len(text) > MOST_CHARACTERS:
         raise Unread(f"longer than {MOST_CHARACTERS:,} characters")
     latex, found, place = is_latex(text), list[Token](), 0
+    text = _NAMED.sub(lambda match: match[2].rjust(len(match[0])), text)
     text = _NOISE.sub(lambda match: " " * len(match[0]), text)
     if units := _UNITS.search(text):
         value = units["value"].partition("(")[0]
@@ -138,10 +144,24 @@ def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
         end = start + len(found)
     match kind:
         case "plain":
-            name = re.sub(r".*\{\s*|\s*\}", "", found)
+            name = re.findall("[a-z]+", found)[-1]
             yield Token("function" if name in FUNCTIONS else "word" if name == "diag" else "letter", name, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
+        case "html" if found[0] == "<":
+            yield (
+                Token("close", "}", start, end)
+                if found[1] == "/"
+                else Token("_^"["p" in found], "_^"["p" in found], start, end)
+            )
+            if found[1] != "/":
+                yield Token("open", "{", end, end)
+        case "html":
+            signs = {"minus": ("operator", "-"), "times": ("operator", "x"), "prime": ("prime", "'")}
+            name = found[1:-1]
+            if name not in signs and name not in GREEK:
+                raise Unread(f"{found} has no meaning in an equation here", start)
+            yield Token(*signs.get(name, ("letter", GREEK.get(name, name))), start, end)
         case "typo":  # of a partial derivative by a rate
             yield from (Token("command", "partial", start, start + 6), Token("accent", "dot", start + 6, end))
         case "command":
@@ -192,10 +212,13 @@ def _sign(found: str, start: int) -> Iterator[Token]:
 
 def _merged(found: list[Token]) -> list[Token]:
     r"""The tokens with \mathrm d as d; with s and c before an angle as sine and cosine, in brackets if both are there."""
-    following = zip(found, [*found[1:], None], strict=True)
+    following = zip(found, [*found[1:], None], strict=False)
     found = [a for a, b in following if a.kind != "plain" or b is None or b[:2] != ("letter", "d")]
     short, in_brackets = set[int](), set[int]()
     for i, token in enumerate(found):
+        if token.kind == "arrow relation":  # between two equations, or of a limit
+            between = _relates(found[:i]) and _relates(found[i:])
+            found[i] = token._replace(kind="gap" if between else "other relation")
         after = found[i + 1 : i + 4]
         if token.kind == "letter" and token.text in "sc" and after and after[0].start == token.end:
             if after[0].text in ("theta", "phi") and (len(after) < 2 or after[1].kind != "prime"):
