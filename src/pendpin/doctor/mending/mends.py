@@ -107,7 +107,7 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     numbers = Numbers(patient.equation, every, random_states(patient.system))
     sized: list[Change] = []
     for part in every:
-        for needed in numbers.needed(part):
+        if (needed := numbers.needed(part)) is not None:
             sized += generator.by_need(part, numbers.known[id(part.node)], needed)
     effects = [(change, rows) for change in listed if (rows := numbers.residual(change.swaps)) is not None]
     sized += [change for change, rows in effects if numbers.vanishes(rows)]
@@ -174,24 +174,21 @@ def _needing(equation: Equation, name: str, system: System) -> System | None:
 
 
 def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> list[Change]:
-    """Two changes whose effects add up to what is missing: sorted by the first state, compared on all."""
+    """Two changes whose effects add up to what is missing: where they do at one state, compared on all."""
     rows, size = numbers.rows, CLOSE * numbers.size
     usable = [(c, after) for c, after in effects if after.shape == rows.shape and np.isfinite(after).all()][
         :MOST_PAIRED
     ]
     if len(usable) < 2:
         return []
-    target = -rows.ravel()
     changes = np.array([(after - rows).ravel() for _, after in usable])
-    first = int(np.argmax(np.abs(target)))
-    order = np.argsort(changes[:, first])
+    first = int(np.argmax(np.abs(rows)))
     pairs = []
     for i, change in enumerate(changes):
-        wanted = target - change
-        low, high = np.searchsorted(changes[order, first], [wanted[first] - size, wanted[first] + size])
-        for j in order[low:high]:
+        left = rows.ravel() + change
+        for j in i + 1 + np.flatnonzero(np.abs(left[first] + changes[i + 1 :, first]) <= size):
             a, b = usable[i][0], usable[j][0]
-            if j > i and np.abs(changes[j] - wanted).max() <= size and not overlap(a.splices, b.splices):
+            if np.abs(left + changes[j]).max() <= size and not overlap(a.splices, b.splices):
                 pairs.append(both(a, b))
     return pairs
 

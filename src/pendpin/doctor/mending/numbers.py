@@ -2,8 +2,8 @@
 
 from collections import defaultdict
 from collections.abc import Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cached_property
 
 import numpy as np
 
@@ -73,7 +73,7 @@ class Numbers:
         for part in every:
             for node in walk(part.node):
                 self._above[id(node)].add(id(part.node))
-        self._responses: dict[int, tuple[int, Values] | None] = {}
+        self._slopes: dict[int, Values] = {}  # of the residual in a part, by id
 
     def vanishes(self, rows: Values | None) -> bool:
         """Whether a residual is rounding."""
@@ -84,65 +84,45 @@ class Numbers:
 
         Where it is straight in a part, the slope gives it; else all that the parts stand in is evaluated again.
         """
-        try:
-            with np.errstate(all="ignore"):
-                tops = {id(self._tops[place]): self._tops[place] for place in swaps}
-                values = {
-                    place: evaluate(swapped(node, swaps), self._context, None, self.known)
-                    for place, node in tops.items()
-                }
-                place, value = next(iter(values.items()))
-                response = self._responses.get(place)
-                straight = response and response[0] == 1 and value.ndim == 1 and not self.equation.floats
-                if response and straight and len(values) == 1:
-                    return self.rows + response[1] * (value - self.known[place])
-        except Unread:
-            return None
+        tops = {id(self._tops[place]): self._tops[place] for place in swaps}
+        with np.errstate(all="ignore"):
+            try:
+                trees = {place: swapped(node, swaps) for place, node in tops.items()}
+                values = {place: evaluate(tree, self._context, None, self.known) for place, tree in trees.items()}
+            except Unread:
+                return None
+            place, value = next(iter(values.items()))
+            if place in self._slopes and len(values) == value.ndim == 1:
+                return self.rows + self._slopes[place] * (value - self.known[place])
         return changed(self.equation, self.quantities, {**self._kept(values), **values})
 
-    def needed(self, part: Part) -> Iterator[Values]:
-        """The values of a part with which the equation would hold: several where energies stand in it."""
-        node, rows = part.node, self._targets[0]
+    def needed(self, part: Part) -> Values | None:
+        """The value of a part with which the equation would hold; of a number its size. None where there is none.
+
+        Two other values of the part show whether the residual is straight in it, its square or the inverse of these. Of a
+        vector only what the residual can be taken from is known: a side or a term.
+        """
+        node, rows = part.node, self._plain({})
         value = self.known.get(id(node))
         if value is None or part.top is not node:
-            return
-        try:
-            if value.ndim == 1:
-                power, slope = self._response(node, value)
-                for target in self._targets if power else ():
-                    with np.errstate(all="ignore"):
-                        step = -(target * slope).sum(0) / (slope * slope).sum(0)
-                        wanted = value**power + step
-                        if np.abs(target + slope * step).max() <= CLOSE * self.size:
-                            yield np.abs(wanted) ** (1 / power) if power % 2 == 0 else wanted**power
-            elif value.shape == rows.shape and (part.whole or node.kind == "sum"):
+            return None
+        with suppress(Unread), np.errstate(all="ignore"):
+            if value.ndim > 1 and value.shape == rows.shape and (part.whole or node.kind == "sum"):
                 step = self._plain({id(node): value + rows}) - rows
                 slope = dot(step, rows) / dot(rows, rows)
-                if np.abs(step - slope * rows).max() <= CLOSE * self.size:
-                    yield value - rows / slope
-        except Unread:
-            return
-
-    def _response(self, node: Node, value: Values) -> tuple[int, Values]:
-        """The power of a part's value in which the residual is straight, and its slope, (k, n); 0 where there is none."""
-        if (known := self._responses.get(id(node))) is not None:
-            return known
-        rows, start, found = self._targets[0], value.astype(float), (0, value)
-        for power in (1, -1, 2, -2) if node.kind == "number" else (1,):
-            with np.errstate(all="ignore"):
+                return value - rows / slope if self.vanishes(step - slope * rows) else None
+            start = value.astype(float)
+            for power in (1, -1, 2, -2) if node.kind == "number" else (1,) if value.ndim == 1 else ():
                 one, two = (self._plain({id(node): (start**power + k) ** (1 / power)}) for k in (1, 2))
-            if np.abs(two - 2 * one + rows).max() <= 1e-10 * np.abs(two).max():
-                found = (power, one - rows)
-                break
-        self._responses[id(node)] = found
-        return found
-
-    @cached_property
-    def _targets(self) -> list[Values]:
-        """What has to vanish: the residual, also with a usual constant in an energy."""
-        rows, q = self._plain({}), self.quantities
-        lengths = [q[name] for name in ("h", "l") if name in q] if self.equation.floats and "m" in q else []
-        return [rows, *(rows + sign * q["m"] * q["g"] * length for length in lengths for sign in (1, -1))]
+                slope = one - rows
+                if np.abs(two - one - slope).max() <= 1e-10 * np.abs(two).max():
+                    if power == 1 and not self.equation.floats:
+                        self._slopes[id(node)] = slope
+                    step = -(rows * slope).sum(0) / (slope * slope).sum(0)
+                    wanted = start**power + step
+                    wanted = wanted if power == 1 else np.abs(wanted) ** (1 / power)
+                    return wanted if self.vanishes(rows + slope * step) else None
+        return None
 
     def _plain(self, values: Mapping[int, Values]) -> Values:
         """The residual with other values, (k, n), an energy's constant taken as 0."""

@@ -62,7 +62,7 @@ class Spec:
     """What is true of a kind of system.
 
     `solve` gives the unknowns, accelerations and reactions, of the true motion. `families` are names that are written one
-    for another; `sums` and `differences` what a missing factor or term may be.
+    for another.
     """
 
     kind: str
@@ -83,7 +83,6 @@ class Spec:
     directions: tuple[str, ...] = ()
     moving: tuple[str, ...] = ()  # atoms of monomials: rates, sines and cosines
     extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
-    sums: Mapping[str, tuple[tuple[str, ...], ...]] = field(default_factory=dict)
     laws: Callable[["Quantities"], list[Values]] = lambda q: []
     values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers
     analytic: bool = True  # whether its formulas take complex numbers and symbols

@@ -216,11 +216,6 @@ _FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc
 wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
 _EXTRA = "ddtheta ddphi R1 R2 R3 M3 Mc I1 I2 I3 J1 J2 J3 h theta phi x y z vx vy vz w1 w2 w3"
 _DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
-_SUMS = {  # that are found often: terms with their signs
-    "speed squared": (("dphi", "dphi"), ("dtheta", "dtheta", "cos phi", "cos phi")),
-    "along b1": (("ddphi",), ("dtheta", "dtheta", "sin phi", "cos phi")),
-    "along b2": (("ddtheta", "cos phi"), ("-2", "dtheta", "dphi", "sin phi")),
-}
 _TITLES = {"point": "a point mass on a massless rod", "thin": "a uniform thin rod", "general": "any rod"}
 _TITLES |= {"uniform": "a uniform rod of radius r", "symmetric": "any rod with I1 = I2"}
 
@@ -252,7 +247,6 @@ def _spec(rod: str) -> Spec:
         directions=("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat"),
         moving=("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi"),
         extra=(*_EXTRA.split(), *_DIFFERENCES),
-        sums=_SUMS,
         laws=_laws,
     )
 
