@@ -1,7 +1,7 @@
 """The doctor's main line: a document in, a verdict and mends for each of its equations out."""
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
@@ -36,17 +36,17 @@ from pendpin.doctor.mending.writing import Printer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, key, symbols
-from pendpin.doctor.recognition import Reading, Recognition, read
+from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
+from pendpin.doctor.recognition import Reading, read
 from pendpin.doctor.reports.text import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
+from pendpin.doctor.verdicts import judge
 from pendpin.errors import brief
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
-EQUALLY = 0.3  # equations: readings that explain about as much
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -92,99 +92,9 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
             finding = doctor.second(first, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
         findings.append(finding)
     findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
-    findings = _definitions(_doubted(findings, found), found)
-    findings = _unsupported(findings, found)
+    findings = judge(findings, found)
     main, shared = found.main, _shared(findings)
     return Diagnosis(tuple(findings), main.system, found.title, main.remarks, shared, document.skipped)
-
-
-def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings, without accusations of what another reading explains that explains the section about as well.
-
-    Of two readings that explain equally much, each of which breaks what the other one saves, neither is the right one.
-    """
-    answers = []
-    for i, finding in enumerate(findings):
-        mine = found.chosen[i]
-        for less, rival in found.rivals[i]:
-            if finding.verdict == "fails" and rival.credits[i] > 0:
-                words = f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod"
-                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
-            here = [k for k, other in enumerate(found.chosen) if other is mine and found.rivals[k] is found.rivals[i]]
-            breaks = finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i]
-            if breaks and less < EQUALLY and (saved := [k for k in here if rival.credits[k] > mine.credits[k] == 0]):
-                other = findings[saved[0]]
-                words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
-                finding = replace(finding, verdict="not checked", remark=words, proved=False, when="in every motion")
-        answers.append(finding)
-    return answers
-
-
-def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings, where a definition holds only if an equation holds with it, or one that says the same."""
-    used: dict[str, list[Node]] = defaultdict(list)  # by the symbol, what it is in equations that hold
-    for finding in findings:
-        if finding.equation and finding.kind != "definition" and finding.verdict in ("holds", "holds if"):
-            for name, meaning in _meanings_used(finding.equation):
-                used[name].append(meaning)
-    answers = []
-    for i, (finding, one) in enumerate(zip(findings, found.equations, strict=True)):
-        if finding.kind == "definition" and finding.verdict == "holds" and len(one.sides) == 2:
-            system, (own,) = found.chosen[i].system, [side for side in one.sides if side.value != one.defines]
-            if not any(
-                _same(one, own, other, system) for other in {key(node): node for node in used[one.defines]}.values()
-            ):
-                words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
-                finding = replace(finding, verdict="not checked", remark=words, proved=False, unknown=(one.defines,))
-        answers.append(finding)
-    return answers
-
-
-def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings, without accusations of equations that stand on a definition which nothing confirms.
-
-    Nor of an entry of a mass matrix beside which no other entry holds: its row may be divided by something.
-    """
-    held = [one for f, one in zip(findings, found.equations, strict=True) if f.verdict == "holds"]
-    right, entries = {key(side) for one in held for side in one.sides}, any(map(_is_entry, held))
-    answers = []
-    for finding, one in zip(findings, found.equations, strict=True):
-        inside = " in the definition of " in finding.mends[0].words if finding.mends else False
-        if finding.verdict == "fails" and finding.equation and not inside and not found.main.chosen:
-            used = _meanings_used(finding.equation)
-            own = [name for name, meaning in used if key(meaning) not in right and symbols(meaning) - {"pi"}]
-            if own := [name for name in own if name not in ("?s", "?c")]:
-                words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
-                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
-            elif _is_entry(one) and not entries:
-                words = "it is no entry of the mass matrix as it stands; its row may be multiplied by something"
-                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
-        answers.append(finding)
-    return answers
-
-
-def _is_entry(one: Printed) -> bool:
-    """Whether an equation gives an entry of a mass matrix."""
-    return bool(one.sides) and one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")
-
-
-def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
-    """Whether two meanings of a symbol are the same, as they are written or in every motion."""
-    with suppress(Unread):
-        equation = Equation((own, other), definitions=one.definitions)
-        return key(own) == key(other) or relative_error(equation, random_states(system)) < TOLERANCE
-    return False
-
-
-def _meanings_used(equation: Equation) -> Iterator[tuple[str, Node]]:
-    """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
-    seen, fresh = set[str](), _names(equation) & equation.definitions.keys()
-    while fresh:
-        seen |= fresh
-        yield from ((name, equation.definitions[name]) for name in fresh)
-        fresh = (
-            set().union(*(symbols(equation.definitions[name]) for name in fresh)) & equation.definitions.keys() - seen
-        )
 
 
 @dataclass(frozen=True)
@@ -308,9 +218,9 @@ class _Doctor:
             return replace(
                 found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
             )
-        if len(one.unknown) <= MOST_LOADS and not one.defines:
+        if len(one.lacking) <= MOST_LOADS and not one.defines:
             for equation in one.readings():
-                if condition := loads_at_zero(equation, self.system, one.unknown):
+                if condition := loads_at_zero(equation, self.system, one.lacking):
                     return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
 

@@ -4,9 +4,11 @@ A letter such as I may stand for two inertias. An equation that holds only if it
 else does not hold. A letter that the text defines itself has that meaning, whatever it usually stands for.
 """
 
+import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import replace
+from functools import lru_cache
 from itertools import islice
 
 import numpy as np
@@ -24,8 +26,10 @@ Name = tuple[str, str]  # a letter and its index
 Again = Callable[..., list[Printed]]  # the equations of a text, read with other words
 
 MOST_COUNTED = 60  # equations that tell which system a text is about
+MOST_KNOWN = 20_000  # credits of equations that are remembered
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
+SHORT = 3  # parts of one that is named like a quantity
 LONG = 9  # parts of an expression that does not come to a quantity by chance
 ANSWER = 2.0
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
@@ -39,11 +43,17 @@ def weight(equation: Equation, spec: Spec) -> float:
     return 2.0 if equation.names & telling else 1.0
 
 
+def telling(equations: list[Printed]) -> list[Printed]:
+    """The equations that tell which system a text is about: the first that hold more than a name and its value."""
+    return [one for one in equations if one.ways and len(one.names) > 1][:MOST_COUNTED]
+
+
 def held(equations: list[Printed], system: System, small: bool = False) -> float:
     """How many equations hold, or only for `small` angles; those of motion and energy, which say most, twice."""
-    return sum(credit(one, system, small) for one in equations[:MOST_COUNTED])
+    return sum(credit(one, system, small) for one in telling(equations))
 
 
+@lru_cache(maxsize=MOST_KNOWN)
 def credit(one: Printed, system: System, small: bool = False) -> float:
     """What an equation counts for a system: nothing where it does not hold."""
     equation = _to_first_order(one, system) if small else holding(one, system)
@@ -51,33 +61,47 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
         return weight(equation, system.spec)
     if one.defines and not small:
         return ANSWER if answers(one, system) else 0.0
-    if 0 < len(one.unknown) <= MOST_LOADS and one.ways and not one.defines:
-        return float(any(loads_at_zero(e, system, one.unknown) != "" for e in one.meant(system.spec)))
+    if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
+        return float(any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant(system.spec)))
     return 0.0
 
 
 def answers(one: Printed, system: System) -> str:
-    """The quantity of the system that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det; empty for none."""
+    """The quantity of the system that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det; empty for none.
+
+    A short one comes to it by chance, unless it is named like it: xs = L*sin(theta).
+    """
     spec = system.spec
-    if len(one.sides) != 2 or sum(1 for _ in walk(one.sides[1])) < LONG or one.sides[0].value != one.defines:
+    if len(one.sides) != 2 or one.sides[0].value != one.defines or one.statement.name:
         return ""
-    if one.statement.name:
-        return ""
-    quantities = random_states(system)
-    known = {name: quantities[name] for name in spec.unknowns}
-    if "weight" in spec.formulas and len(quantities["weight"]) == len(spec.coordinates):
-        known |= {f"weight on {name}": part for name, part in zip(spec.coordinates, quantities["weight"], strict=True)}
-    for equation in one.meant(spec)[:1]:
+    size, quantities = sum(1 for _ in walk(one.sides[1])), random_states(system)
+    names = {name for name in spec.formulas if _named_alike(one.defines, name) and size >= SHORT}
+    names |= {*spec.unknowns} if size >= LONG else set()
+    for equation in one.meant(spec)[:1] if names else ():
         try:
             value = evaluate(one.sides[1], equation.context(quantities))
         except (Unread, KeyError):
             return ""
         if value.ndim != 1 or not np.isfinite(value).all():
             return ""
-        for name, other in known.items():
+        for name in sorted(names):
+            other = quantities[name]
             if other.ndim == 1 and np.abs(value - other).max() <= TOLERANCE * np.abs(other).max():
                 return name
+        if size >= LONG and "weight" in spec.formulas and len(quantities["weight"]) == len(spec.coordinates):
+            for name, other in zip(spec.coordinates, quantities["weight"], strict=True):
+                if np.abs(value - other).max() <= TOLERANCE * np.abs(other).max():
+                    return f"the moment of the weight on {name}"
     return ""
+
+
+def _named_alike(own: str, name: str) -> bool:
+    """Whether a name of the text's own, such as X1 or pos_x, may be that of a quantity: the same letter, no other index."""
+    letter, digits = re.fullmatch(r"([A-Za-z]+?)[pG]?(\d*)", name).groups() if name.isalnum() else ("", "")
+    indices = re.sub(r"\D", "", own)
+    word = own.lstrip("?")
+    begins = word[:1].lower() == letter.lower() or re.search(rf"_{letter}(?![a-z])", word)
+    return bool(len(letter) == 1 and begins and (indices == digits or not (indices and digits)))
 
 
 def _to_first_order(one: Printed, system: System) -> Equation | None:
@@ -87,23 +111,40 @@ def _to_first_order(one: Printed, system: System) -> Equation | None:
     return next((equation for equation in one.readings() if small_angles(equation, system)), None)
 
 
-def settled(equations: list[Printed], system: System, again: Again) -> list[Printed]:
-    """The equations, each of whose letters has one meaning."""
-    if not any(one.ways for one in equations) or len(equations) > MOST_COUNTED:
+def settled(equations: list[Printed], system: System, again: Again, inside: Sequence[bool]) -> list[Printed]:
+    """The equations, each of whose letters has the meaning with which most of those `inside` a section hold."""
+
+    def of_section(every: list[Printed]) -> list[Printed]:
+        return [one for one, here in zip(every, inside, strict=True) if here]
+
+    words = next((one.words for one in equations if one.ways), None)
+    if words is None or not telling(of_section(equations)):
         return equations
-    words = next(one.words for one in equations if one.ways)
     for _ in range(MOST_CHANGED):
-        here, better = held(equations, system), None
-        singles = ({name: meaning} for name, meaning in islice(_other_meanings(equations, system, words), MOST_TRIED))
-        for change in (_defined_anew(equations, system, words), *singles):
+        here, section, better = held(of_section(equations), system), of_section(equations), None
+        own = _own(section, system, words)
+        singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
+        for change in filter(None, (_defined_anew(section, system, words), own, *singles)):
             other = replace(words, chosen=words.chosen | change)
             changed = _with(equations, again(other, before=equations, names=change.keys()), change.keys())
-            if (most := held(changed, system)) > here:
+            if (most := held(of_section(changed), system)) > here:
                 here, better = most, (changed, other)
         if better is None:
             break
         equations, words = better
     return _agreed(equations, system, again, words)
+
+
+def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
+    """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
+    found: dict[Name, str] = {}
+    for one in (one for one in equations if one.ways and len(one.sides) == 2):
+        written = one.sides[0].written if one.sides[0].kind == "symbol" else None
+        if written is not None and not written.dots and holding(one, system) is None:
+            name = (written.letter, written.index)
+            if (meanings := _meanings(name, words)) and not {*meanings} & {*system.spec.state}:
+                found[name] = ""
+    return found
 
 
 def with_own_letters(equations: list[Printed], system: System, again: Again) -> list[Printed]:

@@ -23,6 +23,7 @@ COORDINATES = {"x", "y", "z"}
 
 
 THIN = System(SPECS["thin"])
+Name = tuple[str, str]  # a letter and its index
 Candidate = tuple[Equation, float]  # and its relative error
 
 
@@ -80,6 +81,16 @@ class Printed:
         """The symbols in it that have no meaning."""
         return {name for name in self.names if name.startswith("?") and not self._defined(name)} - CONSTANTS
 
+    @cached_property
+    def lacking(self) -> set[str]:
+        """The symbols in it and in the definitions that it uses that have no meaning."""
+        fresh, seen = set(self.names), set[str]()
+        while fresh:
+            seen |= fresh
+            used = (symbols(self.definitions[name]) for name in fresh & self.definitions.keys())
+            fresh = set().union(*used) - seen
+        return {name for name in seen if name.startswith("?") and not self._defined(name)} - CONSTANTS
+
     def _defined(self, name: str) -> bool:
         return name in self.definitions or name.rpartition("_")[0] in self.definitions
 
@@ -89,7 +100,7 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
-    return _states(_from_one(found))
+    return _differences(_states(_from_one(found)))
 
 
 def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list[Printed]:
@@ -120,7 +131,7 @@ def _states(raw: list[Printed]) -> list[Printed]:
 
     The vector on the left of dydt(1) = y(2) holds the rates of the one on the right.
     """
-    pairs: dict[tuple[str, str], tuple[str, str]] = {}  # the rate of each state
+    pairs: dict[Name, Name] = {}  # the rate of each state
     vectors: dict[str, str] = {}  # the vector of rates, and that of states
     for one in raw:
         if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
@@ -133,6 +144,7 @@ def _states(raw: list[Printed]) -> list[Printed]:
             same = left.letter == right.letter and left.dots == 1 and left.index and right.index
             if (same or named) and not right.dots and left.index != right.index:
                 pairs[right.letter, left.index] = (right.letter, right.index)
+    pairs |= _by_position(raw, pairs)
     states = {rate: state for state, rate in pairs.items()}
     if not states:
         return raw
@@ -145,6 +157,42 @@ def _states(raw: list[Printed]) -> list[Printed]:
         return written
 
     return _rewritten(raw, change)
+
+
+def _differences(raw: list[Printed]) -> list[Printed]:
+    """The equations with a name of its own for a difference that is written like a rate: dtheta = theta2 - theta1."""
+    own = set[Written]()
+    for one in raw:
+        if len(one.sides) == 2 and one.sides[1].kind == "sum" and len(one.sides[1].children) == 2:
+            left, terms = one.sides[0].written, one.sides[1].children
+            if left and left.dots == 1 and all(term.written and not term.written.dots for term in terms):
+                own.add(left)
+    return (
+        _rewritten(raw, lambda one: replace(one, letter=f"d{one.letter}", dots=0) if one in own else one)
+        if own
+        else raw
+    )
+
+
+def _by_position(raw: list[Printed], known: dict[Name, Name]) -> dict[Name, Name]:
+    """The states whose rates a line such as dtheta1 = y[1] names: y[0], or in a vector of angles before rates y[k - n]."""
+    named: dict[str, list[int]] = {}
+    for one in raw:
+        if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
+            left, right = (side.written for side in one.sides)
+            if left and right and left.dots == 1 and not right.dots and (place := _place(right.index)) is not None:
+                named.setdefault(right.letter, []).append(place)
+    found: dict[Name, Name] = {}
+    for letter, places in named.items():
+        if not any(rate[0] == letter for rate in known.values()):
+            back = len(places) if max(places) - min(places) == len(places) - 1 else 1
+            found |= {(letter, f"[{place - back}]"): (letter, f"[{place}]") for place in places}
+    return found
+
+
+def _place(index: str) -> int | None:
+    """The whole number of an index such as [3]."""
+    return int(index[1:-1]) if re.fullmatch(r"\[\d+\]", index) else None
 
 
 def bind(
@@ -297,6 +345,7 @@ def _error_of(text: str) -> float | None:
     return min(errors, default=None)
 
 
+@lru_cache(maxsize=20_000)
 def holding(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
     if one.defines and len(one.sides) == 2:

@@ -24,7 +24,7 @@ LEAST = 2  # equations that hold with the meanings
 def proposed(equations: list[Printed], system: System) -> tuple[float, Meanings]:
     """How much holds with the best meanings of the letters, and these; none if too little does."""
     explained = {one.defines for one in equations}
-    wanted = [(one, _letters(one, explained)) for one in equations if one.ways and not one.defines]
+    wanted = [(one, _letters(one, explained)) for one in equations if len(one.names) > 1 and not one.defines]
     wanted = [(one, letters) for one, letters in wanted if len(letters) <= MOST_LETTERS][:MOST_EQUATIONS]
     used = set().union(*(next(one.readings()).names for one, _ in wanted))
     names = [name for name in dict.fromkeys((*system.spec.parameters, "J1", "J")) if _may_be_meant(name, system.spec)]

@@ -5,6 +5,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
+from itertools import permutations, product
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ import numpy as np
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import residuals
 from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
-from pendpin.doctor.letters import MOST_COUNTED, Again, credit, held, settled, weight, with_own_letters
+from pendpin.doctor.letters import Again, credit, held, settled, telling, weight, with_own_letters
 from pendpin.doctor.printed import Printed, bind, read_equations
 from pendpin.doctor.proposals import option, proposed
 from pendpin.doctor.reading.documents import Document
@@ -33,6 +34,9 @@ Renamed = dict[Name, Written]
 
 _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
+SLIDES = "xsqzpyudr"  # letters of what slides
+MOST_ANGLES, MOST_SLIDES = 3, 2
+TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 RARELY = 5  # times that a letter stands more often than another that is a slip
@@ -40,6 +44,7 @@ ROD = 0.5  # equations: what a rod on a universal joint counts before any holds
 LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
+ENOUGH = 1.0  # equations: by how much more must hold with proposed meanings of letters
 MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # what equations of other sections count, each and all together
@@ -48,7 +53,9 @@ SAID, UNSAID = (
     -0.75,
 )  # equations: what the words of a section count for the system that they name, and against another
 CLEARLY = 0.6  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
-FROM_HORIZONTAL = re.compile(r"horizontal|manipulator|\barm\b|elbow|x[- ]axis", re.IGNORECASE)
+FROM_HORIZONTAL = re.compile(
+    r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.IGNORECASE
+)
 ON_A_JOINT = re.compile(
     r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
 )
@@ -95,8 +102,9 @@ class Reading:
     @cached_property
     def credits(self) -> np.ndarray:
         """What each equation counts for this reading, (n,): 0 where it does not hold."""
-        every = [credit(one, self.system, self.small) for one in self.equations[:MOST_COUNTED]]
-        return np.array(every + [0.0] * (len(self.equations) - len(every)))
+        counted = {one.number for one in telling(self.equations)}
+        every = (credit(one, self.system, self.small) if one.number in counted else 0.0 for one in self.equations)
+        return np.array([*every])
 
     @property
     def score(self) -> float:
@@ -221,7 +229,7 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
         readings = sorted(small, key=lambda one: -one.score) if any(one.credits.sum() for one in small) else readings
     if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
         return better
-    return _by_section(page, [_settled(reading) for reading in _likeliest(page, readings)], readings)
+    return _by_section(page, readings)
 
 
 def _every(page: _Page) -> Iterator[Reading]:
@@ -233,18 +241,16 @@ def _every(page: _Page) -> Iterator[Reading]:
         yield from _others(page)
 
 
-def _likeliest(page: _Page, readings: list[Reading]) -> list[Reading]:
-    """The readings that are compared more closely: the best, and the best of each section."""
-    best, found = readings[0].score, list[Reading]()
+def _likeliest(readings: list[Reading], inside: np.ndarray, text: str) -> list[Reading]:
+    """The readings of a section that are compared more closely: those that explain about as much, few of a family."""
+    scores = {id(one): _score(one, inside, text) for one in readings}
+    best, found = max(scores.values()), list[Reading]()
     often = Counter[str]()
-    for one in readings:
+    for one in sorted(readings, key=lambda one: -scores[id(one)]):
         family = " ".join(word for word in one.system.kind.split() if word in (*FAMILIES, *RODS, *POSES))
-        if one.score > best - CLOSE and often[family] < MOST_ALIKE:
+        if scores[id(one)] > best - CLOSE and often[family] < MOST_ALIKE:
             often[family] += 1
             found.append(one)
-    for _, indices, text in _sections(page):
-        top = max(readings, key=lambda one: _score(one, indices, text))
-        found += [top] if top not in found else []
     return found[:MOST_SETTLED]
 
 
@@ -271,28 +277,35 @@ def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:
     return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() > 1]
 
 
-def _by_section(page: _Page, readings: list[Reading], every: list[Reading]) -> Recognition:
+def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     """Each section read as by what explains it best, with the others that explain about as much."""
     text = page.document.text
     count = len(page.raw)
     whole = np.ones(count, dtype=bool)
-    main = max(readings, key=lambda one: _score(one, whole, text))
+    near = [_settled(one, whole) for one in _likeliest(readings, whole, text)]
+    main = max(near, key=lambda one: _score(one, whole, text))
     main = replace(main, chosen=page.kind is not None)
     main = main if main.chosen or main.unknown else _doubted(main, text)
     chosen = [main] * count
     rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
-    if main.chosen or main.unknown:
+    if main.chosen or FURUTA.search(text):
         return Recognition(main, tuple(chosen), tuple(rivals))
-    readings = [main, *readings]
-    for _, inside, words in _sections(page):
-        scores = [_score(one, inside, words) for one in readings]
+    sections = [*_sections(page)]
+    for _, inside, words in sections:
+        here = [main, *near]
+        if len(sections) > 1:
+            here += [_settled(one, inside) for one in _likeliest(readings, inside, words)]
+        scores = [_score(one, inside, words) for one in here]
         best = int(np.argmax(scores))
-        best = 0 if scores[0] > scores[best] - 0.5 else best  # the page's own, but where another is better
-        near = [(scores[best] - score, one) for one, score in zip(readings, scores, strict=True)]
-        near = [(less, one) for less, one in near if less < CLEARLY and one is not readings[best]]
-        near += [(CLEARLY, one) for one in _kin(readings[best], every)]
+        best = (
+            0 if scores[0] > scores[best] - 0.5 or not here[best].credits.any() else best
+        )  # the page's own, if as good
+        close = [(scores[best] - score, one) for one, score in zip(here, scores, strict=True)]
+        close = [(less, one) for less, one in close if less < CLEARLY and one is not here[best]]
+        close += [(CLEARLY, one) for one in _kin(here[best], readings)]
         for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = readings[best], tuple(near)
+            chosen[i], rivals[i] = here[best], tuple(close)
+    main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
 
 
@@ -304,6 +317,7 @@ def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> 
         return None
     if most > 0.6 * _most(best):
         return None
+    most += ENOUGH
     for reading in readings[:MOST_PROPOSED]:
         rods = [SPECS[kind] for kind in ("symmetric", "thin")] if reading.system.kind in RODS else []
         for spec in rods or [reading.system.spec]:
@@ -322,16 +336,17 @@ def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> 
 def _most(reading: Reading) -> float:
     """How much would hold if every equation did."""
     spec = reading.system.spec
-    readings = [next(one.readings()) for one in reading.equations[:MOST_COUNTED] if one.ways and not one.defines]
+    readings = [next(one.readings()) for one in telling(reading.equations) if not one.defines]
     return sum(weight(equation, spec) for equation in readings)
 
 
-def _settled(reading: Reading) -> Reading:
-    """The same, each of whose letters has one meaning."""
+def _settled(reading: Reading, inside: np.ndarray) -> Reading:
+    """The same, each of whose letters has one meaning in a section."""
     if reading.again is None:
         return reading
     equations = with_own_letters(reading.equations, reading.system, reading.again)
-    return replace(reading, equations=settled(equations, reading.system, reading.again), again=None)
+    equations = settled(equations, reading.system, reading.again, inside.tolist())
+    return replace(reading, equations=equations, again=None)
 
 
 def _as_scene(page: _Page, scene: Any) -> Reading:
@@ -392,18 +407,19 @@ def _others(page: _Page) -> Iterator[Reading]:
     inertias = {name[0] for name in every} & {"I", "J"} or re.search("inertia|gyration", text)
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
+    driven = any(name[0] in TORQUES for name in every)
     for family, specs in FAMILIES.items():
         if page.kind not in (None, family) or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
             continue
-        general = ("h", "") in every and bool(inertias) and family != "polar"
         bodies = sorted(
             specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
         )  # simple ones unless it says so
         for renamed in _each_once(found for letters in page.letters for found in _renamings(family, letters)):
             bound: dict[str, tuple[list[Printed], Again, bool]] = {}  # by the body: the same names
-            for spec in (spec for spec in bodies if not general or " any" in spec.kind):
+            for spec in bodies:
                 skipped = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
-                if skipped or (" equal" in spec.kind and unequal):
+                undriven = family == "acrobot" and not driven
+                if skipped or undriven or (" equal" in spec.kind and unequal):
                     continue
                 body = spec.kind.split()[1]
                 if body not in bound:
@@ -436,9 +452,10 @@ class Letters:
 
     @property
     def angles(self) -> list[Name]:
-        """Those that may be angles: the usual ones, or where there are none those that move in a sine or cosine."""
-        usual = [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS]
-        return usual or sorted(self.turned & self.moving.keys())
+        """Those that may be angles: the usual letters, and those that move in a sine or cosine."""
+        return [
+            name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in self.turned & self.moving.keys()
+        ]
 
 
 def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
@@ -458,36 +475,27 @@ def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
 
 
 def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
-    """How the letters of a text may stand for the coordinates of a system: none, or each way that has them all."""
-    moving, mentioned = letters.moving, letters.every
-    turning = [name for name in letters.angles if name in moving] or letters.angles
-    turning = [
-        n for n in turning if n[1] or not {(n[0], "1"), (n[0], "2")} <= {*turning}
-    ]  # of q = (q_1, q_2) the parts
-    single, pair = (
-        [n for n in turning if n[1] in ("", "1", "0") or n[1][:1] == "["],
-        [n for n in turning if n[1] in ("1", "2")],
-    )
-    usual = sorted(turning, key=lambda name: -mentioned[name])
-    if family in ("plane", "cart-pole") and usual[1:] and mentioned[usual[0]] > RARELY * mentioned[usual[1]]:
-        turning = single = usual[:1]  # another letter may be a slip
-    if family == "plane" and len(turning) == 1:
-        yield {single[0]: Written("theta")} if single else {}
-    elif family in ("double", "acrobot") and len(turning) == 2:
-        first, second = pair if len(pair) == 2 else turning
-        yield {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
-        if len(pair) != 2:
-            yield {second: Written("theta", 0, "1"), first: Written("theta", 0, "2")}
-    elif family == "polar" and len(turning) == 2 and not pair:
-        for first, second in (turning, turning[::-1]):
-            yield {first: Written("theta"), second: Written("phi")}
+    """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
+    often = letters.every
+    angles = sorted(letters.angles, key=lambda name: -often[name])
+    angles = [name for name in angles if name in letters.moving] or angles
+    indexed = {name[0] for name in angles if name[1] in ("1", "2")}
+    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]  # of q = (q_1, q_2) the parts
+    slides = [
+        name for name in letters.moving if name not in letters.turned and name[0] in SLIDES and name not in angles
+    ]
+    slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
+    if family == "plane":
+        yield from ({name: Written("theta")} for name in angles if often[name] * RARELY >= often[angles[0]])
+    elif family == "polar":
+        yield from ({first: Written("theta"), second: Written("phi")} for first, second in permutations(angles, 2))
     elif family == "cart-pole":
-        slides = [n for n in sorted(moving) if n[0] in "xsqzp" and (n[1] in ("", "1", "c") or n[1][:1] == "[")]
-        slides = [name for name in slides if name not in letters.turned]
-        if slides and len(turning) == 1 and turning[0] not in slides:
-            yield {slides[0]: Written("x"), turning[0]: Written("theta")}
-        if {("q", "1"), ("q", "2")} <= moving.keys():
-            yield {("q", "1"): Written("x"), ("q", "2"): Written("theta")}
+        pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
+        yield from ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
+    else:
+        for first, second in permutations(angles, 2):
+            if not (first[0] == second[0] and first[1] > second[1]):
+                yield {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
 
 
 def _doubted(reading: Reading, text: str) -> Reading:

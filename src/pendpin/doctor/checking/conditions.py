@@ -24,6 +24,7 @@ PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
+NO_LOADS = {*"mMlLIJghrapxyzq", "theta", "phi", "psi"}  # letters of what cannot be left out
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -251,7 +252,7 @@ def may_be_linear(equation: Equation, system: System) -> bool:
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
-    if not any(name.startswith(("dd", "dE")) for name in equation.names) or any("arrow" in name for name in unknown):
+    if not any(name.startswith(("dd", "dE")) for name in equation.names) or not all(map(_may_be_load, unknown)):
         return ""
     zeros = {name: Node("number", (0, 0), Fraction(0)) for name in unknown}
     bare = replace(equation, definitions=equation.definitions | zeros)
@@ -263,3 +264,9 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     except Unread:
         pass
     return ""
+
+
+def _may_be_load(name: str) -> bool:
+    """Whether an unknown letter may be a force, torque or damping, and not a mass, a length, an inertia or a coordinate."""
+    letter = name.lstrip("?").partition("_")[0]
+    return letter not in NO_LOADS and "arrow" not in name

@@ -53,8 +53,8 @@ theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
 m1 | kg | m_1 M_1 m
 m2 | kg | m_2 M_2 m
 g | m/s2 | g
-l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1
-l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2
+l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 r R
+l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 r R
 h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
 h2 | m | h_2 l_c2 r_2 d_2 l_c,2 s_2 l_cm2 l_g2 lc_2 a_2 c_2 l_2 h lc2
 I1 | kg m2 | I_1 J_1 I_c1 I_c,1 I_G1 I J
@@ -79,8 +79,8 @@ S1 | N | T_1 S_1 F_1 N_1
 S2 | N | T_2 S_2 F_2 N_2
 L | N m | L
 E | N m | E H
-p1 | N m s | p_1 p_theta1 p_theta_1 p_theta,1
-p2 | N m s | p_2 p_theta2 p_theta_2 p_theta,2
+p1 | N m s | p_1 p_theta1 p_theta_1 p_theta,1 ptheta_1 P_1 p_q1 p_phi1
+p2 | N m s | p_2 p_theta2 p_theta_2 p_theta,2 ptheta_2 P_2 p_q2 p_phi2
 M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11
 M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22
@@ -100,10 +100,10 @@ theta | 1 | theta phi alpha q_2 varphi psi
 M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0
 m | kg | m m_p m_2 m_P m_1 m_pole M_p
 g | m/s2 | g
-l | m | l L ell l_1
-h | m | l L ell h d l_1 a l_c b
-I | kg m2 | I J I_G I_1 J_1
-J | kg m2 | J I I_O J_O
+l | m | l L ell l_1 l_p L_p r R
+h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
+I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
+J | kg m2 | J I I_O J_O I_t J_t
 xp | m | x_p x_2 x_m x_1 x_G
 yp | m | y_p y_2 y_m y y_1 y_G
 T | N m | T K E_k E_c KE
@@ -118,7 +118,7 @@ mass | - | *M *H *D
 weight | - | *G *g
 px | N m s | p_x p_1
 ptheta | N m s | p_theta p_2
-F | N | F u f f_x Q_x Q_1
+F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1
 N | N | N H N_x
 P | N | P V N_y
 """

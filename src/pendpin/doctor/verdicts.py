@@ -1,0 +1,197 @@
+"""The verdicts on a document once each of its equations has one: what they say of each other.
+
+An accusation needs a reading that other equations bear out: they hold with it, and use the same letters. No other reading
+may explain the section as well. A definition is right where an equation that holds uses it.
+"""
+
+from collections import defaultdict
+from collections.abc import Iterator
+from contextlib import suppress
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from pendpin.doctor.checking.check import euler_lagrange
+from pendpin.doctor.checking.evaluation import evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
+from pendpin.doctor.findings import Finding
+from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.tree import Node, Unread, key, symbols
+from pendpin.doctor.recognition import FEW, Recognition
+from pendpin.doctor.systems.base import Spec, System, free_states, random_states
+from pendpin.doctor.systems.rod import RODS
+
+EQUALLY = 0.3  # equations: readings that explain about as much
+MOST_STRANGE = 1  # letters of an accused equation that no equation which holds has
+
+
+def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings of a document, weighed against each other."""
+    findings = _definitions(_doubted(findings, found), found)
+    return _borne_out(_unsupported(findings, found), found)
+
+
+def _dropped(finding: Finding, words: str) -> Finding:
+    """A finding that is no accusation after all."""
+    return replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+
+
+@dataclass(frozen=True)
+class _Evidence:
+    """The laws of a document that hold for one system, the quantities in them, and how many equations are accused."""
+
+    laws: int
+    names: frozenset[str]
+    accused: int
+
+    def objection(self, finding: Finding, one: Printed, spec: Spec) -> str:
+        """Why an equation is not accused though it does not hold; empty where it is."""
+        if all(side.kind == "symbol" for side in one.sides):
+            return "it says what a name stands for"
+        if not self.laws:
+            return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
+        if self.accused > 2 * self.laws + 1:
+            return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
+        assert finding.equation is not None
+        strange = _quantities(finding.equation, spec) - self.names
+        if len(strange) > MOST_STRANGE and spec.kind not in RODS:
+            return f"it does not hold, but no equation that holds confirms what {', '.join(sorted(strange))} is"
+        return ""
+
+
+def _quantities(equation: Equation, spec: Spec) -> frozenset[str]:
+    """The coordinates and parameters in an equation."""
+    return frozenset(equation.names & {*spec.parameters, *spec.coordinates})
+
+
+def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, without accusations of what no other equation of the document bears out."""
+    if found.main.chosen:
+        return findings
+    evidence: dict[str, _Evidence] = {}
+    for kind in {reading.system.kind for reading in found.chosen}:
+        here = [f for f, reading in zip(findings, found.chosen, strict=True) if reading.system.kind == kind]
+        laws = [
+            f.equation for f in here if f.verdict in ("holds", "holds if") and f.kind != "definition" and f.equation
+        ]
+        spec = next(reading.system.spec for reading in found.chosen if reading.system.kind == kind)
+        telling = [names for one in laws if (names := _quantities(one, spec)) & {*spec.parameters}]
+        accused = {f.mends[0].words if f.mends else f.latex for f in here if f.verdict == "fails"}
+        evidence[kind] = _Evidence(len(telling), frozenset().union(*telling), len(accused))
+    answers, few = [], sum(1 for one in found.equations if one.ways) < FEW
+    for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
+        spec = reading.system.spec
+        if finding.verdict == "fails" and finding.equation and not (few and spec.kind in RODS):
+            own = _follows(finding.equation, found, reading.system, findings)
+            words = own or evidence[spec.kind].objection(finding, one, spec)
+            finding = _dropped(finding, words) if words else finding
+        answers.append(finding)
+    return answers
+
+
+def _follows(accused: Equation, found: Recognition, system: System, findings: list[Finding]) -> str:
+    """Whether an equation of motion follows from the Lagrangian that the text itself gives, which is not accused."""
+    if not any(name.startswith("dd") for name in accused.names):
+        return ""
+    for one, finding in zip(found.equations, findings, strict=True):
+        doubtful = finding.verdict == "not checked" and finding.equation is not None and bool(finding.when)
+        if doubtful and finding.equation and finding.equation.meaning(str(one.sides[0].value)) == "L":
+            states = free_states(system)
+            context = finding.equation.context(states)
+            with suppress(Unread, KeyError, ValueError):
+                residual = stack_residuals(accused, states)
+                for left in euler_lagrange(one.sides[-1], system.spec):
+                    ratio = residual[0] / evaluate(left, context)
+                    first, second = np.split(ratio, 2)
+                    if len(residual) == 1 and np.abs(first - second).max() <= TOLERANCE * np.abs(first).max():
+                        return f"it follows from the Lagrangian of {finding.place}, which is not as I read it"
+    return ""
+
+
+def _doubted(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, without accusations of what another reading explains that explains the section about as well.
+
+    Of two readings that explain equally much, each of which breaks what the other one saves, neither is the right one.
+    """
+    answers = []
+    for i, finding in enumerate(findings):
+        mine = found.chosen[i]
+        for less, rival in found.rivals[i]:
+            if finding.verdict == "fails" and rival.credits[i] > 0:
+                words = f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+            here = [k for k, other in enumerate(found.chosen) if other is mine and found.rivals[k] is found.rivals[i]]
+            breaks = finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i]
+            if breaks and less < EQUALLY and (saved := [k for k in here if rival.credits[k] > mine.credits[k] == 0]):
+                other = findings[saved[0]]
+                words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
+                finding = replace(finding, verdict="not checked", remark=words, proved=False, when="in every motion")
+        answers.append(finding)
+    return answers
+
+
+def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, where a definition holds only if an equation holds with it, or one that says the same."""
+    used: dict[str, list[Node]] = defaultdict(list)  # by the symbol, what it is in equations that hold
+    for finding in findings:
+        if finding.equation and finding.kind != "definition" and finding.verdict in ("holds", "holds if"):
+            for name, meaning in _meanings_used(finding.equation):
+                used[name].append(meaning)
+    answers = []
+    for i, (finding, one) in enumerate(zip(findings, found.equations, strict=True)):
+        if finding.kind == "definition" and finding.verdict == "holds" and len(one.sides) == 2:
+            system, (own,) = found.chosen[i].system, [side for side in one.sides if side.value != one.defines]
+            if not any(
+                _same(one, own, other, system) for other in {key(node): node for node in used[one.defines]}.values()
+            ):
+                words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
+                finding = replace(finding, verdict="not checked", remark=words, proved=False, unknown=(one.defines,))
+        answers.append(finding)
+    return answers
+
+
+def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, without accusations of equations that stand on a definition which nothing confirms.
+
+    Nor of an entry of a mass matrix beside which no other entry holds: its row may be divided by something.
+    """
+    held = [one for f, one in zip(findings, found.equations, strict=True) if f.verdict == "holds"]
+    right, entries = {key(side) for one in held for side in one.sides}, any(map(_is_entry, held))
+    answers = []
+    for finding, one in zip(findings, found.equations, strict=True):
+        inside = " in the definition of " in finding.mends[0].words if finding.mends else False
+        if finding.verdict == "fails" and finding.equation and not inside and not found.main.chosen:
+            used = _meanings_used(finding.equation)
+            own = [name for name, meaning in used if key(meaning) not in right and symbols(meaning) - {"pi"}]
+            if own := [name for name in own if name not in ("?s", "?c")]:
+                words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+            elif _is_entry(one) and not entries:
+                words = "it is no entry of the mass matrix as it stands; its row may be multiplied by something"
+                finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
+        answers.append(finding)
+    return answers
+
+
+def _is_entry(one: Printed) -> bool:
+    """Whether an equation gives an entry of a mass matrix."""
+    return bool(one.sides) and one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")
+
+
+def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
+    """Whether two meanings of a symbol are the same, as they are written or in every motion."""
+    with suppress(Unread):
+        equation = Equation((own, other), definitions=one.definitions)
+        return key(own) == key(other) or relative_error(equation, random_states(system)) < TOLERANCE
+    return False
+
+
+def _meanings_used(equation: Equation) -> Iterator[tuple[str, Node]]:
+    """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
+    seen, fresh = set[str](), set().union(*map(symbols, equation.sides)) & equation.definitions.keys()
+    while fresh:
+        seen |= fresh
+        yield from ((name, equation.definitions[name]) for name in fresh)
+        fresh = (
+            set().union(*(symbols(equation.definitions[name]) for name in fresh)) & equation.definitions.keys() - seen
+        )
