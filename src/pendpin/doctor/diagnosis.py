@@ -41,7 +41,7 @@ from pendpin.doctor.recognition import Reading, read
 from pendpin.doctor.reports.text import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
-from pendpin.errors import brief
+from pendpin.ground.report import Report, Result
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
@@ -50,18 +50,13 @@ NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Findings):
-    """Findings that are shown as a report."""
+class Diagnosis(Findings, Result):
+    """What was found about the equations of a document, as a report."""
 
-    def __repr__(self) -> str:
-        verdicts = "; ".join(f"{finding.number} {finding.verdict}" for finding in self.findings)
-        return brief(
-            f"Diagnosis of {len(self.findings)} equations, {len(self.wrong)} wrong: {verdicts}. print() shows all"
-        )
-
-    def __str__(self) -> str:
-        """The report as text."""
-        return text(self)
+    def report(self) -> Report:
+        """The report line by line, the findings as data (docs/doctor.md), and the first line where all is not well."""
+        said = text(self).splitlines()
+        return Report(said, records(self), None if self.ok else said[0])
 
     def to_json(self) -> list[dict[str, Any]]:
         """The findings for machines (docs/doctor.md)."""
@@ -72,7 +67,7 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
     equations = found.equations
-    used, styles = in_use(equations), _styles(equations)
+    used, styles = in_use(equations, [reading.system for reading in found.chosen]), _styles(equations)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     whose = [doctors[id(reading)] for reading in found.chosen]
     firsts = []
@@ -169,6 +164,7 @@ class _Doctor:
             found,
             verdict="fails",
             proved=not linear,
+            linear=bool(linear),
             error=relative_error(equation, random_states(system)) if linear else error,
             when=when(equation, system),
             dimensions=of_equation(equation, system.spec)[1],

@@ -31,7 +31,10 @@ MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
 SHORT = 3  # parts of one that is named like a quantity
 LONG = 9  # parts of an expression that does not come to a quantity by chance
-ANSWER = 2.0
+ANSWER, NAMED = (
+    2.0,
+    0.5,
+)  # equations: what a definition that comes to an acceleration, or is named like a quantity, counts
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
@@ -60,7 +63,8 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
     if equation is not None:
         return weight(equation, system.spec)
     if one.defines and not small:
-        return ANSWER if answers(one, system) else 0.0
+        quantity = answers(one, system)
+        return 0.0 if not quantity else ANSWER if quantity in system.spec.unknowns else NAMED
     if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
         return float(any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant(system.spec)))
     return 0.0
@@ -76,10 +80,12 @@ def answers(one: Printed, system: System) -> str:
         return ""
     size, quantities = sum(1 for _ in walk(one.sides[1])), random_states(system)
     names = {name for name in spec.formulas if _named_alike(one.defines, name) and size >= SHORT}
-    names |= {*spec.unknowns} if size >= LONG else set()
+    called = size >= SHORT and re.search(r"acc|dd|ddot|alpha", one.defines)
+    names |= {*spec.unknowns} if size >= LONG or called else set()
     for equation in one.meant(spec)[:1] if names else ():
         try:
-            value = evaluate(one.sides[1], equation.context(quantities))
+            with np.errstate(all="ignore"):
+                value = evaluate(one.sides[1], equation.context(quantities))
         except (Unread, KeyError):
             return ""
         if value.ndim != 1 or not np.isfinite(value).all():
@@ -97,7 +103,8 @@ def answers(one: Printed, system: System) -> str:
 
 def _named_alike(own: str, name: str) -> bool:
     """Whether a name of the text's own, such as X1 or pos_x, may be that of a quantity: the same letter, no other index."""
-    letter, digits = re.fullmatch(r"([A-Za-z]+?)[pG]?(\d*)", name).groups() if name.isalnum() else ("", "")
+    match = re.fullmatch(r"([A-Za-z]+?)[pG]?(\d*)", name)
+    letter, digits = (match[1], match[2]) if match else ("", "")
     indices = re.sub(r"\D", "", own)
     word = own.lstrip("?")
     begins = word[:1].lower() == letter.lower() or re.search(rf"_{letter}(?![a-z])", word)
@@ -139,8 +146,13 @@ def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Na
     """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
     found: dict[Name, str] = {}
     for one in (one for one in equations if one.ways and len(one.sides) == 2):
-        written = one.sides[0].written if one.sides[0].kind == "symbol" else None
-        if written is not None and not written.dots and holding(one, system) is None:
+        left, right = one.sides
+        named = (
+            right if left.kind == right.kind == "symbol" and left.value in system.spec.state else left
+        )  # theta1dot = z1
+        written = named.written if named.kind == "symbol" else None
+        others = [side for side in one.sides if side is not named]
+        if written and not written.dots and any(map(symbols, others)) and holding(one, system) is None:
             name = (written.letter, written.index)
             if (meanings := _meanings(name, words)) and not {*meanings} & {*system.spec.state}:
                 found[name] = ""
@@ -300,13 +312,17 @@ def _same_dimension(first: str, second: str, system: System) -> bool:
     return system.spec.dimensions.get(first) == system.spec.dimensions.get(second)
 
 
-def in_use(equations: list[Printed]) -> set[str]:
-    """The symbols without dots and components that some equations use; those of a definition if what it defines is used."""
+def in_use(equations: list[Printed], systems: list[System]) -> set[str]:
+    """The symbols without dots and components that some equations use; those of a definition if what it defines is used.
+
+    What comes to a quantity of the system is used as an equation is.
+    """
+    laws = [bool(one.ways) and bool(answers(one, system)) for one, system in zip(equations, systems, strict=True)]
     used, before = set[str](), -1
     while len(used) > before:
         before = len(used)
-        for one in (one for one in equations if one.ways):
-            if not one.defines or len(one.sides) > 2 or bare(one.defines) in used:
+        for one, law in zip(equations, laws, strict=True):
+            if one.ways and (law or not one.defines or len(one.sides) > 2 or bare(one.defines) in used):
                 letters = {bare(name) for name in one.names - {one.defines}}
                 used |= letters | {letter.rpartition("_")[0] for letter in letters}
     return used

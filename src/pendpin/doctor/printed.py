@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from fractions import Fraction
 from functools import cached_property, lru_cache
 
 from pendpin.doctor.checking.dimensions import of_equation
@@ -99,8 +100,35 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     """The equations of some statements, numbered, of whose names nothing is known yet."""
     found: list[Printed] = []
     for statement in statements:
-        found += _of_statement(statement, len(found) + 1)
+        for single in _one_by_one(statement):
+            found += _of_statement(single, len(found) + 1)
     return _differences(_states(_from_one(found)))
+
+
+def _one_by_one(statement: Statement) -> list[Statement]:
+    """A statement, or those of the names that it gives values to at once: c, s = cos(x), sin(x), or a, b = y."""
+    left, equals, right = statement.text.partition("=")
+    names = [name.strip() for name in left.split(",")]
+    if not equals or len(names) < 2 or not all(re.fullmatch(r"[A-Za-z_]\w*", name) for name in names):
+        return [statement]
+    values, vector = _cut(right), re.fullmatch(r"\s*(?:self\.)?([A-Za-z_]\w*)(?:\.T)?;?\s*", right)
+    if vector:
+        values = [f"{vector[1]}[{i}]" for i in range(len(names))]
+    if len(values) != len(names):
+        return [statement]
+    return [replace(statement, text=f"{name} = {value}") for name, value in zip(names, values, strict=True)]
+
+
+def _cut(text: str) -> list[str]:
+    """The parts of a text between commas that stand in no bracket."""
+    parts, depth = [""], 0
+    for character in text:
+        depth += (character in "([{") - (character in ")]}")
+        if character == "," and not depth:
+            parts.append("")
+        else:
+            parts[-1] += character
+    return [part.strip() for part in parts]
 
 
 def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list[Printed]:
@@ -209,6 +237,7 @@ def bind(
     before it gave it, or the first one after it, or the `usual` one.
     """
     if before is None:
+        words = words.among(set().union(*(one.letters for one in raw)))
         found = [_bind(one, words) for one in raw]
     else:
         found = [
@@ -301,6 +330,14 @@ def _parsed(text: str) -> tuple[str, str, list[list[Node]]]:
 def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]:
     """The symbols without a meaning that stand alone on a side of an equation, and what they are."""
     sides = list(one.sides)
+    if len(sides) > 1 and sides[0].kind == "power" and sides[0].value == 2:  # v^2 = ... defines v
+        base, square = sides[0].children[0], sides[1]
+        if (
+            base.kind == "symbol"
+            and base.value.startswith("?")
+            and base.value not in given | {s: s for s in symbols(square)}
+        ):
+            return [(base.value, Node("power", square.span, Fraction(1, 2), (square,)))]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:

@@ -52,6 +52,7 @@ SAID, UNSAID = (
     0.5,
     -0.75,
 )  # equations: what the words of a section count for the system that they name, and against another
+LOST, MOST_LOST = 0.5, 1.5  # equations: what a letter with rates that a system does not have counts against it
 CLEARLY = 0.6  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
 FROM_HORIZONTAL = re.compile(
     r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.IGNORECASE
@@ -106,6 +107,19 @@ class Reading:
         every = (credit(one, self.system, self.small) if one.number in counted else 0.0 for one in self.equations)
         return np.array([*every])
 
+    @cached_property
+    def strangers(self) -> list[set[str]]:
+        """The letters with rates in each equation that this system does not have and the text does not define."""
+        own = {one.defines for one in self.equations}
+        return [
+            {
+                p.written.letter + p.written.index
+                for p in parts(one.sides)
+                if p.written and p.written.dots and _lacks(p, own)
+            }
+            for one in self.equations
+        ]
+
     @property
     def score(self) -> float:
         """How much of the document it explains."""
@@ -143,6 +157,11 @@ class Reading:
         if values and not one.statement.name and ((lone and len(every) == 1) or every <= states) and not one.defines:
             return "it gives a state or a value, and no law: nothing to check"
         return ""
+
+
+def _lacks(node: Node, own: set[str]) -> bool:
+    """Whether a rate is one of a symbol that has no meaning."""
+    return str(node.value).startswith("?") and node.value not in own and "?" + str(node.value).lstrip("?d") not in own
 
 
 @dataclass(frozen=True, eq=False)
@@ -265,7 +284,9 @@ def _sections(page: _Page) -> Iterator[tuple[int, np.ndarray, str]]:
 def _score(reading: Reading, inside: np.ndarray, text: str) -> float:
     """How well a reading explains a section: its own equations, and a little those of the others."""
     elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(reading.credits[~inside].sum()))
-    return float(reading.credits[inside].sum()) + elsewhere + reading.likelier + reading.prior(text)
+    lost = set().union(*(strange for strange, here in zip(reading.strangers, inside, strict=True) if here))
+    less = min(MOST_LOST, LOST * len(lost))
+    return float(reading.credits[inside].sum()) + elsewhere + reading.likelier + reading.prior(text) - less
 
 
 def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:

@@ -22,13 +22,14 @@ from pendpin.doctor.systems.base import Spec, System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 
 EQUALLY = 0.3  # equations: readings that explain about as much
+RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 MOST_STRANGE = 1  # letters of an accused equation that no equation which holds has
 
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings of a document, weighed against each other."""
     findings = _definitions(_doubted(findings, found), found)
-    return _borne_out(_unsupported(findings, found), found)
+    return _linked(_borne_out(_unsupported(findings, found), found), found)
 
 
 def _dropped(finding: Finding, words: str) -> Finding:
@@ -46,8 +47,13 @@ class _Evidence:
 
     def objection(self, finding: Finding, one: Printed, spec: Spec) -> str:
         """Why an equation is not accused though it does not hold; empty where it is."""
-        if all(side.kind == "symbol" for side in one.sides):
+        if all(side.kind == "symbol" for side in one.sides) and not one.names & spec.still:
             return "it says what a name stands for"
+        if one.latex.lstrip(" &").startswith("+"):
+            return "it goes on from what stands before it"
+        energies = [side for side in one.sides if side.value in ("T", "V", "E", "L")]
+        if energies and all(symbols(side) <= spec.still for side in one.sides if side not in energies):
+            return "it is a formula in general"
         if not self.laws:
             return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
         if self.accused > 2 * self.laws + 1:
@@ -89,6 +95,43 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
     return answers
 
 
+def _linked(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, where a wrong equation that follows from an earlier wrong one says so."""
+    wrong: list[tuple[Finding, Printed]] = []
+    answers = []
+    for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
+        if finding.verdict == "fails" and finding.equation and not finding.linear:
+            source = next((f for f, o in wrong if _is_consequence(finding.equation, f, o, reading.system)), None)
+            finding = replace(finding, follows=source.number) if source else finding
+            wrong += [] if source else [(finding, one)]
+        answers.append(finding)
+    return answers
+
+
+def _is_consequence(equation: Equation, source: Finding, printed: Printed, system: System) -> bool:
+    """Whether what an equation is off by is what an earlier one is off by, or what follows of that for the motion."""
+    states = random_states(system)
+    with suppress(Unread, KeyError, ValueError):
+        off = stack_residuals(equation, states)
+        assert source.equation is not None
+        rows = [stack_residuals(source.equation, states)]
+        if source.equation.meaning(str(printed.sides[0].value)) in ("L", "T", "V"):
+            context = source.equation.context(states)
+            lefts = euler_lagrange(source.equation.sides[-1], system.spec)
+            true = euler_lagrange(source.equation.sides[0], system.spec)
+            rows += [(evaluate(a, context) - evaluate(b, context))[None] for a, b in zip(lefts, true, strict=True)]
+        return any(_is_multiple(off, row) for row in rows)
+    return False
+
+
+def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether one residual is another times what depends on the parameters alone, which halves of the states share."""
+    if one.shape != other.shape or len(one) != 1 or not np.abs(other).min() > 0:
+        return False
+    first, second = np.split(one[0] / other[0], 2)
+    return bool(np.abs(first - second).max() <= RATIO * np.abs(first).max())
+
+
 def _follows(accused: Equation, found: Recognition, system: System, findings: list[Finding]) -> str:
     """Whether an equation of motion follows from the Lagrangian that the text itself gives, which is not accused."""
     if not any(name.startswith("dd") for name in accused.names):
@@ -101,9 +144,7 @@ def _follows(accused: Equation, found: Recognition, system: System, findings: li
             with suppress(Unread, KeyError, ValueError):
                 residual = stack_residuals(accused, states)
                 for left in euler_lagrange(one.sides[-1], system.spec):
-                    ratio = residual[0] / evaluate(left, context)
-                    first, second = np.split(ratio, 2)
-                    if len(residual) == 1 and np.abs(first - second).max() <= TOLERANCE * np.abs(first).max():
+                    if _is_multiple(residual, evaluate(left, context)[None]):
                         return f"it follows from the Lagrangian of {finding.place}, which is not as I read it"
     return ""
 
@@ -140,7 +181,7 @@ def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
     answers = []
     for i, (finding, one) in enumerate(zip(findings, found.equations, strict=True)):
         if finding.kind == "definition" and finding.verdict == "holds" and len(one.sides) == 2:
-            system, (own,) = found.chosen[i].system, [side for side in one.sides if side.value != one.defines]
+            system, own = found.chosen[i].system, one.definitions[one.defines]
             if not any(
                 _same(one, own, other, system) for other in {key(node): node for node in used[one.defines]}.values()
             ):

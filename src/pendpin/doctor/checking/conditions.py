@@ -252,7 +252,9 @@ def may_be_linear(equation: Equation, system: System) -> bool:
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
-    if not any(name.startswith(("dd", "dE")) for name in equation.names) or not all(map(_may_be_load, unknown)):
+    if not any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names) or not all(
+        map(_may_be_load, unknown)
+    ):
         return ""
     zeros = {name: Node("number", (0, 0), Fraction(0)) for name in unknown}
     bare = replace(equation, definitions=equation.definitions | zeros)

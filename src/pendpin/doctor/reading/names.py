@@ -113,6 +113,12 @@ class Vocabulary:
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
+    taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
+
+    def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
+        """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
+        firsts = [(name, replace(self, taken={})(Written(name[0], 0, name[1]))[0]) for name in sorted(names)]
+        return replace(self, taken={meaning: name for name, meaning in firsts if not meaning.startswith("?")})
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
@@ -127,6 +133,8 @@ class Vocabulary:
         found = self.words(written)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
+        mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)
+        found = mine if not written.dots else found
         if (choice := self.chosen.get(name)) is not None:
             found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
         return found or (unknown(written),)

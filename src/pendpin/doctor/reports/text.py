@@ -49,6 +49,7 @@ def _record(finding: Finding, diagnosis: Findings) -> dict[str, Any]:
         "remark": finding.remark,
         "when": finding.when,
         "dimensions": finding.dimensions,
+        "follows": finding.follows,
     }
 
 
@@ -107,8 +108,11 @@ def first_screen(diagnosis: Findings) -> list[str]:
         first, *others = diagnosis.wrong
         mend = f": {first.mends[0].words}" if first.mends else ""
         answer.insert(0, f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
-        if others:
-            answer.append(f"Wrong too: {_listed(others)}.")
+        later = [one for one in others if one.follows == first.number]
+        if later:
+            answer.append(f"{_listed(later)} {'follows' if len(later) == 1 else 'follow'} from it.")
+        if rest := [one for one in others if one not in later]:
+            answer.append(f"Wrong too: {_listed(rest)}.")
     if diagnosis.doubtful:
         answer.append(
             f"As it is read here, this does not hold, and no small change mends it: {_listed(diagnosis.doubtful)}."
@@ -159,6 +163,8 @@ def summary(diagnosis: Findings) -> str:
 def last_lines(diagnosis: Findings) -> list[str]:
     """What was counted, and what was not looked at."""
     answer = [summary(diagnosis)]
+    if diagnosis.doubtful and not diagnosis.wrong:
+        answer.append("Some does not hold as it is read, so this is no proof that all is right (exit status 1).")
     if diagnosis.skipped:
         shown = ", ".join(diagnosis.skipped[:MOST_LISTED])
         more = f" and {len(diagnosis.skipped) - MOST_LISTED} more" if len(diagnosis.skipped) > MOST_LISTED else ""

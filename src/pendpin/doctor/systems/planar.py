@@ -17,8 +17,8 @@ BODIES = {"any": "any rigid body", "point": "a point mass on a string or massles
 _PLANE = """
 theta | 1 | theta q q_1 theta_1
 m | kg | m m_1 M
-g | m/s2 | g
-l | m | l L ell l_1 L_1 R r
+g | m/s2 | g G gravity grav
+l | m | l L ell l_1 L_1 R r length
 h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0
 kO | m | k k_O i_O rho_O k_0
@@ -52,7 +52,7 @@ theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
 m1 | kg | m_1 M_1 m
 m2 | kg | m_2 M_2 m
-g | m/s2 | g
+g | m/s2 | g G gravity grav
 l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 r R
 l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 r R
 h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
@@ -97,11 +97,11 @@ weight | N m | *G *g
 _CART = """
 x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
-M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0
-m | kg | m m_p m_2 m_P m_1 m_pole M_p
-g | m/s2 | g
-l | m | l L ell l_1 l_p L_p r R
-h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
+M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0 M_cart masscart mass_cart mc cart_mass
+m | kg | m m_p m_2 m_P m_1 m_pole M_p masspole mass_pole mp pole_mass m_pend M_pole
+g | m/s2 | g G gravity grav
+l | m | l L ell l_1 l_p L_p r R length
+h | m | l L ell h d length l_1 a l_c b l_p L_p l_cm l_G r R
 I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
 J | kg m2 | J I I_O J_O I_t J_t
 xp | m | x_p x_2 x_m x_1 x_G
@@ -118,7 +118,7 @@ mass | - | *M *H *D
 weight | - | *G *g
 px | N m s | p_x p_1
 ptheta | N m s | p_theta p_2
-F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1
+F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1 force
 N | N | N H N_x
 P | N | P V N_y
 """
@@ -127,7 +127,7 @@ _POLAR = """
 theta | 1 | theta
 phi | 1 | phi
 m | kg | m M
-g | m/s2 | g
+g | m/s2 | g G gravity grav
 l | m | l L R r ell a
 h | m | h l L R r ell a d
 J | kg m2 | J I J_1 I_1
