@@ -150,3 +150,66 @@ def test_letters_that_nobody_explains_are_proposed_in_one_option(text, option, f
         confirmed = pp.diagnose(printed, symbols=dict(pair.split("=") for pair in option.split(",")))
         assert not any("confirm" in remark for remark in confirmed.remarks)
         assert [f.verdict for f in confirmed.findings] == [f.verdict for f in found.findings]
+
+
+BOBS = r"""# Two bobs
+$$x_1 = l_1\sin\theta_1,\quad y_1 = -l_1\cos\theta_1$$
+$$x_2 = x_1 + l_2\sin\theta_2,\quad y_2 = y_1 - l_2\cos\theta_2$$
+$$v_1^2 = \dot x_1^2 + \dot y_1^2 \qquad v_2^2 = \dot x_2^2 + \dot y_2^2$$
+$$T = \frac12 m_1 v_1^2 + \frac12 m_2 v_2^2$$
+$$V = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
+# Two rods
+Each has its moment of inertia $I_1$, $I_2$ about its centre of mass at $h_1$, $h_2$.
+$$V = -(m_1 h_1 + m_2 l_1) g\cos\theta_1 - m_2 g h_2\cos\theta_2$$
+$$M_{12} = m_2 l_1 h_2\cos(\theta_1-\theta_2)$$
+$$M_{22} = I_2 + m_2 h_2^2$$
+"""
+
+
+def test_each_section_has_bodies_of_its_own():
+    """Bobs in one section and rods in the next: the energies of both hold, and v^2 = ... says what v is."""
+    assert set(verdicts(BOBS)) == {"holds"}
+
+
+CODE = """
+def rates(t, y):
+    {angles}
+    dtheta = y[2] - y[0]
+    den = (M1 + M2)*L1 - M2*L1*cos(dtheta)**2
+    acc1 = (M2*L1*y[1]**2*sin(dtheta)*cos(dtheta) + M2*G*sin(y[2])*cos(dtheta) + M2*L2*y[3]**2*sin(dtheta)
+            - (M1 + M2)*G*sin(y[0]))/den
+    dydt[1] = acc1
+"""
+
+
+@pytest.mark.parametrize("angles", ["dtheta1dt = y[1]\n    dtheta2dt = y[3]", "dydt[0] = y[1]\n    dydt[2] = y[3]"])
+def test_a_vector_of_states_is_read_by_its_places(angles):
+    """The rate of y[0] stands at y[1], whether a vector or names say so; a difference may be called dtheta."""
+    found = {finding.latex.split(" ")[0]: finding.verdict for finding in pp.diagnose(CODE.format(angles=angles)).findings}
+    assert {found[name] for name in ("dtheta", "den", "acc1")} == {"holds"}
+
+
+def test_a_wrong_equation_names_the_one_that_it_follows_from():
+    """T lacks a square; the Lagrangian and an equation of motion that follow from it say so, another fault does not."""
+    text = r"""The double pendulum.
+$$V = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
+$$M_{12} = m_2 l_1 l_2 \cos(\theta_1-\theta_2)$$
+$$p_2 = m_2 l_2^2\dot\theta_2 + m_2 l_1 l_2\dot\theta_1\cos(\theta_1-\theta_2)$$
+$$T = \frac12 (m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2\dot\theta_2^2 + m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2)$$
+$$E = \frac12 (m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2\dot\theta_2^2 + m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2) + V$$
+$$m_2 l_2\ddot\theta_2 + m_2 l_1 l_2\ddot\theta_1\cos(\theta_1-\theta_2) - m_2 l_1 l_2\dot\theta_1^2\sin(\theta_1-\theta_2) + m_2 g l_2\sin\theta_2 = 0$$
+$$p_1 = (m_1+m_2) l_1^2\dot\theta_1 - m_2 l_1 l_2\dot\theta_2\cos(\theta_1-\theta_2)$$
+"""
+    found = pp.diagnose(text)
+    assert [finding.verdict for finding in found.findings] == ["holds"] * 3 + ["fails"] * 4
+    assert [finding.follows for finding in found.findings] == [0, 0, 0, 0, 4, 4, 0]
+    assert str(found).splitlines()[0].startswith("Equation 4, line 5, is the first wrong one")
+    assert "follow from it" in str(found)
+
+
+def test_what_no_other_equation_bears_out_is_not_accused():
+    """Equations of motion none of which holds may be read wrongly: none of them is called wrong."""
+    wrong = r"$$m_1 l_1\ddot\theta_1 + 3 m_2 l_2\ddot\theta_2 = F_1$$ $$m_2\ddot\theta_2 + 5 l_1\dot\theta_1 = g\sin\theta_1$$"
+    found = pp.diagnose(f"A double pendulum.\n\n{wrong}\n\n$$\\dot\\theta_1 = \\dot\\theta_2$$\n")
+    assert not found.wrong
+    assert not found.ok

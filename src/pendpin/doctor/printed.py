@@ -100,35 +100,8 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     """The equations of some statements, numbered, of whose names nothing is known yet."""
     found: list[Printed] = []
     for statement in statements:
-        for single in _one_by_one(statement):
-            found += _of_statement(single, len(found) + 1)
+        found += _of_statement(statement, len(found) + 1)
     return _differences(_states(_from_one(found)))
-
-
-def _one_by_one(statement: Statement) -> list[Statement]:
-    """A statement, or those of the names that it gives values to at once: c, s = cos(x), sin(x), or a, b = y."""
-    left, equals, right = statement.text.partition("=")
-    names = [name.strip() for name in left.split(",")]
-    if not equals or len(names) < 2 or not all(re.fullmatch(r"[A-Za-z_]\w*", name) for name in names):
-        return [statement]
-    values, vector = _cut(right), re.fullmatch(r"\s*(?:self\.)?([A-Za-z_]\w*)(?:\.T)?;?\s*", right)
-    if vector:
-        values = [f"{vector[1]}[{i}]" for i in range(len(names))]
-    if len(values) != len(names):
-        return [statement]
-    return [replace(statement, text=f"{name} = {value}") for name, value in zip(names, values, strict=True)]
-
-
-def _cut(text: str) -> list[str]:
-    """The parts of a text between commas that stand in no bracket."""
-    parts, depth = [""], 0
-    for character in text:
-        depth += (character in "([{") - (character in ")]}")
-        if character == "," and not depth:
-            parts.append("")
-        else:
-            parts[-1] += character
-    return [part.strip() for part in parts]
 
 
 def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list[Printed]:

@@ -196,9 +196,10 @@ class Quantities:
             return np.imag(function(self._at(variable, 0, 1e-30j))) / 1e-30
         step = STEP if self.xp is np else self.xp.asarray(DIGITS_STEP)
         total: Any = 0
-        for k, above, below in STENCIL:
-            there, back = (function(self._at(variable, i, i * step)) for i in (k, -k))
-            total = total + (there - back) * self.number(above) / self.number(below)
+        with np.errstate(all="ignore"):  # what is not finite is refused where it is compared
+            for k, above, below in STENCIL:
+                there, back = (function(self._at(variable, i, i * step)) for i in (k, -k))
+                total = total + (there - back) * self.number(above) / self.number(below)
         return total / step
 
     def _at(self, variable: str, index: int, step: Any) -> "Quantities":
