@@ -19,7 +19,7 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation
 from pendpin.doctor.printed import Printed, holding
 from pendpin.doctor.reading.names import Vocabulary, Written
-from pendpin.doctor.reading.tree import Node, Unread, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states
 
 Name = tuple[str, str]  # a letter and its index
@@ -31,6 +31,7 @@ MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
 SHORT = 3  # parts of one that is named like a quantity
 LONG = 9  # parts of an expression that does not come to a quantity by chance
+HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = (
     2.0,
     0.5,
@@ -41,9 +42,13 @@ OFTEN = 2  # equations that hold with one meaning of a letter, so that a single 
 
 
 def weight(equation: Equation, spec: Spec) -> float:
-    """What an equation counts: those of motion and energy say most."""
+    """What an equation counts: those of motion and energy say most, and what is true of every system hardly anything."""
+    names = equation.names
+    kinds = {part.kind for part in parts(equation.sides)}
+    if not kinds & {"function", "product", "power"} and not set().union(*map(symbols, equation.sides)) & spec.still:
+        return HARDLY
     telling = {name for name in spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
-    return 2.0 if equation.names & telling else 1.0
+    return 2.0 if names & telling else 1.0
 
 
 def telling(equations: list[Printed]) -> list[Printed]:

@@ -53,6 +53,7 @@ SAID, UNSAID = (
     -0.75,
 )  # equations: what the words of a section count for the system that they name, and against another
 LOST, MOST_LOST = 0.5, 1.5  # equations: what a letter with rates that a system does not have counts against it
+OWN = 0.25  # equations: by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
 FROM_HORIZONTAL = re.compile(
     r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.IGNORECASE
@@ -319,7 +320,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         scores = [_score(one, inside, words) for one in here]
         best = int(np.argmax(scores))
         best = (
-            0 if scores[0] > scores[best] - 0.5 or not here[best].credits.any() else best
+            0 if scores[0] > scores[best] - OWN or not here[best].credits.any() else best
         )  # the page's own, if as good
         close = [(scores[best] - score, one) for one, score in zip(here, scores, strict=True)]
         close = [(less, one) for less, one in close if less < CLEARLY and one is not here[best]]
