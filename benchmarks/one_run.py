@@ -30,6 +30,7 @@ TOLERANCE, SAMPLES = 1e-9, 201
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.01)
 GRAVITY = pp.effects.Gravity()
 PACKAGE = Path(pp.__file__).parent
+LAB = Path(__file__).parents[1] / "examples/lab"
 
 
 def chain(rods: int, duration: float, first: float = 1.0, **solver: Any) -> pp.Scene:
@@ -110,39 +111,89 @@ def modes_by_hand() -> Callable[[], Any]:
     return run
 
 
-def rows(count: int) -> dict[str, tuple[str, Callable[[], Any], str, Callable[[], Any]]]:
+def fit_by_hand() -> Callable[[], Any]:
+    """The same swings by scipy.optimize.least_squares around RK4 in Numba, from a guess that is near.
+
+    x'' = -a sin x - b tanh(x'/0.01) - c |x'| x', measured with an offset; every swing has a start of its own.
+    """
+    import numba
+    from scipy.optimize import least_squares
+
+    data = np.genfromtxt(LAB / "single.csv", delimiter=",", names=True)
+    swings = [data[data["segment"] == number] for number in np.unique(data["segment"])]
+
+    @numba.njit
+    def rate(v: float, x: float, a: float, b: float, c: float) -> float:
+        return -a * np.sin(x) - b * np.tanh(v / 0.01) - c * abs(v) * v
+
+    @numba.njit
+    def motion(x: float, v: float, a: float, b: float, c: float, h: float, count: int, parts: int) -> np.ndarray:
+        out = np.empty(count)
+        out[0] = x
+        h /= parts
+        for i in range(1, count):
+            for _ in range(parts):
+                k1, l1 = v, rate(v, x, a, b, c)
+                k2, l2 = v + h / 2 * l1, rate(v + h / 2 * l1, x + h / 2 * k1, a, b, c)
+                k3, l3 = v + h / 2 * l2, rate(v + h / 2 * l2, x + h / 2 * k2, a, b, c)
+                k4, l4 = v + h * l3, rate(v + h * l3, x + h * k3, a, b, c)
+                x, v = x + h / 6 * (k1 + 2 * k2 + 2 * k3 + k4), v + h / 6 * (l1 + 2 * l2 + 2 * l3 + l4)
+            out[i] = x
+        return out
+
+    def residuals(z: np.ndarray) -> np.ndarray:
+        parts = [
+            motion(x, v, *z[:3], float(np.diff(swing["t"]).mean()), len(swing), 4) + z[3] - swing["angle_1"]
+            for swing, (x, v) in zip(swings, z[4:].reshape(-1, 2), strict=True)
+        ]
+        return np.concatenate(parts)
+
+    starts = [[swing["angle_1"][0], (swing["angle_1"][1] - swing["angle_1"][0]) / 0.02] for swing in swings]
+    guess = np.concatenate([[80.0, 0.1, 0.01, 0.0], np.ravel(starts)])
+    return lambda: least_squares(residuals, guess, x_scale=np.maximum(np.abs(guess), 1e-3))
+
+
+def rows(count: int) -> dict[str, Callable[[], tuple[str, Callable[[], Any], str, Callable[[], Any]]]]:
     """By name: the work, the call, what stands beside it, and its call."""
     many = starts(min(count, 5000))
     vary = {"start.positions.theta_1": many[0][:, 0], "start.positions.theta_2": many[0][:, 2]}
 
-    def accuracy(scene: pp.Scene) -> tuple[Callable[[], Any], str, Callable[[], Any]]:
+    def accuracy(work: str, scene: pp.Scene) -> tuple[str, Callable[[], Any], str, Callable[[], Any]]:
         found = pp.simulate(scene, accuracy=1e-6)
         setting = {"step": found.stats.step} if found.stats.step else {"tolerance": found.stats.tolerance}
         return (
+            f"accuracy=1e-6, {work}",
             lambda: pp.simulate(scene, accuracy=1e-6),
             f"one run, {found.stats.method}, {found.stats.setting}",
             lambda: pp.simulate(scene, method=found.stats.method, **setting),
         )
 
+    laboratory = LAB / "single.toml", LAB / "single.csv"
     return {
-        "planar": ("planar double pendulum, 5 s", lambda: pp.simulate(PLANAR), "heyoka by hand", by_hand()),
-        "many": (
+        "planar": lambda: ("planar double pendulum, 5 s", lambda: pp.simulate(PLANAR), "heyoka by hand", by_hand()),
+        "many": lambda: (
             f"{count} of them, simulate_many",
             lambda: pp.simulate_many(PLANAR, *many, workers=1),
             "heyoka's batch by hand",
             batch_by_hand(count),
         ),
-        "sweep": (
+        "sweep": lambda: (
             f"{count} of them, sweep",
             lambda: pp.sweep(PLANAR, pairs(vary), ["swing"]),
             "heyoka's batch by hand",
             batch_by_hand(count),
         ),
-        "short": ("0.1 s of one rod", lambda: pp.simulate(SHORT), "a call of 1 ms", lambda: time.sleep(0)),
-        "accuracy 1": ("accuracy=1e-6, 1 rod, 100 s", *accuracy(chain(1, 100.0))),
-        "accuracy 2": ("accuracy=1e-6, 2 rods, 5 s", *accuracy(chain(2, 5.0))),
-        "accuracy 100": ("accuracy=1e-6, 100 rods, 0.34 s", *accuracy(chain(100, 0.34))),
-        "modes": ("modes of 100 hanging rods", lambda: pp.modes(HANGING), "Pinocchio and eigh", modes_by_hand()),
+        "short": lambda: ("0.1 s of one rod", lambda: pp.simulate(SHORT), "a call of 1 ms", lambda: time.sleep(0)),
+        "accuracy 1": lambda: accuracy("1 rod, 100 s", chain(1, 100.0)),
+        "accuracy 2": lambda: accuracy("2 rods, 5 s", chain(2, 5.0)),
+        "accuracy 100": lambda: accuracy("100 rods, 0.34 s", chain(100, 0.34)),
+        "modes": lambda: ("modes of 100 hanging rods", lambda: pp.modes(HANGING), "Pinocchio, eigh", modes_by_hand()),
+        "fit": lambda: (
+            "fit of examples/lab/single",
+            lambda: pp.fit(*laboratory, "physics"),
+            "least_squares by hand",
+            fit_by_hand(),
+        ),
     }
 
 
@@ -221,9 +272,14 @@ def main() -> None:
         given.walk.write_text(page(entered[call], call))
         return
     ratios: dict[str, tuple[float, float]] = {}
-    for name, (work, call, beside, other) in rows(given.starts).items():
+    for name, row in rows(given.starts).items():
         if given.rows is None or name in given.rows:
-            few = max(1, given.repetitions // 10) if name in ("many", "sweep", "accuracy 100") else given.repetitions
+            work, call, beside, other = row()
+            few = (
+                max(1, given.repetitions // 10)
+                if name in ("many", "sweep", "accuracy 100", "fit")
+                else given.repetitions
+            )
             own, peer = seconds(call, few), seconds(other, few)
             ratios[name] = own, own / peer
             ratio = f"{own / peer:6.1f} times" if name != "short" else ""

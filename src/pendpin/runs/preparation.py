@@ -48,6 +48,8 @@ class Prepared:
     @classmethod
     def _anew(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
         q, v = start_state(bound.model, scene.start)
+        for part in (q, v):  # several runs may begin from them
+            part.setflags(write=False)
         if bound.contacts is not None:
             check_start(bound.contacts, bound.model, q)
         method, engine = automatic(scene, bound, q, v, energy_balance)
