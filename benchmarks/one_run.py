@@ -149,7 +149,7 @@ def fit_by_hand() -> Callable[[], Any]:
         return np.concatenate(parts)
 
     starts = [[swing["angle_1"][0], (swing["angle_1"][1] - swing["angle_1"][0]) / 0.02] for swing in swings]
-    guess = np.concatenate([[80.0, 0.1, 0.01, 0.0], np.ravel(starts)])
+    guess = np.concatenate([[64.0, 0.15, 0.01, 0.0], np.ravel(starts)])
     return lambda: least_squares(residuals, guess, x_scale=np.maximum(np.abs(guess), 1e-3))
 
 
