@@ -71,7 +71,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with, the first 
     "model/": "model turns tips robots reference_folder",
     "trajectory/": "trajectory run_surface run_shown",
     "runs/": "simulation checkpoint run_verdict limits instants",
-    "motions/crosschecks/": "crosschecks crosschecks_special",
+    "motions/crosschecks/": "crosschecks crosschecks_special doctor_functions",
     "motions/": "instants run_surface starts near_motions derivatives",
     "graphics/": "drawing printed_numbers run_shown player",
     "stability/": "modes linearize stability_report stability_measures printed_numbers",

@@ -3,5 +3,5 @@
 reading/ turns text into trees; systems/ says what each quantity truly is; recognition finds which system, in which letters
 and convention, a text is about; checking/ compares; mending/ finds the smallest change that heals; reports/ shows it.
 diagnose is the way in, diagnosis the main line, findings what comes out.
-May import: dynamics, equations and what is below them; no other tool.
+May import: motions, dynamics, equations and what is below them; no other tool.
 """

@@ -13,7 +13,7 @@ from pendpin.ground.files import read_whole
 from pendpin.scene import Scene, load_scene
 
 if TYPE_CHECKING:
-    from pendpin.doctor.black_box import Comparison
+    from pendpin.motions.crosschecks.functions import Comparison
 
 MOST_ALONE = 20_000  # characters of a text that may be one equation
 _BINARY = re.compile(rb"[\x00-\x08\x0e-\x1a]")  # in no text in ASCII, UTF-8 or Latin-1
@@ -55,7 +55,7 @@ def diagnose(
         MissingLibrary: without sympy.
     """
     if isinstance(equations, Scene):
-        from pendpin.doctor.black_box import compare
+        from pendpin.motions.crosschecks.functions import compare
 
         return compare(equations, accelerations, reactions)
     if accelerations is not None or reactions is not None:
