@@ -141,16 +141,51 @@ class AngleEngine(Engine):
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
-class Moving(Engine):
+class Wrapping(Engine):
+    """An engine on the state of another, its base, which does what a subclass does not do itself."""
+
+    def __init__(self, base: Engine) -> None:
+        super().__init__(base.model, base.loads)
+        self.base, self.name, self.on_angles = base, base.name, base.on_angles
+
+    def whole(self, y: Array) -> Array:
+        """The base engine's states (..., size) from its own."""
+        return y
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """The state (size,) of the base engine."""
+        return self.base.pack(q, v)
+
+    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """Positions and velocities (n, nv) by the base engine."""
+        return self.base.unpack(t, self.whole(y), near)
+
+    def density(self, y: Array) -> float:
+        """The states per second that the base engine needs, by states y (n, size)."""
+        return self.base.density(self.whole(y))
+
+    def project(self, y: Array) -> Array:
+        """The projection (size,) of the base engine."""
+        return self.base.project(self.whole(y))
+
+    def motion(self, y: Array) -> Motion:
+        """The motion of the bodies by the base engine, at y (size,)."""
+        return self.base.motion(self.whole(y))
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, at any states."""
+        return self.base.evaluate(t, q, v, torque)
+
+
+class Moving(Wrapping):
     """Another engine without the numbers of its state that stay 0 in a motion, as phi does in a plane of theta.
 
     Only motions that begin with these numbers 0 can be integrated.
     """
 
     def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
-        super().__init__(base.model, base.loads)
-        self.base, self.still, self.name = base, still, base.name
-        self.symbolic, self.on_angles = base.symbolic, base.on_angles
+        super().__init__(base)
+        self.symbolic, self.still = base.symbolic, still
         self._size = len(base.pack(*np.zeros((2, len(base.model.joints)))))
         self.places = np.setdiff1d(np.arange(self._size), still)
 
@@ -167,17 +202,9 @@ class Moving(Engine):
         states[..., self.places] = y
         return states
 
-    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) by the base engine."""
-        return self.base.unpack(t, self.whole(y), near)
-
-    def density(self, y: Array) -> float:
-        """The states per second that the base engine needs, by states y (n, size)."""
-        return self.base.density(self.whole(y))
-
     def project(self, y: Array) -> Array:
-        """The projection (size,) of the base engine."""
-        return self.base.project(self.whole(y))[self.places]
+        """What moves of the base engine's projection (size,)."""
+        return super().project(y)[self.places]
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """y' by the base engine."""
@@ -189,14 +216,6 @@ class Moving(Engine):
             dy[:] = rates[self.places]
 
         return derivative, calls
-
-    def motion(self, y: Array) -> Motion:
-        """The motion of the bodies by the base engine, at y (size,)."""
-        return self.base.motion(self.whole(y))
-
-    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, at any states."""
-        return self.base.evaluate(t, q, v, torque)
 
 
 def count_calls(

@@ -15,8 +15,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
+from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Wrapping, count_calls
 from pendpin.engines.machine.code import Block, Contents, Function, Values
 from pendpin.engines.machine.tape import Recording
 from pendpin.ground.arrays import Array
@@ -51,16 +50,15 @@ class CompiledEquations:
         return Function(self.recording, self._tables)
 
 
-class Compiled(Engine):
+class Compiled(Wrapping):
     """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
     compiles = True
     symbolic = False
 
     def __init__(self, base: Engine, equations: CompiledEquations, values: Values, took: float) -> None:
-        super().__init__(base.model, base.loads)
-        self.base, self.equations, self.name = base, equations, f"{base.name}, compiled"
-        self.on_angles = base.on_angles
+        super().__init__(base)
+        self.equations, self.name = equations, f"{base.name}, compiled"
         self._values, self.compile_seconds = values, took
 
     @property
@@ -87,33 +85,9 @@ class Compiled(Engine):
     def _took(self, seconds: float) -> None:
         self.compile_seconds += seconds
 
-    def pack(self, q: Array, v: Array) -> Array:
-        """The state (size,) of the base engine."""
-        return self.base.pack(q, v)
-
-    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) by the base engine."""
-        return self.base.unpack(t, y, near)
-
-    def density(self, y: Array) -> float:
-        """The states per second that the base engine needs, by states y (n, size)."""
-        return self.base.density(y)
-
-    def project(self, y: Array) -> Array:
-        """The projection (size,) of the base engine."""
-        return self.base.project(y)
-
     def normalise(self, y: Array) -> None:
         """The base engine's, of a state (size,); steps in machine code do it themselves."""
         self.base.normalise(y)
-
-    def motion(self, y: Array) -> Motion:
-        """The motion of the bodies by the base engine, at y (size,)."""
-        return self.base.motion(y)
-
-    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, not compiled."""
-        return self.base.evaluate(t, q, v, torque)
 
     def accelerate(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) by the base engine, not compiled."""
