@@ -1,5 +1,5 @@
 """Equations of motion derived by hand, one route a file: one rod, chains of rods, trees (docs/derivation*.md).
 
 May import: the ground (errors, records, files, arrays). Never Pinocchio, never an engine, never another route.
-To add a route: a new file here, and its name in verification/verification/crosschecks/routes.py.
+To add a route: a new file here, and its name in motions/crosschecks/routes.py.
 """

@@ -1,8 +1,8 @@
-"""The effects of a scene, bound to a model: one file for each interface, with all that an effect does through it.
+"""The effects of a scene, bound to a model: one class for each interface, with all that an effect does through it.
 
 May import: what dynamics may.
-To add an interface of effects: a file with a class like those in fields.py, torques.py and wrenches.py (its law with the
-time counted from the start, its power, its potential), and its name in binding.py.
+To add an interface of effects: a class like those in bound.py (its law with the time counted from the start, its power, its
+potential), and its name in binding.py.
 """
 
 from pendpin.dynamics.binding.binding import Accounts, Binding, Powered

@@ -1,5 +1,5 @@
 """Dry friction and stops: which joints stick, slide or rest on a stop, what holds them, and when that changes.
 
-contacts: the states and the forces; guards: what crosses 0 where they change; falls: bounces; binding: from the effects.
+contacts: from the effects to the states and the forces. falls: bounces, and the guards that cross 0 where states change.
 May import: what dynamics may.
 """

@@ -164,7 +164,7 @@ done:
 """
 
 
-# --- lLVM by the functions of llvmlite's library --------------------------------------------------------------------
+# --- LLVM by the functions of llvmlite's library --------------------------------------------------------------------
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
 LONG = 4000  # operations without a loop, beyond which optimising takes over 0.15 s: its time grows with their square
