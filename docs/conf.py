@@ -20,7 +20,7 @@ os.environ["PENDPIN_CHECKOUT"] = str(HERE.parent)  # tutorials use its examples
 os.environ |= {"COLUMNS": "92", "NO_COLOR": "1", "TTY_COMPATIBLE": "0", "TTY_INTERACTIVE": "0"}  # no progress bars
 os.environ.setdefault("MPLBACKEND", "agg")
 
-from pendpin.ground.versions import VERSION  # noqa: E402
+from pendpin.ground.libraries import VERSION  # noqa: E402
 
 project = "pendpin"
 author = "pendpin developers"

@@ -28,7 +28,7 @@ from pendpin.engines import Compiled
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.code import Block, Callback, Code, Function
 from pendpin.errors import Halted
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators import cyrk
 from pendpin.model.build import build
 from pendpin.runs.preparation import Prepared

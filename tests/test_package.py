@@ -85,7 +85,7 @@ def test_the_sdist_holds_what_its_tests_import(built: dict[str, Path]) -> None:
 
 def test_one_version_and_one_list_of_pythons() -> None:
     """README, classifiers, requires-python and the workflow name the same Pythons; CITATION and CHANGELOG the version."""
-    from pendpin.ground.versions import VERSION
+    from pendpin.ground.libraries import VERSION
 
     (tested,) = re.findall(r"tested on ([\d., and]+), on Linux", README)
     pythons = re.findall(r"3\.\d+", tested)

@@ -4,7 +4,7 @@ from importlib import import_module
 from typing import TYPE_CHECKING, Any
 
 from pendpin.errors import did_you_mean
-from pendpin.ground.versions import VERSION
+from pendpin.ground.libraries import VERSION
 
 if TYPE_CHECKING:
     from pendpin import effects

@@ -16,8 +16,7 @@ from pendpin.cli.commands.verification import check, cost, doctor, hard, referen
 from pendpin.cli.inputs import flag
 from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
-from pendpin.ground.libraries import abandoned
-from pendpin.ground.versions import VERSION
+from pendpin.ground.libraries import VERSION, abandoned
 
 app = typer.Typer(
     name="pendpin",

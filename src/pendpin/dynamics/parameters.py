@@ -53,7 +53,7 @@ class Parameters(Numbers):
     """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them.
 
     `masks` are, in the order of the calls, which numbers have a parameter: those that are not 0, or as given beforehand.
-    Complex numbers stay complex in the lists (varied.py).
+    Complex numbers stay complex in the lists (derivatives.py).
     """
 
     def __init__(self, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:

@@ -16,8 +16,8 @@ import numpy as np
 from pendpin.errors import PendpinError
 from pendpin.graphics.figure import draw, picture_of
 from pendpin.graphics.page import base64_of
+from pendpin.ground.libraries import VERSION
 from pendpin.ground.report import Report, Table
-from pendpin.ground.versions import VERSION
 from pendpin.model.model_of_run import as_written, leaving
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text

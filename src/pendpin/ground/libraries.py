@@ -1,10 +1,12 @@
-"""Libraries that need not be installed: imported where they are used, and named where they are missing."""
+"""Libraries that may be missing, C functions of theirs, and the versions of those that are there."""
 
 import atexit
 import ctypes
 import sys
 from collections.abc import Callable, Mapping
+from contextlib import suppress
 from contextvars import copy_context
+from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
@@ -79,3 +81,25 @@ def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tup
         functions[name] = library[symbol]
         functions[name].restype, functions[name].argtypes = result, arguments
     return SimpleNamespace(**functions)
+
+
+# --- the version of pendpin -----------------------------------------------------------------------------------------
+
+VERSION = "0.1.0"
+
+
+def installed(*libraries: str) -> dict[str, str | None]:
+    """The versions of libraries by the names of their packages; None for one that is not installed."""
+    versions: dict[str, str | None] = dict.fromkeys(libraries)
+    for name in libraries:
+        with suppress(ImportError):  # PackageNotFoundError is one
+            versions[name] = version(name)
+    return versions
+
+
+@cache
+def version(library: str) -> str:
+    """The version of an installed library by the name of its package; reading it takes a millisecond, once."""
+    from importlib import metadata
+
+    return metadata.version(library)

@@ -5,7 +5,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative
 from pendpin.ground.arrays import Array
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators import machine
 from pendpin.integrators.base import (
     FREE,

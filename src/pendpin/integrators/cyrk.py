@@ -14,8 +14,7 @@ from typing import Any
 
 from pendpin.engines.machine import llvm
 from pendpin.errors import say_note
-from pendpin.ground.libraries import c_functions
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import c_functions, version
 
 SERIES = "0.20."
 # The places of CyRK's enum ODEMethod, which no exported function tells: a new series has to be looked at before it is used.

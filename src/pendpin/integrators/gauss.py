@@ -16,7 +16,7 @@ import numpy as np
 
 from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, lapack
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
 from pendpin.integrators.grid import GridPlace, StepGrid
 from pendpin.scene import Method

@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine.code import Block
 from pendpin.ground.arrays import Array, address
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators import cyrk
 from pendpin.integrators.base import FREE, LEAST_RTOL, Segment, StepPlan, finite_part
 from pendpin.integrators.events import EventIntegrator, OnSciPy, StateScales, Stepper, Steps

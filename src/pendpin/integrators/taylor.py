@@ -16,8 +16,7 @@ from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
-from pendpin.ground.libraries import heyoka, wait_for
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import heyoka, version, wait_for
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
 from pendpin.scene import EVENT_METHODS, Scene
 

@@ -75,7 +75,7 @@ def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:
     ElementTree.SubElement(visual, "material", name="copper" if shape == "cylinder" else "steel")
 
 
-# --- a model as MJCF and as SDF, for other engines; write_urdf.py writes URDF ---------------------------------------
+# --- a model as MJCF and as SDF, for other engines; URDF is above ---------------------------------------
 
 
 class _Link(NamedTuple):

@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.ground.arguments import seconds
 from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_whole
-from pendpin.ground.versions import VERSION, installed
+from pendpin.ground.libraries import VERSION, installed
 from pendpin.runs.state import RunState
 from pendpin.scene import Scene
 from pendpin.trajectory import event_arrays, read_array, read_events

@@ -11,7 +11,7 @@ from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators.events import (
     AtRest,
     EventIntegrator,

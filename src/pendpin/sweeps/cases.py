@@ -14,8 +14,8 @@ from pendpin.equations.base import PHI, THETA
 from pendpin.errors import Interrupted, PendpinError
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.ground.keypaths import parsed
+from pendpin.ground.libraries import installed
 from pendpin.ground.records import LARGEST
-from pendpin.ground.versions import installed
 from pendpin.integrators import Run
 from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.runs.accuracy.thresholds import VECTOR

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, inside, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.versions import VERSION, installed
+from pendpin.ground.libraries import VERSION, installed
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene

@@ -296,7 +296,7 @@ def _reduce_to_first_period(start: float, effect: Effect) -> Any:
         return start
     from mpmath import mp, mpf
 
-    frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (varied.py)
+    frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (derivatives.py)
     with mp.workdps(LATEST):
         early = float(mp.fmod(mpf(start) * mpf(frequency), 2 * mp.pi) / frequency)
     if isinstance(effect.frequency, complex):  # frequency early changes with the frequency like frequency start

@@ -130,7 +130,7 @@ class Contacts:
         assert self.block
         self.enter(mode)
         rates, holding = self.block.evaluated(t, y)
-        return rates, holding[:, : len(mode.held)]  # their derivatives may follow (varied.py)
+        return rates, holding[:, : len(mode.held)]  # their derivatives may follow (derivatives.py)
 
     def enter(self, mode: Mode) -> None:
         """Pass a mode to the equations in machine code."""
@@ -322,7 +322,9 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     """
     nv = len(model.joints)
     acts = [(effect, where) for effect, where in in_order(effects) if isinstance(effect, ContactEffect)]
-    none = np.zeros(nv, np.result_type(float, *(x for effect, _ in acts for x in effect.resistance())))  # varied.py
+    none = np.zeros(
+        nv, np.result_type(float, *(x for effect, _ in acts for x in effect.resistance()))
+    )  # derivatives.py
     kinetic, static, falling = dict[str, Array](), none.copy(), []
     reach, restitution = np.full((2, nv), np.inf), np.zeros((2, nv))  # reach: minus the lower limit, and the upper one
     kinds, places = np.full((2, nv), "", dtype=object), np.full((2, nv), "", dtype=object)

@@ -19,8 +19,7 @@ from typing import Any, NamedTuple
 from pendpin.engines.machine.lines import DECLARED, TRIGONOMETRY, number, trigonometry_code
 from pendpin.engines.machine.text import MORE, STATE, UNITS
 from pendpin.errors import MissingLibrary, say_note
-from pendpin.ground.libraries import c_functions
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import c_functions, version
 
 OFF = 1e-14  # of the square of a direction: below, it is left as it is, and the divisions' rounding does not add up
 

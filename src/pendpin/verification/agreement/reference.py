@@ -21,7 +21,7 @@ from pendpin.equations.trees import Tree, joints_at, prepared
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import EPS, Array, applied
 from pendpin.ground.files import write_folder
-from pendpin.ground.versions import VERSION
+from pendpin.ground.libraries import VERSION
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import read_urdf

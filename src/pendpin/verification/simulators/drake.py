@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.ground.arrays import Array
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators.fixed import count_equal_steps
 from pendpin.verification.simulators.base import Kind, Look, Peer, PeerTask, Prepared, loading, peer
 

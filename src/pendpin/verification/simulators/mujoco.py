@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.errors import RunError
 from pendpin.ground.arrays import Array
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.integrators.fixed import count_equal_steps
 from pendpin.verification.simulators.base import LEAST, Look, Peer, PeerTask, Prepared, loading, peer
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from pendpin.errors import RunError
 from pendpin.ground.arrays import EPS, Array, Indices
-from pendpin.ground.versions import version
+from pendpin.ground.libraries import version
 from pendpin.model.bodies import pinocchio
 from pendpin.verification.simulators.base import NOT_FINITE, Look, Peer, PeerTask, Prepared, loading, peer
 

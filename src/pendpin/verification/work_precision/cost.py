@@ -13,7 +13,7 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
 from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
 from pendpin.ground.arrays import EPS, Array
-from pendpin.ground.versions import installed
+from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
