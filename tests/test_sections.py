@@ -108,6 +108,28 @@ def test_a_strobe_is_the_run_once_a_period() -> None:
     np.testing.assert_array_equal(sections.strobe(period, of="theta", count=3, skip=2)(scene)[:, 0], points[:, 0])
 
 
+def test_a_section_is_a_measure_of_a_sweep(tmp_path) -> None:
+    """With dimensions of its own, in memory, in a store that is resumed, and in a table; each case as it is alone."""
+    pytest.importorskip("zarr")
+    section = sections.crossing("theta_1", of=("theta_2", "theta_2_rate"), count=3)
+    key, values = "start.positions.theta_2", [0.1, 0.2]
+    chosen = PLANAR.with_solver(tolerance=1e-10)
+    data = pp.sweep(chosen, {key: values}, ["swing", section], out=tmp_path / "map.zarr")
+    assert data["section"].dims == ("theta_2", "crossing", "quantity")
+    for i, value in enumerate(values):
+        np.testing.assert_allclose(data["section"].values[i], section(chosen.replace({key: value})), atol=1e-7)
+    again = pp.sweep(chosen, {key: values}, ["swing", section], out=tmp_path / "map.zarr")
+    np.testing.assert_array_equal(again["section"], data["section"])
+    other = sections.crossing("theta_1", 0.1, of=("theta_2", "theta_2_rate"), count=3)
+    with pytest.raises(pp.InputError, match="it holds another sweep: measure section"):
+        pp.sweep(chosen, {key: values}, ["swing", other], out=tmp_path / "map.zarr")
+    from pendpin.sweeps.store import write_table
+
+    heads, *rows = write_table(data, tmp_path / "map.csv").read_text().splitlines()
+    assert "section[2][1]" in heads
+    assert len(rows) == 2
+
+
 # --- portraits and diagrams -------------------------------------------------------------------------------------------
 
 

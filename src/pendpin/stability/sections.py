@@ -8,7 +8,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -41,8 +41,13 @@ Motion = Scene | str | Path | RunRecord
 
 @dataclass(frozen=True)
 class Section(ABC):
-    """What is noted, at which instants of a motion. Call it with a scene or a run for the values (count, len(of))."""
+    """What is noted, at which instants of a motion. Call it with a scene or a run for the values (count, len(of)).
 
+    As a measure of a sweep it is the variable `section`, with the dimensions `point`, by its kind, and quantity.
+    """
+
+    point: ClassVar[str]
+    variable: ClassVar[str] = "section"
     of: tuple[str, ...]  # names of quantities, in the order of the columns
     count: int  # points
     skip: int = 0  # points before the first that counts, in which a motion settles
@@ -56,6 +61,11 @@ class Section(ABC):
             value = getattr(self, name)
             if type(value) is not int or not least <= value <= MOST_POINTS:
                 raise InputError(f"{name}: {shown(value)} is not a whole number from {least} to {MOST_POINTS:,}")
+
+    @property
+    def dims(self) -> dict[str, int]:
+        """The dimensions of its values, for a sweep."""
+        return {self.point: self.count, "quantity": len(self.of)}
 
     def __call__(self, motion: Motion) -> Array:
         """The values (count, len(of)) at the points, from those of a scene's motion or of a run that is continued.
@@ -84,6 +94,7 @@ class Section(ABC):
 class Crossing(Section):
     """A Poincaré section: where a quantity crosses a level. That of an angle counts whole turns as nothing."""
 
+    point = "crossing"
     name: str = field(kw_only=True)
     level: float = field(default=0.0, kw_only=True)
     direction: int = field(default=1, kw_only=True)
@@ -138,6 +149,7 @@ class Crossing(Section):
 class Strobe(Section):
     """A stroboscopic section: once a period from the scene's start on, but for the start itself."""
 
+    point = "strobe"
     period: float | None = field(default=None, kw_only=True)  # s; that of the drive if None
 
     def __post_init__(self) -> None:

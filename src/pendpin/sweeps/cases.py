@@ -44,7 +44,7 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
             raise Interrupted("stopped by the user")
 
     rows = task.plan.rows(np.arange(begin, end))
-    block, vectors = Block.empty(len(rows), len(task.chosen)), vectors_of(task)
+    block, vectors = Block.empty(len(rows), task.columns[-1].stop), vectors_of(task)
     done = vectors.fill(rows, block) if vectors else np.zeros(len(rows), bool)
     for i in np.flatnonzero(~done):
         look()
@@ -58,11 +58,11 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
         scene = set_numbers(task.scene, task.plan.keys, row)
         run = run_to_setting(scene, progress=progress)
         looser = run_to_setting(_looser(scene), progress=progress) if task.two else run
-        return np.array([evaluate_measure(m, run, looser) for m in task.chosen]), ""
+        return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
     except Interrupted:
         raise
     except PendpinError as error:
-        return np.full(len(task.chosen), np.nan), str(error)
+        return np.full(task.columns[-1].stop, np.nan), str(error)
 
 
 def _looser(scene: Scene) -> Scene:
@@ -151,9 +151,9 @@ class Vectors:
         if self._starts_alone:  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
         columns = [_measure_motions(m, runs) for m in self.task.chosen]
-        for values, column in zip(columns, block.values.T, strict=True):
+        for values, columns_of in zip(columns, self.task.columns, strict=True):
             if values is not None:
-                column[places[good]] = values[good]
+                block.values[places[good], columns_of.start] = values[good]
         if missing := [k for k, values in enumerate(columns) if values is None]:
             for i in np.flatnonzero(good).tolist():
                 if self.series[0].stopped.is_set():
@@ -166,7 +166,8 @@ class Vectors:
         try:
             whole = [self._whole(rows[place], run, i) for run in runs]
             for k in missing:
-                block.values[place, k] = evaluate_measure(self.task.chosen[k], whole[0], whole[-1])
+                values = evaluate_measure(self.task.chosen[k], whole[0], whole[-1])
+                block.values[place, self.task.columns[k]] = np.ravel(values)
         except PendpinError as error:
             block.values[place], block.why[place] = np.nan, str(error)
 

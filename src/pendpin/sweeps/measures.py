@@ -9,6 +9,7 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -35,7 +36,7 @@ PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises thr
 SPREAD = ".spread"
 PIECES = 50  # of a run, for a Lyapunov exponent
 
-Function = Callable[[Trajectory], float]
+Function = Callable[[Trajectory], Any]  # a number; or an array, where the function says its `dims`
 
 
 @dataclass(frozen=True)
@@ -52,6 +53,12 @@ class Measure:
     series: str = ""  # the quantity of a run, for a statistic of one
     without: str = "no value"  # what is so of a run that has none
     ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
+    dims: tuple[tuple[str, int], ...] = ()  # names and lengths of the dimensions of its values, if it is not one number
+
+    @property
+    def size(self) -> int:
+        """How many numbers it is."""
+        return math.prod(length for _, length in self.dims)
 
     @property
     def two(self) -> bool:
@@ -67,7 +74,8 @@ class Measure:
 def measure(name_or_function: str | Function) -> Measure:
     """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
     if callable(name_or_function):
-        return Measure(getattr(name_or_function, "__name__", "function"), "", name_or_function)
+        name = getattr(name_or_function, "variable", getattr(name_or_function, "__name__", "function"))
+        return Measure(name, "", name_or_function, dims=tuple(getattr(name_or_function, "dims", {}).items()))
     if not isinstance(name_or_function, str):
         raise InputError(f"measure: {shown(name_or_function)} is neither a name nor a function of a run")
     if name_or_function.endswith(SPREAD):
@@ -101,14 +109,17 @@ def _statistic(series: str, statistic: str, run: RunRecord) -> float:
     return float(STATISTICS[statistic](run.t, run[series]))
 
 
-def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> float:
-    """The measure of a run, or of a run and a looser one. Raises RunError for a function that fails."""
+def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
+    """The measure of a run, or of a run and a looser one, a number or an array. Raises RunError for a function that fails."""
     one, other = Trajectory.of(run), Trajectory.of(looser)
     try:
         value = m.pair(one, other) if m.pair else m.function(one) if m.function else math.nan
         if isinstance(value, str):
             raise TypeError(f"it returns the text {shown(value)}, not a number")
-        return float(value)
+        values = np.asarray(value, float)
+        if values.shape != (shape := tuple(length for _, length in m.dims)):
+            raise TypeError(f"its values are of shape {values.shape}, not {shape}")
+        return values[()]
     except PendpinError:
         raise
     except Exception as error:  # of a function that the user gave

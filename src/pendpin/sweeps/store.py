@@ -92,13 +92,16 @@ class Store:
         """Write the results of a block, then that it is done."""
         region = self.blocks.region(block)
         shape = tuple(s.stop - s.start for s in region)
-        columns = {m.name: column for m, column in zip(self.task.chosen, results.values.T, strict=True)}
+        parts: dict[str, Array] = {
+            m.name: results.values[:, columns].reshape(*shape, *(length for _, length in m.dims))
+            for m, columns in zip(self.task.chosen, self.task.columns, strict=True)
+        }
         with _one_line(self.path):
-            for name, column in (columns | {"why": results.why}).items():
-                self._data[name].values[region] = column.reshape(shape)
+            for name, part in (parts | {"why": results.why.reshape(shape)}).items():
+                self._data[name].values[region] = part
                 if self._group is not None and (name != "why" or any(results.why)):
-                    self._group[name][region] = column.reshape(shape)
-            done = self._data["done"].values[block] = _checksum(results.values.T, results.why)
+                    self._group[name][region] = part
+            done = self._data["done"].values[block] = _checksum(parts.values(), results.why)
             if self._group is not None:
                 self._group["done"][block] = done
 
@@ -120,9 +123,11 @@ def _empty(task: Task, blocks: Blocks) -> Any:
     import xarray
 
     plan, dims, cut = task.plan, tuple(task.plan.dims), {"chunks": blocks.chunks}
-    variables: dict[str, Any] = {
-        m.name: (dims, np.full(plan.shape, np.nan), {}, cut | {"_FillValue": np.nan}) for m in task.chosen
-    }
+    variables = dict[str, Any]()
+    for m in task.chosen:
+        names, lengths = zip(*m.dims, strict=True) if m.dims else ((), ())
+        chunks = {"chunks": (*blocks.chunks, *lengths), "_FillValue": np.nan}
+        variables[m.name] = ((*dims, *names), np.full((*plan.shape, *lengths), np.nan), {}, chunks)
     variables["why"] = (dims, np.full(plan.shape, "", object), {}, cut)
     variables["done"] = ("block", np.zeros(blocks.blocks, int), {}, {"chunks": (1,)})
     coordinates: dict[str, Any] = {} if plan.grid else {CASE: np.arange(plan.count)}
@@ -195,8 +200,14 @@ def write_table(dataset: Any, path: Path) -> Path:
     names = [str(name) for name in dataset.data_vars]
     varied = [dataset[name] for name in short_names(keys)]
     grids = [values.broadcast_like(dataset["why"]).transpose(*dataset["why"].dims).values for values in varied]
-    columns = [*grids, *(dataset[name].values for name in names)]
-    return write_csv(path, [*keys, *names], zip(*(column.ravel().tolist() for column in columns), strict=True))
+    count, heads = dataset["why"].size, list(keys)
+    columns = [grid.reshape(count, 1) for grid in grids]
+    for name in names:
+        columns.append(dataset[name].values.reshape(count, -1))
+        places = np.ndindex(dataset[name].shape[dataset["why"].ndim :])
+        heads += [f"{name}{''.join(f'[{i}]' for i in place)}" for place in places]
+    rows = zip(*(column[:, i].tolist() for column in columns for i in range(column.shape[1])), strict=True)
+    return write_csv(path, heads, rows)
 
 
 def _blocks_of(data: Any) -> Blocks:
@@ -218,7 +229,7 @@ def _left(data: Any) -> list[int]:
 
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
-    """A number above 0 of the values of a block's measures (cases,) and its reasons (cases,)."""
+    """A number above 0 of the values of a block's measures (cases, ...) and its reasons (cases,)."""
     checksum = zlib.crc32("\n".join(why.tolist()).encode())
     for values in measures:
         checksum = zlib.crc32(
@@ -234,6 +245,7 @@ def _identity(task: Task) -> dict[str, Any]:
         "keys": list(task.plan.keys),
         "cases": task.plan.identity,
         "measures": [m.name for m in task.chosen],
+        **{f"measure {m.name}": repr(m.function) for m in task.chosen if m.dims},
         "versions": json.dumps(versions(), sort_keys=True),
     }
 

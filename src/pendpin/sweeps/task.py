@@ -48,6 +48,12 @@ class Task:
         """The measures."""
         return tuple(measure(given) for given in self.measures)
 
+    @cached_property
+    def columns(self) -> list[slice]:
+        """Where the numbers of each measure are in a row of all of them."""
+        ends = np.cumsum([m.size for m in self.chosen]).tolist()
+        return [slice(end - m.size, end) for m, end in zip(self.chosen, ends, strict=True)]
+
     @property
     def two(self) -> bool:
         """Whether a measure compares two runs."""
@@ -64,13 +70,13 @@ class Task:
 class Block(NamedTuple):
     """The measures of c cases."""
 
-    values: Array  # (c, measures); NaN where a case could not be run or has none
+    values: Array  # (c, numbers of all measures); NaN where a case could not be run or has none
     why: Array  # (c,) of text: why a case could not be run, "" where it could
 
     @classmethod
-    def empty(cls, cases: int, measures: int) -> "Block":
+    def empty(cls, cases: int, numbers: int) -> "Block":
         """Without any measure yet."""
-        return cls(np.full((cases, measures), np.nan), np.full(cases, "", dtype=object))
+        return cls(np.full((cases, numbers), np.nan), np.full(cases, "", dtype=object))
 
 
 def versions() -> dict[str, str | None]:
@@ -90,6 +96,10 @@ def checked(task: Task) -> Task:
             raise InputError(f"measure: {name} is {why}")
         if not name or name.startswith((".", "__")) or "/" in name:
             raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
+    lengths = dict[str, int]()
+    for dimension, length in (pair for m in task.chosen for pair in m.dims):
+        if lengths.setdefault(dimension, length) != length or dimension in varied or dimension in RESERVED:
+            raise InputError(f"measure: two dimensions are called {dimension}; give one section another name or count")
     if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:
