@@ -110,7 +110,7 @@ def _statistic(series: str, statistic: str, run: RunRecord) -> float:
 
 
 def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
-    """The measure of a run, or of a run and a looser one, a number or an array. Raises RunError for a function that fails."""
+    """A number or an array, of a run or of a run and a looser one. Raises RunError for a function that fails."""
     one, other = Trajectory.of(run), Trajectory.of(looser)
     try:
         value = m.pair(one, other) if m.pair else m.function(one) if m.function else math.nan
