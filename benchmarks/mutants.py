@@ -44,7 +44,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with, the first 
     "error_estimates_rounding",
     "motions/search.py": "instants run_surface events special_states sweep",
     "runs/limits.py": "limits",
-    "runs/energy_balance.py": "energy_balance scene_contacts",
+    "runs/preparation.py": "energy_balance simulation",
     "runs/batches/series.py": "ensemble sweep turns",
     "effects/drag.py": "effects effects_drag effects_answers",
     "sweeps/measures.py": "sweep_measures stability_measures sweep",

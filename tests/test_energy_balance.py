@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Motor, Push, Rotation, Spring, Stop, Support, Viscous
-from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.runs.preparation import EnergyBalance
 from scenes import scene_of
 
 SMOOTH = {

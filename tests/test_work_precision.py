@@ -13,7 +13,7 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
 from pendpin.engines import Compiled
-from pendpin.runs import processor_time
+from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification.work_precision import cost as work_precision
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.cost import cost
@@ -118,7 +118,7 @@ def counted(monkeypatch: pytest.MonkeyPatch) -> Clock:
         compiling = COMPILING * ("compiled" in found.stats.engine)
         return replace(found, stats=replace(found.stats, seconds=seconds, compile_seconds=compiling))
 
-    monkeypatch.setattr(processor_time, "time", clock)
+    monkeypatch.setattr(runs_by_setting, "time", clock)
     monkeypatch.setattr(work_precision, "run_to_setting", run)
     monkeypatch.setattr(work_precision, "_compiled_in", lambda scene: 0.0)
     return clock

@@ -13,7 +13,7 @@ import pendpin as pp
 from bad_input import contents
 from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
-from pendpin.runs import processor_time
+from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.references import by_elliptic_functions
@@ -127,7 +127,7 @@ def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) ->
         used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
         return run
 
-    monkeypatch.setattr(processor_time, "run_to_setting", recorded)
+    monkeypatch.setattr(runs_by_setting, "run_to_setting", recorded)
     model, found = build(scene(THIN).model), {}
     for maker in references.SOLUTIONS:
         name = maker.__name__

@@ -17,12 +17,11 @@ from pendpin.integrators.choice import notes_on_stiffness
 from pendpin.integrators.grid import count_whole_steps
 from pendpin.model.build import start_state
 from pendpin.runs.checkpoint import Checkpoint, Saver, identity
-from pendpin.runs.energy_balance import EnergyBalance
 from pendpin.runs.integration import IntegrationLoop, integrate_to_end
 from pendpin.runs.limits import Deadline, Patience, balanced
 from pendpin.runs.motion_with_events import LoopWithEvents
 from pendpin.runs.motion_without_events import SmoothLoop
-from pendpin.runs.preparation import MACHINE_CODE, Prepared, bind_for_run
+from pendpin.runs.preparation import MACHINE_CODE, EnergyBalance, Prepared, bind_for_run
 from pendpin.runs.samples import fill_in
 from pendpin.runs.state import Shifts
 from pendpin.scene import Scene

@@ -7,7 +7,7 @@ from pendpin.ground.arrays import Array
 from pendpin.integrators import Run
 from pendpin.integrators.grid import largest_step
 from pendpin.model import kinematics
-from pendpin.runs.energy_balance import EnergyBalance
+from pendpin.runs.preparation import EnergyBalance
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, RunRecord, Stats
 

@@ -1,12 +1,13 @@
 """The motion of a scene, by a method and its setting or to a target accuracy."""
 
+import time
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError
+from pendpin.errors import Halted, InputError, Interrupted
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import ArrayLike
 from pendpin.runs.accuracy.target import run_to_accuracy
@@ -63,3 +64,41 @@ def _to_numbers(times: ArrayLike) -> tuple[float, ...]:
     if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
         raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
     return tuple(array.tolist())
+
+
+# --- limits in processor time: other processes make no difference ----------------------------------------------------
+
+
+class Budget:
+    """So many s of processor time, from its creation on; infinite ones are no limit."""
+
+    def __init__(self, seconds: float) -> None:
+        self._end = time.process_time() + seconds
+
+    @property
+    def left(self) -> float:
+        """What is left, in s."""
+        return self._end - time.process_time()
+
+
+def halting(seconds: float) -> ProgressCallback:
+    """A progress callback that raises Halted after so many s of processor time; the first call starts them."""
+    budget: Budget | None = None
+
+    def look(t: float) -> None:
+        nonlocal budget
+        budget = budget or Budget(seconds)
+        if budget.left < 0:
+            raise Halted(f"it takes over {seconds:.3g} s")
+
+    return look
+
+
+def run_within(seconds: float, scene: Scene) -> RunRecord:
+    """The run of a scene, or the part of it that takes so many s of processor time beside compiling."""
+    try:
+        return run_to_setting(scene, progress=halting(seconds))
+    except Interrupted:
+        raise
+    except Halted as error:
+        return error.partial

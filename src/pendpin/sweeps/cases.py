@@ -19,8 +19,7 @@ from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.runs.accuracy.thresholds import VECTOR
-from pendpin.runs.batches.batches import Cases, Motions
-from pendpin.runs.batches.series import Series, takes
+from pendpin.runs.batches.series import Cases, Motions, Series, takes
 from pendpin.runs.batches.side_by_side import Ladder
 from pendpin.runs.limits import ends_well
 from pendpin.runs.samples import fill_in

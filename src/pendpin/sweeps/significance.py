@@ -14,7 +14,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
-from pendpin.runs.processor_time import run_within
+from pendpin.runs.simulate import run_within
 from pendpin.scene import Chain, Rod, Scene
 from pendpin.trajectory import RunRecord
 

@@ -10,8 +10,8 @@ from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arrays import ArrayLike
 from pendpin.ground.files import refuse_targets
 from pendpin.ground.libraries import optional
-from pendpin.runs.batches.batches import WIDTH
 from pendpin.runs.batches.pools import cores
+from pendpin.runs.batches.series import WIDTH
 from pendpin.scene import Scene, chosen_scene
 from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import run_block, vectors_of

@@ -14,8 +14,7 @@ from pendpin.runs.accuracy.estimate import Gaps, estimate_error
 from pendpin.runs.accuracy.methods import TAYLOR, refine_by_tolerance
 from pendpin.runs.accuracy.runs import choose_density, choose_length, sample_closely
 from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
-from pendpin.runs.batches.batches import Cases, Motions
-from pendpin.runs.batches.series import Series
+from pendpin.runs.batches.series import Cases, Motions, Series
 from pendpin.scene import Scene
 
 

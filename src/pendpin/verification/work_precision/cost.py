@@ -17,8 +17,7 @@ from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
-from pendpin.runs.processor_time import Budget, halting
-from pendpin.runs.simulate import run_to_setting
+from pendpin.runs.simulate import Budget, halting, run_to_setting
 from pendpin.scene import FIXED_METHODS, METHODS, Scene, chosen_scene, least_tolerance
 from pendpin.verification import simulators
 from pendpin.verification.simulators import Peer

@@ -21,7 +21,7 @@ from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import Model, build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
-from pendpin.runs.processor_time import run_within
+from pendpin.runs.simulate import run_within
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 from pendpin.verification.claims import attempt

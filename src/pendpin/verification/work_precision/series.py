@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.errors import brief
 from pendpin.ground.arrays import EPS, Array
-from pendpin.runs.processor_time import Budget
+from pendpin.runs.simulate import Budget
 
 
 @dataclass(frozen=True)
