@@ -19,7 +19,7 @@ from pendpin.model.model_of_run import leaving, model_of
 from pendpin.model.urdf_joints import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import AXES, DRIFT, place_of, unit_of
+from pendpin.trajectory.columns import DRIFT, place_of, unit_of
 from pendpin.trajectory.parts import Reactions
 
 MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
@@ -182,7 +182,7 @@ def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     reactions = _reactions(run)
     if not is_rope(run):
         return (*plots, *reactions, Plot(f"Rates{some}", rates))
-    offset = Plot("Tip's offset from the support", _curves([f"tip_{axis}" for axis in AXES]))
+    offset = Plot("Tip's offset from the support", _curves(["tip_x", "tip_y"]))
     swing = Plot("Swing of the line to the tip", _curves(["swing"]))
     return (offset, swing, reactions[0], *plots, *reactions[1:], Plot(f"Rates{some}", rates))
 
