@@ -5,7 +5,8 @@ Evaluating Derivatives, 2008, chapter 3). A direction is a change of the state, 
 then (y, w_1, ..., w_k), each w of the size of y, and the results are (f, f_1, ..., f_k):
     f_j = df/dy w_j + df/dp p_j + df/dt t_j
 so y' = f(t, y) becomes the variational equations w_j' = f_j. Up to LANES directions are computed side by side, by
-operations on several numbers at once: what they have in common, the values and slopes, is computed once.
+operations on several numbers at once: what they have in common, the values and slopes, is computed once. One
+direction at a time took 1.5, 2.7 and 4.0 times as long for all directions of 1, 3 and 10 rods.
 
 Where a function is continuous but not differentiable, one derivative is taken: that of sqrt at 0 is 0, so that the
 quadratic drag |u| u has its derivative, 0, at rest; minimum and maximum of a number and a constant that are
