@@ -44,6 +44,9 @@ class Pace(NamedTuple):
 
         Due are those of `times` behind the beginning of the piece; its end is one of them, or a corner.
         """
+        if not len(self.corners):
+            yield times, len(times) - 1, float(self.shortest[0])
+            return
         corners, done = self.corners[(self.corners > times[0]) & (self.corners < times[-1])], 1
         bounds = np.concatenate([times[:1], corners, times[-1:]])
         for (begin, end), shortest in zip(pairwise(bounds), self.at(bounds[:-1]), strict=True):

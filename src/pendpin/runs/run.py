@@ -27,6 +27,7 @@ from pendpin.runs.state import Shifts
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 
+SHORTER = 3.0  # times: at a corner between two samples steps err as their square, so a run in shorter ones shows it
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 SLACK = 1.2  # margin on that time
@@ -103,11 +104,12 @@ def run_prepared(
 def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
     """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
 
-    Raises InputError for a scene that the method cannot run.
+    If that is finite, the run is compared with one that the pace of the effects alone limits: a third of that is the most
+    here. Raises InputError for a scene that the method cannot run.
     """
     pace = prepared.timing.pace
     if longest < np.inf:
-        pace = join_paces([pace, Pace.even(longest)])
+        pace = join_paces([pace._replace(shortest=np.asarray(pace.shortest) / SHORTER), Pace.even(longest)])
     kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
     return kind(prepared, pace, progress)
 

@@ -152,7 +152,11 @@ class _Search:
     def _decide(self, error: Array, reason: str) -> RunRecord | None:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
         if error[-1] <= self.target and self.assumed and self.runs.dynamics.contacts is None:
-            error = self._compare_short_steps(error)
+            longest = self.scene.duration / COMPARISON.short_steps
+            short = self.runs.run(self.last.scene, longest=longest)  # it shows what acts for less than the steps so far
+            error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
+            names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
+            reason = f"steps of {longest:.2g} s give another motion: {names} may act for less"
         if error[-1] <= self.target:
             whole = replace(self.last, run=self.runs.complete(self.last))
             if len(whole.run.t) == len(self.runs.times):
@@ -164,21 +168,6 @@ class _Search:
         if self.at_finest:
             raise self._refusal(NotMet, error, reason)
         return None
-
-    def _compare_short_steps(self, error: Array) -> Array:
-        """The error (n,) of the last run where effects may act for less than its steps: it is run again with short ones.
-
-        Raises RunError if that gives another motion: finer settings would miss what acts there as well.
-        """
-        longest = self.scene.duration / COMPARISON.short_steps
-        short = self.runs.run(self.last.scene, longest=longest)
-        error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
-        if error[-1] > self.target:
-            names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
-            raise self._refusal(
-                RunError, error, f"steps of {longest:.2g} s give another motion: {names} may act for less"
-            )
-        return error
 
     def _rounding_is_too_large(self) -> bool:
         """Whether rounding alone keeps every claim above the target."""
