@@ -326,15 +326,14 @@ SYMMETRIC = {  # pulses of the time in widths from their middle, with a mean of 
 def test_claims_with_pulses_that_have_corners_are_true(shape, method, at, width, digits) -> None:
     """A free rod turns at the rate of the impulse from the middle of a symmetric pulse on, whatever its shape.
 
-    Steps err at a corner between two samples, and runs of three tolerances may agree by chance: one in shorter steps shows it.
+    Steps err at a corner between two samples, and three tolerances may agree by chance: shorter steps show it.
     """
     pulse = SYMMETRIC[shape]
     torque = Torque(lambda t, q, v: np.array([0.02 / width * pulse((t - at) / width)]), joints=["theta"])
     try:
         run = pp.simulate(pp.Scene(duration=2.0, model=ROD, effects=[torque]), method=method, accuracy=10**-digits)
-    except pp.RunError as error:
-        assert "is not met" in str(error)
-        return
+    except pp.RunError:
+        return  # nothing is claimed
     turned = 0.02 / INERTIA * (2 - at)
     assert 2 * abs(math.sin((run.q[-1, 0] - turned) / 2)) <= run.stats.error + 1e-14
 
@@ -352,7 +351,7 @@ def test_no_accuracy_is_claimed_of_steps_that_jump_over_a_narrow_force(method) -
     """
     start = pp.Start(positions={"theta": 1.0})
     scene = pp.Scene(duration=1.0, model=ROD, start=start, effects=(Gravity(), Torque(narrow, joints=["theta"])))
-    with pytest.raises(pp.RunError, match="accuracy 0.0001 is not met") as caught:
+    with pytest.raises(pp.RunError, match=r"accuracy 0\.0001 is not met") as caught:
         pp.simulate(scene, method=method, accuracy=1e-4)
     notes = [note for note in caught.value.partial.stats.notes if note.startswith("effects[1] (torque)")]
     assert any("does not declare that it is smooth" in note for note in notes)
