@@ -59,6 +59,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with, the first 
     "doctor/mending/": "doctor_mends doctor_exact doctor",
     "doctor/": "doctor doctor_functions doctor_letters doctor_texts",
     "equations/chain/": "chain_derivation chains_at_poles chain_thin equations_symmetries",
+    "equations/trees.py": "recursion compiled effects_drag",
     "equations/": "equations equations_symbolic equations_symmetries recursion special_states",
     "engines/machine/": "compiled compiled_chains compiled_parameters machine_functions",
     "engines/": "compiled chains special_states pinocchio_behaviour",

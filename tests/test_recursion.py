@@ -17,7 +17,7 @@ from hypothesis import strategies as st
 from laws import law
 from pendpin.equations.base import exact, symbols
 from pendpin.equations.recursion import accelerations, wrenches
-from pendpin.equations.trees import Tree
+from pendpin.equations.trees import Tree, motions, motions_in_links
 from pendpin.ground.arrays import EPS
 from pendpin.model.bodies import tree_of
 from rounding import ROUNDINGS, terms
@@ -109,6 +109,30 @@ def mass_terms(model, q):
 
 trees = st.builds(random_model, st.integers(1, 8), st.integers(0, 10**6))
 seeds = st.integers(0, 10**6)
+
+
+def test_what_joints_move_is_pinocchios():
+    """Places, velocities and spins of branching trees that turn and slide, in the base frame and in each link's."""
+    for seed in range(5):
+        model = random_model(7, seed)
+        (q, v), data = state(model.nv, seed), model.createData()
+        pin.forwardKinematics(model, data, q, v)
+        places = list(data.oMi)[1:]
+        rates = {
+            frame: np.array([pin.getVelocity(model, data, i, frame).vector for i in range(1, model.njoints)])
+            for frame in (pin.LOCAL_WORLD_ALIGNED, pin.LOCAL)
+        }
+        origin, axes, velocity, spin = motions(tree_of(model), q, v)
+        close = {"rtol": 1e-12, "atol": 1e-12}  # of numbers of size 1 to 10, through up to seven joints
+        np.testing.assert_allclose(origin, [place.translation for place in places], **close)
+        np.testing.assert_allclose(axes, [place.rotation for place in places], **close)
+        np.testing.assert_allclose(np.concatenate([velocity, spin], 1), rates[pin.LOCAL_WORLD_ALIGNED], **close)
+        origin, velocity, spin, into_links = motions_in_links(tree_of(model), q, v)
+        turned = [place.rotation.T @ place.translation for place in places]
+        np.testing.assert_allclose(origin, turned, **close)
+        np.testing.assert_allclose(np.concatenate([velocity, spin], 1), rates[pin.LOCAL], **close)
+        down = np.array([0.3, -0.2, 1.0])
+        np.testing.assert_allclose(into_links(down), [place.rotation.T @ down for place in places], **close)
 
 
 # --- floats against Pinocchio ---------------------------------------------------------------------------------------
