@@ -104,6 +104,20 @@ def test_a_swing_that_just_reaches_the_two_per_cent_may_settle_half_a_period_soo
         assert float(found["settling_time.spread"][0]) > 0.3
 
 
+def test_the_largest_angle_of_a_sweep_is_that_of_the_samples() -> None:
+    """It is too small by a h²/8 at most; a function that asks the run for its maximum finds the turning point."""
+
+    def least(run: pp.Trajectory) -> float:
+        return run.minimum("theta").value
+
+    h = 1 / 7
+    scene = sprung(0.6).replace({"solver.samples": 71})
+    found = pp.sweep(scene, {"duration": [10.0]}, ["theta.min", least])
+    turning = 0.7 * exact(0.6, np.pi / math.sqrt(4 - 0.6**2))  # after half a period
+    assert float(found["least"][0]) == pytest.approx(turning, abs=1e-9)
+    assert 1e-5 < float(found["theta.min"][0]) - turning < 4 * 0.7 * h**2 / 8
+
+
 def test_the_largest_force_of_a_sweep_is_between_the_samples() -> None:
     """As run.maximum says it, of few samples."""
     scene = sprung(0.6, start=0.7)
