@@ -78,6 +78,23 @@ def test_a_chain_of_which_one_part_alone_has_a_zero_of_energy_is_mended():
     assert wrong.mends
 
 
+LOADED = r"""A pendulum in a plane: a point mass $m$ on a rod of length $l$ with a damping.
+$$ m l^2\ddot\theta + b\dot\theta + m g l\sin\theta = 0 $$
+$$ \ddot\theta = -\frac{b}{m l^2}\dot\theta - \frac{g}{l}\sin\theta $$
+"""
+
+
+def test_a_fault_beside_a_load_is_found_where_another_equation_holds_without_it():
+    """An unknown load is 0 in both; alone, nothing would tell that the symbol is a load."""
+    assert verdicts(pp.diagnose(LOADED)) == ["holds if", "holds if"]
+    right, wrong = pp.diagnose(LOADED.replace(r"l}\sin", r"l}\cos")).findings
+    assert (right.verdict, wrong.verdict) == ("holds if", "fails")
+    assert wrong.mends[0].latex == LOADED.strip().split("$$")[-2].strip()
+    first, second = LOADED.replace(r"l}\sin", r"l}\cos").split("$$ m l^2")
+    (alone,) = pp.diagnose(first + second.partition("$$")[2]).findings
+    assert alone.verdict == "not checked"
+
+
 def test_far_fetched_mends_are_not_named():
     wrong = ["ddphi = g*m*sin(theta)**3 + l*dtheta"]
     (finding,) = pp.diagnose(wrong, rod="thin").findings

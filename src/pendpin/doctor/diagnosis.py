@@ -18,6 +18,7 @@ from pendpin.doctor.checking.conditions import (
     loads_at_zero,
     may_be_linear,
     small_angles,
+    without,
 )
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
@@ -217,8 +218,28 @@ class _Doctor:
         if len(one.lacking) <= MOST_LOADS and not one.defines:
             for equation in one.readings():
                 if condition := loads_at_zero(equation, self.system, one.lacking):
-                    return replace(found, verdict="holds if", condition=condition, kind="equation of motion")
+                    found = replace(found, verdict="holds if", condition=condition, kind="equation of motion")
+                    return replace(found, equation=without(equation, one.lacking))
+            if not self.reading.unknown and (finding := self._wrong_without_loads(found, one)):
+                return finding
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
+
+    def _wrong_without_loads(self, found: Finding, one: Printed) -> Finding | None:
+        """An equation with a load that a small change makes hold where the load is 0, as another of the text holds there."""
+        others = (other for other in self.reading.equations if other is not one and other.lacking == one.lacking)
+        alike = (loads_at_zero(e, self.system, one.lacking) for o in others if not o.defines for e in o.readings())
+        if not (condition := next(filter(None, alike), "")):
+            return None
+        equation = without(next(one.readings()), one.lacking)
+        with suppress(Unread):
+            if healed := mends(self._patient(one, equation), False):
+                error, moment = relative_error(equation, random_states(self.system)), when(equation, self.system)
+                remark = f"compared where {condition}, as another equation holds"
+                found = replace(
+                    found, verdict="fails", kind="equation of motion", error=error, when=moment, proved=True
+                )
+                return replace(found, mends=tuple(healed), remark=remark, equation=equation)
+        return None
 
     def _is_compression(self, equation: Equation, one: Printed) -> bool:
         """Whether a force along the rod that the text calls no tension holds if it has the other direction."""

@@ -250,14 +250,19 @@ def may_be_linear(equation: Equation, system: System) -> bool:
     return bool(angles) and not any(part.kind == "function" and part.value != "sqrt" for part in every)
 
 
+def without(equation: Equation, loads: set[str]) -> Equation:
+    """The equation where some unknown symbols are 0."""
+    zeros = {name: Node("number", (0, 0), Fraction(0)) for name in loads}
+    return replace(equation, definitions=equation.definitions | zeros)
+
+
 def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
     if not any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names) or not all(
         map(_may_be_load, unknown)
     ):
         return ""
-    zeros = {name: Node("number", (0, 0), Fraction(0)) for name in unknown}
-    bare = replace(equation, definitions=equation.definitions | zeros)
+    bare = without(equation, unknown)
     try:
         here = random_states(system)
         sides = sum(1 for rows, size in residuals_and_sizes(bare, here) if np.abs(size).min() > 0)
