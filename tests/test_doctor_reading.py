@@ -124,6 +124,10 @@ HOSTILE = [
     "<script>alert(1)</script>=1",
     "\x1b[31mx\x1b[0m=1",
     "R = (m+l+g)^13",
+    r"$$x = \underbrace= {a}_{b}$$",
+    r"$$x = \frac{d}$$",
+    r"$$\sum_{i=1}^{99999} x_i = \sum$$",
+    "<sub><sub>&amp;<sub> = [[[;;]] 1",
 ]
 
 

@@ -284,7 +284,7 @@ class Parser(PrintedNames):
                 return Node("product", (token.start, parts[1].outer[1]), ("*", "/"), parts, marks, fraction=True)
             case "underbrace" | "overbrace":  # without its label
                 self.take()
-                node = self.group()
+                node = self.group() if self.peek().kind == "open" else self.atom()
                 if self.peek().kind in ("_", "^"):
                     self.script()
                 return node

@@ -184,7 +184,7 @@ class PrintedNames(ABC):
     def order(self) -> int:
         """The number after ^, and past it; 1 where there is none."""
         text = self.script() if self.peek().kind in ("^", "superscript") else "1"
-        return int(text) if text in "123456789" else 1
+        return int(text) if re.fullmatch("[1-9]", text) else 1
 
 
 def differentiated(node: Node, by: Node, span: Span) -> Node:
