@@ -218,3 +218,12 @@ def test_what_no_other_equation_bears_out_is_not_accused():
     found = pp.diagnose(f"A double pendulum.\n\n{wrong}\n\n$$\\dot\\theta_1 = \\dot\\theta_2$$\n")
     assert not found.wrong
     assert not found.ok
+
+
+def test_a_fault_in_code_on_states_is_mended():
+    """The changed text is read with the same states: y[1] is a rate there too."""
+    azimuth = "dx1 = x3\ndx2 = x4\ndx3 = x4^2*sin(x1)*cos(x1) - g/l*sin(x1)\ndx4 = -x3*x4/tan(x1)\n"
+    found = pp.diagnose(azimuth)
+    assert [finding.verdict for finding in found.findings] == ["holds"] * 3 + ["fails"]
+    assert found.wrong[0].mends[0].latex == "dx4 = -2*x3*x4/tan(x1)"
+    assert found.title.startswith("a spherical pendulum")

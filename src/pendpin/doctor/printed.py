@@ -25,6 +25,7 @@ COORDINATES = {"x", "y", "z"}
 
 THIN = System(SPECS["thin"])
 Name = tuple[str, str]  # a letter and its index
+Rename = Callable[[Written], Written]
 Candidate = tuple[Equation, float]  # and its relative error
 
 
@@ -47,6 +48,7 @@ class Printed:
     defines: str = ""  # the symbol that it gives a meaning to
     definitions: dict[str, Node] = field(default_factory=dict)
     alone: bool = True  # no other equation stands in its text
+    renames: tuple[Rename, ...] = ()  # what its names became before they had a meaning, as y[1] a rate
     _meant: dict[int, list[Equation]] = field(default_factory=dict, init=False)
 
     def readings(self) -> Iterator[Equation]:
@@ -66,6 +68,13 @@ class Printed:
     def letters(self) -> set[tuple[str, str]]:
         """The letters with their indices that stand in it."""
         return {(part.written.letter, part.written.index) for part in parts(self.sides) if part.written}
+
+    def read_again(self, text: str, tight: bool) -> list[tuple[Node, ...]]:
+        """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
+        equations = parse(text, tight=tight)
+        for change in self.renames:
+            equations = [[_renamed(side, change) for side in sides] for sides in equations]
+        return [tuple(bound(side, self.words) for side in sides) for sides in equations]
 
     @property
     def sides(self) -> tuple[Node, ...]:
@@ -104,15 +113,23 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     return _differences(_states(_from_one(found)))
 
 
-def _rewritten(raw: list[Printed], change: Callable[[Written], Written]) -> list[Printed]:
-    """The equations with other names."""
+def _rewritten(raw: list[Printed], change: Rename) -> list[Printed]:
+    """The equations with other names, also where a changed text of one is read again."""
+    return [
+        replace(
+            one,
+            ways=tuple((tuple(_renamed(side, change) for side in sides), tight) for sides, tight in one.ways),
+            renames=(*one.renames, change),
+        )
+        for one in raw
+    ]
 
-    def node(one: Node) -> Node:
-        written = change(one.written) if one.written else None
-        value = unknown(written) if written and one.kind in ("symbol", "derivative") else one.value
-        return replace(one, written=written, value=value, children=tuple(map(node, one.children)))
 
-    return [replace(one, ways=tuple((tuple(map(node, sides)), tight) for sides, tight in one.ways)) for one in raw]
+def _renamed(node: Node, change: Rename) -> Node:
+    """An expression with other names."""
+    written = change(node.written) if node.written else None
+    value = unknown(written) if written and node.kind in ("symbol", "derivative") else node.value
+    return replace(node, written=written, value=value, children=tuple(_renamed(one, change) for one in node.children))
 
 
 def _from_one(raw: list[Printed]) -> list[Printed]:

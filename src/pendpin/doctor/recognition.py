@@ -510,7 +510,9 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     if family == "plane":
         yield from ({name: Written("theta")} for name in angles if often[name] * RARELY >= often[angles[0]])
     elif family == "polar":
-        yield from ({first: Written("theta"), second: Written("phi")} for first, second in permutations(angles, 2))
+        states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
+        pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
+        yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
     elif family == "cart-pole":
         pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
         yield from ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)

@@ -17,7 +17,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_erro
 from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, symbols
-from pendpin.doctor.recognition import FEW, Recognition
+from pendpin.doctor.recognition import FEW, Reading, Recognition
 from pendpin.doctor.systems.base import Spec, System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 
@@ -88,7 +88,7 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         spec = reading.system.spec
         if finding.verdict == "fails" and finding.equation and not (few and spec.kind in RODS):
-            own = _follows(finding.equation, found, reading.system, findings)
+            own = _follows(finding.equation, found, reading.system, findings) or _of_another(one, found, reading)
             words = own or evidence[spec.kind].objection(finding, one, spec)
             finding = _dropped(finding, words) if words else finding
         answers.append(finding)
@@ -130,6 +130,13 @@ def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
         return False
     first, second = np.split(one[0] / other[0], 2)
     return bool(np.abs(first - second).max() <= RATIO * np.abs(first).max())
+
+
+def _of_another(one: Printed, found: Recognition, reading: Reading) -> str:
+    """Whether letters have rates in the section of an equation that the system does not have; in words."""
+    pairs = zip(found.equations, reading.strangers, strict=True)
+    strange = set().union(*(letters for other, letters in pairs if other.statement.section == one.statement.section))
+    return f"it does not hold for {reading.title}, which has no rate of {', '.join(sorted(strange))}" if strange else ""
 
 
 def _follows(accused: Equation, found: Recognition, system: System, findings: list[Finding]) -> str:

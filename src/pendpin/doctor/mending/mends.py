@@ -15,7 +15,6 @@ from pendpin.doctor.mending.monomials import reader_of
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, parts_of
 from pendpin.doctor.mending.writing import Printer, Splice, Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
 
@@ -90,10 +89,10 @@ class Patient:
 
     def read(self, text: str) -> Equation:
         """The equation of a changed text, its names meaning the same. Raises Unread."""
-        equations = parse(text, self.printed.words, tight=self.equation.tight)
+        equations = self.printed.read_again(text, self.equation.tight)
         if len(equations) <= self.printed.index:
             raise Unread("the equation is gone")
-        return replace(self.equation, sides=tuple(equations[self.printed.index]))
+        return replace(self.equation, sides=equations[self.printed.index])
 
 
 def mends(patient: Patient, pairs: bool) -> list[Mend]:
