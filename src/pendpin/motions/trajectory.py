@@ -14,7 +14,7 @@ from pendpin.motions import continuation, search
 from pendpin.motions.search import Extreme
 from pendpin.motions.summary import Summary, page, summary, text
 from pendpin.trajectory import RunRecord, with_samples
-from pendpin.trajectory.tables import to_csv, to_pandas, to_xarray
+from pendpin.trajectory.columns import to_csv, to_pandas, to_xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)

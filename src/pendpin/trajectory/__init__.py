@@ -1,9 +1,19 @@
 """What comes out: the record of a run, its parts, and the file that holds it.
 
 May import: the ground.
-To add a result: a field in record.py, its shape in reading.py, its name and unit in columns.py.
+To add a result: a field in record.py, its shape in parts.py, its name and unit in columns.py.
 """
 
-from pendpin.trajectory.parts import KINDS, Counts, Energy, Event, Reactions, Stats, exchanged
-from pendpin.trajectory.reading import event_arrays, read_array, read_events
+from pendpin.trajectory.parts import (
+    KINDS,
+    Counts,
+    Energy,
+    Event,
+    Reactions,
+    Stats,
+    event_arrays,
+    exchanged,
+    read_array,
+    read_events,
+)
 from pendpin.trajectory.record import Derived, RunRecord, joined, samples_of, with_samples

@@ -1,11 +1,17 @@
-"""The further results of a run: joint reactions, energy, and counts and times."""
+"""The parts of a run's record: counts, energies, events, reactions, and how they are read from a file."""
 
-from dataclasses import dataclass
-from typing import NamedTuple
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
+from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
+from pydantic import TypeAdapter, ValidationError
 
 from pendpin.ground.arrays import TINY, Array
+from pendpin.ground.files import ArrayFile
+from pendpin.ground.records import LARGEST, fault_text
 
 ROUNDING = 1e-9  # of a potential energy or work: a motion that exchanges less is lost in their rounding
 
@@ -113,3 +119,105 @@ class Stats(Counts):
     error: float | None = None  # the estimated error
     all_seconds: float | None = None  # of every run that led to this one
     notes: tuple[str, ...] = ()  # remarks on the run
+
+
+# --- reading a run from its file ------------------------------------------------------------------------------------
+
+FORMAT = 1  # of the file of a run: another one is refused
+AS_WRITTEN = ("as_written", "viscous", "dry_friction", "stop")  # an effect, and those that it stands for
+ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
+
+
+def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
+    """The fields of a RunRecord from a file, and its arrays over time by name; ValueError where they do not fit together."""
+    scene, stats = _read_meta(file)
+    joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
+    ends = "tips" if "tips" in file.headers else "tip"  # as files of older versions have it
+    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, ends, 1)
+    shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
+    shapes |= {"kinetic": (n,), "potential": (n,), ends: (n, rods, 3)}
+    arrays = {name: read_array(file, name, shape) for name, shape in shapes.items()}
+    arrays["tips"] = arrays.pop(ends)
+    if np.any(np.diff(arrays["t"]) <= 0):
+        raise ValueError("array 't' does not rise")
+    universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
+    arrays |= {name: read_array(file, name, universal) for name in Reactions._fields} if universal else {}
+    kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
+    work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
+    effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}
+    least, most = effects, effects
+    if AS_WRITTEN[0] in effects:  # it stands for others, as many as its file writes
+        least, most = effects - set(AS_WRITTEN), effects | set(AS_WRITTEN)
+    if work and not least <= set(work) <= most:
+        raise ValueError("its works are not those of its scene's effects")
+    happened = {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
+    return happened | {"joints": joints, "work": work, "stats": stats, "scene": scene}, arrays
+
+
+def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
+    """The outputs (instants, k) of each sampled torque. Raises ValueError for such as cannot be."""
+    names = [name for name in file.headers if name.startswith("held_")]
+    if sorted(names) != sorted(f"held_{i}" for i in range(len(names))):
+        raise ValueError("the arrays of held torques do not fit together")
+    shapes = [(_length(file, name, 0), _length(file, name, 1)) for name in sorted(names)]
+    if any(joints > nv for _, joints in shapes):
+        raise ValueError(f"held torques of more than {nv} joints")
+    return tuple(read_array(file, f"held_{i}", shape) for i, shape in enumerate(shapes))
+
+
+def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
+    """The arrays of a file that hold events; none where there are none."""
+    return {
+        f"event_{name}": np.array(part) for name, part in zip(Event._fields, zip(*events, strict=True), strict=False)
+    }
+
+
+def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[Event, ...]:
+    """The events in a file, of these joints if they are given. Raises ValueError for such as cannot have been."""
+    if not any(name.startswith("event_") for name in file.headers):
+        return ()
+    t = read_array(file, "event_t", (_length(file, "event_t", 0),))
+    names, kinds = (read_array(file, name, ("events",), text=True) for name in ("event_joint", "event_kind"))
+    are_known = set(names) <= set(joints or names) and set(kinds) <= set(KINDS)
+    if not len(t) == len(names) == len(kinds) or not are_known or np.any(np.diff(t) < 0):
+        raise ValueError("the arrays of events do not fit together")
+    return tuple(map(Event, t.tolist(), names.tolist(), kinds.tolist()))
+
+
+def _length(file: ArrayFile, name: str, axis: int) -> int:
+    """The length of an array of a file along an axis, from its header."""
+    shape = file.header(name).shape
+    if len(shape) <= axis or not shape[axis]:
+        raise ValueError(f"array {name!r} has the shape {shape}")
+    return shape[axis]
+
+
+def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = False) -> NDArray[Any]:
+    """An array of finite numbers, or of texts, of this shape; another shape is refused before the data are read."""
+    dtype, stored = file.header(name)
+    if text and dtype.kind == "U" and len(stored) == len(shape) and all(stored):
+        return file.read(name)
+    if text or dtype != np.float64 or stored != shape:
+        right = "text" if text else f"float64 {shape}"
+        raise ValueError(f"array {name!r} is {dtype} {stored}, not {right}")
+    array = file.read(name)
+    if not (np.abs(array) <= LARGEST).all():
+        raise ValueError(f"array {name!r} holds NaN or a number beyond {LARGEST:g}")
+    return array
+
+
+def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
+    """The record of the run and its Stats. Raises ValueError where they do not fit."""
+    meta = json.loads(str(read_array(file, "meta", (), text=True)))
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        raise ValueError("its format is of another version of pendpin")
+    scene = meta.get("scene")
+    if not isinstance(scene, dict) or not isinstance(effects := scene.get("effects") or [], list):
+        raise ValueError("meta holds no scene")
+    if not all(isinstance(table, dict) for table in (scene.get("model") or {}, *effects)):
+        raise ValueError("meta holds no scene")
+    try:
+        recorded = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
+        return scene, TypeAdapter(Stats).validate_python(recorded)
+    except ValidationError as error:
+        raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None

@@ -16,10 +16,19 @@ from pendpin.errors import InputError, one_line, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.ground.records import LARGEST
-from pendpin.trajectory.columns import Place, column, columns
-from pendpin.trajectory.parts import Energy, Event, Reactions, Stats, exchanged, share
-from pendpin.trajectory.reading import ARRAYS, FORMAT, event_arrays, read_fields
-from pendpin.trajectory.tables import TABLES
+from pendpin.trajectory.columns import TABLES, Place, column, columns
+from pendpin.trajectory.parts import (
+    ARRAYS,
+    FORMAT,
+    Energy,
+    Event,
+    Reactions,
+    Stats,
+    event_arrays,
+    exchanged,
+    read_fields,
+    share,
+)
 
 STATES = ("t", "q", "v")  # the arrays of a record that are integrated; the others follow from them
 MOST_LETTERS = 90  # of a title
