@@ -164,7 +164,7 @@ def last_lines(diagnosis: Findings) -> list[str]:
     """What was counted, and what was not looked at."""
     answer = [summary(diagnosis)]
     if diagnosis.doubtful and not diagnosis.wrong:
-        answer.append("Some does not hold as it is read, so this is no proof that all is right (exit status 1).")
+        answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
     if diagnosis.skipped:
         shown = ", ".join(diagnosis.skipped[:MOST_LISTED])
         more = f" and {len(diagnosis.skipped) - MOST_LISTED} more" if len(diagnosis.skipped) > MOST_LISTED else ""
