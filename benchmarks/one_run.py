@@ -2,7 +2,7 @@
 
     python benchmarks/one_run.py [--starts 5000] [--repetitions 20] [--rows NAME ...]
     python benchmarks/one_run.py --walk docs/contributing/walk.md    # the way of one call through the house, as a page
-    python benchmarks/one_run.py --rows planar many --page           # what docs/accuracy.md says of heyoka by hand
+    python benchmarks/one_run.py --rows planar start mass many sweep --page   # the table of docs/accuracy.md
 
 Times are of the processor, the least of the repetitions, each call warmed up. heyoka by hand is the planar double
 pendulum by Lagrange's equations in absolute angles, at pendpin's tolerance, compiled before it is timed.
@@ -13,6 +13,7 @@ import sys
 import time
 from collections import Counter
 from collections.abc import Callable
+from itertools import cycle
 from pathlib import Path
 from typing import Any
 
@@ -168,9 +169,16 @@ def rows(count: int) -> dict[str, Callable[[], tuple[str, Callable[[], Any], str
             lambda: pp.simulate(scene, method=found.stats.method, **setting),
         )
 
+    def others(key: str) -> Callable[[], Any]:
+        """A run of the next scene: of more than a thread keeps prepared."""
+        scenes = cycle([PLANAR.replace({key: value}) for value in np.linspace(1.0, 2.0, 32).tolist()])
+        return lambda: pp.simulate(next(scenes))
+
     laboratory = LAB / "single.toml", LAB / "single.csv"
     return {
         "planar": lambda: ("planar double pendulum, 5 s", lambda: pp.simulate(PLANAR), "heyoka by hand", by_hand()),
+        "start": lambda: ("from another start", others("start.positions.theta_1"), "heyoka by hand", by_hand()),
+        "mass": lambda: ("with another mass", others("model.rods[0].mass"), "heyoka by hand", by_hand()),
         "many": lambda: (
             f"{count} of them, simulate_many",
             lambda: pp.simulate_many(PLANAR, *many, workers=1),
@@ -264,7 +272,7 @@ def main() -> None:
     parser.add_argument("--repetitions", type=int, default=20)
     parser.add_argument("--rows", nargs="*", default=None)
     parser.add_argument("--walk", type=Path, default=None)
-    parser.add_argument("--page", action="store_true", help="write the ratios of planar and many into docs/accuracy.md")
+    parser.add_argument("--page", action="store_true", help="write the table of docs/accuracy.md")
     given = parser.parse_args()
     entered = walks()
     if given.walk:
@@ -285,11 +293,15 @@ def main() -> None:
             ratio = f"{own / peer:6.1f} times" if name != "short" else ""
             print(f"{work:32} {own * 1e3:9.2f} ms   {beside}: {peer * 1e3:.3g} ms {ratio}")
     if given.page:
-        (one, times), (_, times_of_many) = ratios["planar"], ratios["many"]
-        lines = [
-            f"- One `simulate` takes {times:.0f} times as long ({one * 1e3:.1f} ms).",
-            f"- `simulate_many` of {given.starts:,} starts takes {times_of_many:.1f} times as long.",
-        ]
+        words = {
+            "planar": f"`simulate` of a scene that ran before in this thread, {ratios['planar'][0] * 1e3:.2g} ms",
+            "start": "`simulate` from another start",
+            "mass": "`simulate` with another mass",
+            "many": f"`simulate_many` of {given.starts:,} starts",
+            "sweep": "`sweep` of the same starts, with their swing",
+        }
+        lines = ["| call | times heyoka by hand |", "|---|---|"]
+        lines += [f"| {text} | {ratios[name][1]:.2g} |" for name, text in words.items()]
         write_between_marks(Path(__file__).parents[1] / "docs" / "accuracy.md", "by hand", lines)
     for name, functions in entered.items():
         print(f"{name}: {len(functions)} functions in {len({file for file, _ in functions})} files")

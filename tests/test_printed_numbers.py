@@ -148,7 +148,7 @@ def test_the_answers_of_a_run_are_those_of_its_motion() -> None:
     run = pp.simulate(swing(Viscous(coefficient=0.3), duration=4.0), samples=4001)
     rows = rows_of(run_report(run, ""))
     first, _, later = numbers(rows["largest swing"])
-    bodies = np.degrees(run.swing)
+    bodies = np.degrees(run["swing"])
     assert first == close(1e-5)(bodies.max())
     assert later == close(1e-3)(bodies[len(run.t) // 2 :].max())
     assert numbers(rows["R3 largest"])[0] == close(1e-4)(run["R3"].max())
