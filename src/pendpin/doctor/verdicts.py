@@ -133,10 +133,11 @@ def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
 
 
 def _of_another(one: Printed, found: Recognition, reading: Reading) -> str:
-    """Whether letters have rates in the section of an equation that the system does not have; in words."""
+    """Whether letters of an equation have rates elsewhere in its section that the system does not have; in words."""
     pairs = zip(found.equations, reading.strangers, strict=True)
-    strange = set().union(*(letters for other, letters in pairs if other.statement.section == one.statement.section))
-    return f"it does not hold for {reading.title}, which has no rate of {', '.join(sorted(strange))}" if strange else ""
+    moving = set().union(*(letters for other, letters in pairs if other.statement.section == one.statement.section))
+    strange = sorted(moving & {letter + index for letter, index in one.letters})
+    return f"it does not hold for {reading.title}, which has no rate of {', '.join(strange)}" if strange else ""
 
 
 def _follows(accused: Equation, found: Recognition, system: System, findings: list[Finding]) -> str:
