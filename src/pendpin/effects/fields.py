@@ -1,5 +1,6 @@
 """Uniform accelerations of everything: gravity, a support that moves, a frame that turns."""
 
+from collections.abc import Callable
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -243,7 +244,7 @@ class Rotation(Tracked, BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega = motion.fixed(self._vector(xp) if self.track is None else self.track.position(t))
+        omega = motion.fixed(self._vector(xp) if self.track is None else _at(self.track.position, t))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
@@ -251,7 +252,7 @@ class Rotation(Tracked, BodyEffect):
         moment = cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
         if self.track is None:
             return force, moment
-        rising = motion.fixed(self.track.velocity(t))  # Omega', on which I = tr(E) - E acts
+        rising = motion.fixed(_at(self.track.velocity, t))  # Omega', on which I = tr(E) - E acts
         half_trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)[:, None] / 2
         moment = moment - half_trace * rising + _spread(bodies, motion, rising)
         return force - bodies.mass[:, None] * cross(rising, r), moment
@@ -268,6 +269,12 @@ class Rotation(Tracked, BodyEffect):
         in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
         spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))
         return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
+
+
+def _at(of: Callable[[Any], Any], t: Any) -> Any:
+    """A vector of a track, (3,) at a time; at times (k, 1, 1), for all bodies of each motion, (k, 1, 3)."""
+    vector = of(t)
+    return vector[..., 0, :] if np.ndim(t) == 3 else vector
 
 
 def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
