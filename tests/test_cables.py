@@ -526,6 +526,24 @@ def test_a_world_that_slews_is_a_world_at_rest(method: str, tmp_path: Path) -> N
     assert np.abs(np.einsum("nij,nrj->nri", back, turning.tips) - rest.tips).max() < 1e-8
 
 
+def test_all_routes_agree_where_the_world_slews(tmp_path: Path) -> None:
+    """The check of a run and `pendpin check` take many states at once; a track gives them as one by one."""
+    (tmp_path / "rate.csv").write_text("t,rate\n0,0\n1,0.2\n2,0.2\n3,0.1\n")
+    slews = fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 1))
+    rods = [pp.Rod(length=0.6, mass=0.5, radius=0.02, copies=2)]
+    start = pp.Start(positions={"theta_1": 0.5, "phi_2": 0.3}, velocities={"theta_2": 0.7})
+    scene = pp.Scene(duration=2.0, model=pp.Chain(rods=rods), start=start, effects=[fx.Gravity(), slews, fx.Drag()])
+    assert not pp.crosscheck(scene, states=20).report().fault
+
+
+def test_loads_in_a_row_are_said(tmp_path: Path) -> None:
+    """A rod with a payload that is repeated has one in every copy: beads, or a slip."""
+    beads = pp.Chain(rods=[pp.Rod(length=0.5, mass=0.1, payload=2.0, copies=3)])
+    scene = pp.Scene(duration=0.1, model=beads, effects=[fx.Gravity()])
+    with pytest.warns(pp.errors.Note, match=r"model.rods\[0\]: each of its 3 copies has the payload of 2 kg"):
+        pp.simulate(scene)
+
+
 # --- what is refused ------------------------------------------------------------------------------------------------
 
 

@@ -177,6 +177,10 @@ def test_the_commands(tmp_path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     assert "up" in capsys.readouterr().out
     for picture in ("section.png", "diagram.png"):
         assert (tmp_path / picture).read_bytes().startswith(b"\x89PNG")
+    never = ("--count", "1", "--plot", "never.png", "--set", "duration=0.1")
+    assert run_main("section", "double.toml", "--at", "theta_1 = 2.9", "--of", "theta_2,phi_1", *never) == 1
+    assert "no motion has all its points" in capsys.readouterr().err
+    assert not (tmp_path / "never.png").exists()
     assert run_main("section", "double.toml", "--at", "theta_1 at 0", "--of", "theta_2") == 2
     assert "is not NAME = LEVEL, rising" in capsys.readouterr().err
     assert run_main("section", "double.toml", "--at", "theta_9 = 0", "--of", "theta_2") == 1
@@ -196,7 +200,7 @@ def test_the_commands(tmp_path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
         (lambda: sections.crossing(3, of="theta_2"), "name: 3 is not the name of a quantity"),  # type: ignore[arg-type]
         (lambda: sections.strobe(0.0, of="theta_1"), "period: 0.0 is not a number of seconds above 0"),
         (lambda: sections.strobe(np.inf, of="theta_1"), "period: inf is not"),
-        (lambda: sections.strobe(of="theta_1")(PLANAR), "period: nothing drives this scene"),
+        (lambda: sections.strobe(of="theta_1")(PLANAR), "strobe: nothing drives this scene"),
         (lambda: sections.crossing("theta_1", of="theta_3")(PLANAR), "'theta_3' is not a quantity"),
         (lambda: sections.crossing("tehta_1", of="theta_2")(PLANAR), "did you mean 'theta_1'"),
         (lambda: sections.crossing("theta_1", of="theta_2")(PLANAR.replace(duration=0.0)), "a motion of 0 s"),
@@ -228,5 +232,5 @@ ON_ONE = sections.crossing("theta", of="theta_rate", count=2)
 def test_a_section_that_is_never_reached_says_so() -> None:
     """A rod at rest crosses nothing; the message says how long it was waited for."""
     still = PLANAR.replace(start=pp.Start(), duration=0.5)
-    with pytest.raises(pp.RunError, match=r"theta_1 rises through 1 0 times, and then not once in"):
+    with pytest.raises(pp.RunError, match=r"theta_1 rises through 1 0 times of 1, and not once in the last"):
         sections.crossing("theta_1", 1.0, of="theta_2", count=1)(still)

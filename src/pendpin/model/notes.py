@@ -21,6 +21,13 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
         for joint in far[:1]
     ]
     lines += _homes_note(scene, model)
+    if isinstance(scene.model, Chain):
+        lines += [
+            f"model.rods[{i}]: each of its {rod.copies} copies has the payload of {rod.payload:g} kg; "
+            "for one load at the end give the last rod an entry of its own"
+            for i, rod in enumerate(scene.model.rods)
+            if rod.copies > 1 and rod.payload
+        ]
     if isinstance(scene.model, Chain) and any(isinstance(effect, Drag) for effect in scene.effects):
         rods = enumerate(scene.model.all_rods)
         if points := [f"rod_{i + 1}" for i, rod in rods if rod.payload and not rod.payload_radius]:

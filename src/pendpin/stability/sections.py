@@ -122,8 +122,7 @@ class Crossing(Section):
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
                 raise RunError(
-                    f"{self.name} {how} {self.level:g} {points} times, and then not once in {since:.4g} s; "
-                    f"{wanted} times are asked for"
+                    f"{self.name} {how} {self.level:g} {points} times of {wanted}, and not once in the last {since:.4g} s"
                 )
         raise AssertionError  # the pieces have no end
 
@@ -163,7 +162,7 @@ class Strobe(Section):
         period = self.period
         if period is None:
             if not (frequency := drive_of(scene)):
-                raise InputError("period: nothing drives this scene; give a period in s")
+                raise InputError("strobe: nothing drives this scene; give a period in s")
             period = 2 * np.pi / frequency
         times = scene.start.time + period * np.arange(self.skip + 1, self.skip + self.count + 1)
         run = run_to_setting(varied(scene, None, None, times, {}))
@@ -256,13 +255,8 @@ class Portrait(Result):
         if len(self.section.of) != 2:
             raise InputError(f"of: a section is drawn of two quantities, not of {len(self.section.of)}")
         ax = axes("ax", ax) or new_figure(figsize=(7.0, 5.5), layout="constrained").subplots()
-        wrap = [name for name, unit in self.units.items() if unit == "rad"]
-        for points in self.values:
-            x, y = (
-                _wrapped(column) if name in wrap else column
-                for name, column in zip(self.section.of, points.T, strict=True)
-            )
-            ax.plot(x, y, ".", ms=2.0, mew=0)
+        for points in self._shown():
+            ax.plot(*points.T, ".", ms=2.0, mew=0)
         ax.set(**{f"{axis}label": _titled(name, self.units) for axis, name in zip("xy", self.section.of, strict=True)})
         how = {1: ", rising", -1: ", falling", 0: ""}[self.section.direction]
         ax.set_title(f"{self.section.name} = {self.section.level:g}{how}; {self.energy:.6g} J", loc="left", fontsize=10)
@@ -274,7 +268,7 @@ class Portrait(Result):
         head = ("quantity", "least", "largest", "unit")
         rows = [
             (name, f"{np.nanmin(column):.6g}", f"{np.nanmax(column):.6g}", self.units[name])
-            for name, column in zip(self.section.of, np.moveaxis(self.values, -1, 0), strict=True)
+            for name, column in zip(self.section.of, np.moveaxis(self._shown(), -1, 0), strict=True)
             if any(good)
         ]
         how = (
@@ -282,12 +276,20 @@ class Portrait(Result):
             "potential energy is below it; the rest is kinetic, in directions drawn evenly by the mass matrix."
         )
         parts = [how] if self.drawn else []
-        parts.append(f"{sum(good)} of {len(good)} motions have {self.section.count} points each.")
+        parts.append(
+            f"{sum(good)} of {len(good)} motions have {self.section.count} points each; angles from -pi to pi."
+        )
         parts += [
             f"{sum(reason == one for reason in self.why)} have none: {one}" for one in dict.fromkeys(self.why) if one
         ]
         data = {"energy": self.energy, "of": self.section.of, "values": self.values.tolist(), "why": list(self.why)}
-        return Report((*parts, Table(head, rows)), data, None if any(good) else "no motion has a point")
+        table = [Table(head, rows)] if rows else []
+        return Report((*parts, *table), data, None if any(good) else "no motion has all its points")
+
+    def _shown(self) -> Array:
+        """The values (starts, count, len(of)) with angles from -pi to pi."""
+        angles = [self.units[name] == "rad" for name in self.section.of]
+        return np.where(angles, _wrapped(self.values), self.values)
 
 
 def portrait(
@@ -507,7 +509,9 @@ def _on_circle(points: Array, units: Sequence[str]) -> Array:
 
 def _described(count: int) -> str:
     if count <= 0:
-        return "no motion" if count == 0 else f"no cycle of up to {MOST_CYCLE} points"
+        return (
+            "no motion" if count == 0 else f"no cycle of up to {MOST_CYCLE} points, or not settled: a larger skip tells"
+        )
     return "the same point in every period" if count == 1 else f"a cycle of {count} points"
 
 

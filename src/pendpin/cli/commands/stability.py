@@ -8,6 +8,7 @@ import typer
 from pendpin.cli.inputs import Json, Plot, SceneInput, flag, naming_options, on_scene
 from pendpin.cli.outputs import print_files, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
+from pendpin.errors import PendpinError
 
 
 @on_scene
@@ -134,7 +135,9 @@ def section(
         raise typer.BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
     with chosen.noted() as scene, limited(limit) as work, waiting("the section", json, work):
         drawn = portrait(scene, place, starts, energy, seed)
-    print_report(drawn.report(), json)
+    print_report(report := drawn.report(), json)
+    if report.fault:
+        raise PendpinError(report.fault)
     if plot:
         print_files([write_figure(plot, lambda: drawn.plot().figure)], json)
 
@@ -165,7 +168,9 @@ def bifurcation(
         place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
     with chosen.noted() as scene, limited(limit) as work, waiting("the diagram", json, work):
         diagram = diagram_of(scene, key, values, place)
-    print_report(diagram.report(), json)
+    print_report(report := diagram.report(), json)
+    if report.fault:
+        raise PendpinError(report.fault)
     if plot:
         print_files([write_figure(plot, lambda: diagram.plot().figure)], json)
 
