@@ -40,6 +40,7 @@ def test_from_the_unstable_rest(away: float, duration: float, accuracy: float, m
     claim_holds(swing(math.pi - away, duration, 61), method, accuracy)
 
 
+@pytest.mark.slow
 @law(8)
 @given(
     away=st.lists(st.floats(-9.0, -3.0), min_size=4, max_size=4),
@@ -92,6 +93,7 @@ def test_fixed_steps_are_not_halved_for_ever_in_chaos(monkeypatch: pytest.Monkey
     assert sum(evaluations) < 2e5  # two runs at 1e-12 take 4e4
 
 
+@pytest.mark.slow
 @law(8)
 @given(
     theta=st.floats(0.4, 1.2),

@@ -280,6 +280,7 @@ def test_rectangular_pulses_have_their_whole_impulse(method, begin, width, durat
         assert run.q[-1, 0] * INERTIA == pytest.approx(turned, rel=1e-10, abs=duration * rounding)
 
 
+@pytest.mark.slow
 @law(6)
 @given(
     method=st.sampled_from(["rk4", "gauss4", "dop853", "rk45", "lsoda"]),

@@ -29,7 +29,7 @@ def test_a_cone_stays_one(name: str, angle: float) -> None:
     """Over 100 s its angle does not change by 1e-12 rad, nor does its turning."""
     scene = scene_of(SLENDER[name])
     run = pp.simulate(scene.replace(start=pp.Start.conical(scene, angle)))
-    assert np.abs(run.swing - abs(angle)).max() < 1e-12
+    assert np.abs(run["swing"] - abs(angle)).max() < 1e-12
     m, h, inertia, *_ = SLENDER[name].properties
     rate = np.sqrt(9.81 * m * h / ((inertia + m * h**2) * np.cos(angle)))
     turned = np.unwrap(np.arctan2(run["tip_y"], run["tip_x"]), period=2 * np.pi)
@@ -45,7 +45,7 @@ def test_a_thick_rod_nods_as_much_as_the_docstring_says(radius: float, angle: fl
     m, h, inertia, _, axial = rod.properties
     said = axial / (inertia + m * h**2) * np.sin(angle) * np.tan(angle) ** 2
     run = pp.simulate(scene.replace(start=pp.Start.conical(scene, angle)))
-    assert 0.3 * said < np.abs(run.swing - angle).max() < 3 * said
+    assert 0.3 * said < np.abs(run["swing"] - angle).max() < 3 * said
 
 
 def test_a_cone_that_is_none() -> None:

@@ -66,6 +66,7 @@ def test_a_case_does_not_depend_on_its_neighbours(cut: int, seed: int) -> None:
     np.testing.assert_array_equal(whole.values, np.concatenate([part.values for part in parts]))
 
 
+@pytest.mark.slow
 @law(6)
 @given(data=st.data(), setting=st.sampled_from([{"tolerance": 1e-9}, {"accuracy": 1e-3}]))
 def test_the_cut_the_order_and_the_interrupts_do_not_matter(data: st.DataObject, setting: dict) -> None:
