@@ -148,6 +148,10 @@ class Reading:
         names = [_names(side) for side in sides]
         if all(side.kind == "symbol" for side in sides) and any("q_i" in inside for inside in names):
             return "it says what a name stands for"
+        kinds = {side.kind for side in sides}
+        parts = [part for side in sides if side.kind != "symbol" for part in side.children]
+        if kinds == {"symbol", "matrix"} and all(part.kind == "symbol" for part in parts):
+            return "it gives the states their names: nothing to check"
         every = set().union(*names)
         multiples = every <= spec.still and all(_is_multiple(side) for side in sides)
         if multiples and (not self.chosen or _can_be_chosen(one, self.system)):  # else J may be called I
