@@ -27,8 +27,8 @@ from pendpin.model.build import FLIP, SIGNS, Model
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
 OFF = 1e-14  # of a square: a vector is unit within this
 # Of the product of cos(phi) of at most MAX_SPHERICAL thin rods: from there on ABA was within 3e-12 of the chain equations in
-# 2,400 random states with lengths and masses up to 100 : 1, within 3e-14 with those up to 3 : 1. Of one rod it was within 2e-14
-# of each acceleration up to the pole itself.
+# 2,400 random states with lengths and masses up to 100 : 1, within 3e-14 with those up to 3 : 1. Of one rod it
+# was within 2e-14 of each acceleration up to the pole itself.
 REGULAR = 0.1
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
 
