@@ -8,7 +8,7 @@ import sys
 from pathlib import Path
 
 from pages import write_between_marks
-from pendpin.graphics.figure import write_figure
+from pendpin.graphics.style import write_figure
 from pendpin.verification.agreement.published import published_cases
 from pendpin.verification.agreement.validate import AgreementReport, draw_motions, validate
 

@@ -28,7 +28,8 @@ from pendpin.scene import builtin_scene
 from pendpin.verification.simulators import drake_peers, mujoco_peers, scipy_peers, task_of
 from pendpin.verification.simulators.base import PeerTask
 from pendpin.verification.work_precision.cost import SAMPLES, cost
-from pendpin.verification.work_precision.report import UNCOMPILED, CostReport, save_cost_plot, time_text
+from pendpin.verification.work_precision.figure import save_cost_plot
+from pendpin.verification.work_precision.report import UNCOMPILED, CostReport, time_text
 
 TOP = Path(__file__).parents[1]
 ERRORS = (1e-3, 1e-6, 1e-9)

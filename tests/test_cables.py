@@ -456,7 +456,7 @@ def test_the_figure_of_a_rope(rope: pp.Trajectory) -> None:
     """Offset, swing and tension over time; shapes at eight instants end at the tips; tension over arc length is R3."""
     figure = rope.plot()
     time, (shape, along, path) = figure.axes[:-3], figure.axes[-3:]
-    assert [ax.get_ylabel() for ax in time] == ["tip's offset, m", "swing, rad", "tension R3, N", "energy, J"]
+    assert [ax.get_ylabel() for ax in time] == ["tip's offset (m)", "swing (rad)", "tension R3 (N)", "energy (J)"]
     assert [text.get_text() for text in time[3].get_legend().get_texts()][:3] == ["kinetic", "potential*", "energy"]
     lines = {line.get_label(): line.get_ydata() for ax in time for line in ax.lines}
     assert np.array_equal(lines["y"], rope["tip_y"])
@@ -470,8 +470,8 @@ def test_the_figure_of_a_rope(rope: pp.Trajectory) -> None:
         row = int(np.abs(rope.t - float(line.get_label().split()[0])).argmin())
         assert np.array_equal(line.get_ydata(), rope.reactions().R3[row])
     np.testing.assert_allclose(along.lines[0].get_xdata(), LENGTH / 14 * np.arange(14), atol=1e-12)
-    assert shape.get_title() == "shape of the rope, relative to the support"
-    assert path.get_title() == "path of the tip relative to the support,\nfrom above"
+    assert shape.get_title(loc="left") == "shape of the rope, relative to the support"
+    assert path.get_title(loc="left") == "path of the tip relative to the support,\nfrom above"
 
 
 def test_a_rope_is_more_than_twelve_rods_and_its_page_begins_with_it(rope: pp.Trajectory) -> None:
@@ -481,7 +481,7 @@ def test_a_rope_is_more_than_twelve_rods_and_its_page_begins_with_it(rope: pp.Tr
     assert all(curve.name in rope for plot in plots_of(rope) for curve in plot.curves)
     rods = pp.simulate(still(beam(12), fx.Gravity(), theta_1=0.9), tolerance=1e-6, samples=5)
     assert plots_of(rods)[0].title.startswith("Energy")
-    assert [ax.get_title() for ax in rods.plot().axes[-3:]] == [
+    assert [ax.get_title(loc="left") for ax in rods.plot().axes[-3:]] == [
         "path of the tip, from above",
         "from the front",
         "from the side",
@@ -495,9 +495,9 @@ def test_pictures_of_ropes_that_hang_still_or_are_compared(rope: pp.Trajectory, 
     held = fx.Anchor(link="rod_14", point=(0, -1.4, 0), stiffness=1e5, damping=10.0)
     up = math.acos(0.7)
     between = still(beam(14), fx.Gravity(), held, theta_1=math.pi / 2 - up, theta_8=2 * up)
-    assert "swing, rad" not in [ax.get_ylabel() for ax in pp.simulate(between, samples=9, tolerance=1e-6).plot().axes]
+    assert "swing (rad)" not in [ax.get_ylabel() for ax in pp.simulate(between, samples=9, tolerance=1e-6).plot().axes]
     loaded = pp.Trajectory.load(rope.save(tmp_path / "run.npz"))
-    assert "relative to the support" in loaded.plot().axes[-1].get_title()
+    assert "relative to the support" in loaded.plot().axes[-1].get_title(loc="left")
     both = rope.plot(compare=loaded).axes[-2].get_legend().get_texts()
     assert [text.get_text() for text in both].count("at any time") == 1
 

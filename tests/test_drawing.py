@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import HANG
-from pendpin.fitting.report import _broken
+from pendpin.fitting.figure import interrupt
 from pendpin.graphics.drawing import TURN, Drawing, Shape, smooth
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.run_drawing import drawing_of
@@ -90,7 +90,7 @@ def test_a_fit_is_drawn_with_the_gaps_of_its_data(lengths: list[int], step: floa
         t += [start + step * i for i in range(length)]
         start = t[-1] + 50 * step
     values = np.arange(len(t), dtype=float)
-    at, drawn = _broken(np.array(t), values)
+    at, drawn = interrupt(np.array(t), values)
     present = np.isfinite(drawn)
     np.testing.assert_array_equal(drawn[present], values)
     np.testing.assert_array_equal(at[present], t)

@@ -221,7 +221,7 @@ def test_a_plot_of_many_swings_is_an_envelope_until_it_is_zoomed(browser: Browse
         assert seen.evaluate(envelopes) == 0
         low, *_, high = seen.evaluate("[...document.querySelectorAll('i.x:not(.name)')].map((i) => +i.textContent)")
         assert 95 <= low < high <= 105
-        assert "time, s" in seen.evaluate("[...document.querySelectorAll('i.x')].map((i) => i.textContent)")
+        assert "time (s)" in seen.evaluate("[...document.querySelectorAll('i.x')].map((i) => i.textContent)")
         seen.evaluate("document.querySelector('.curves').dispatchEvent(new Event('dblclick')); 0")
         assert seen.evaluate(envelopes) == 1
         assert seen.complaints == []

@@ -61,13 +61,13 @@ def test_the_figure_of_a_run() -> None:
     texts, labels = [text.get_text() for text in smooth.texts], [ax.get_ylabel() for ax in smooth.axes]
     assert texts[0] == r"A _rod_ of \$1"
     assert any(label.startswith("energy drift") for label in labels)
-    assert labels[-3:] == ["y, m", "z, m", "z, m"]  # the same three planes for every run, so that runs compare
+    assert labels[-3:] == ["y (m)", "z (m)", "z (m)"]  # the same three planes for every run, so that runs compare
     assert smooth._repr_png_().startswith(b"\x89PNG")
     long = SCENES["damped"].replace({"model.copies": 4})
     figure = pp.simulate(long, samples=3, duration=0.1).plot()
     assert figure.texts[0].get_text() == "8 rods under gravity, drag"
     assert not any(ax.get_ylabel().startswith("energy drift") for ax in figure.axes)
-    positions = next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad")
+    positions = next(ax for ax in figure.axes if ax.get_ylabel() == "position (rad)")
     shown = [line.get_label() for line in positions.get_lines()]
     assert shown == ["theta_1", "phi_1", "theta_4", "phi_4", "theta_8", "phi_8", "3 of 8 rods"]
 
@@ -76,9 +76,9 @@ def test_the_figure_of_chosen_quantities() -> None:
     """A panel for each unit; a name that is none is refused."""
     run = pp.simulate(SCENES["thin chain"], samples=7)
     figure = run.plot("theta_1", "R3_1", "phi_2", "kinetic")
-    assert [ax.get_ylabel() for ax in figure.axes] == ["rad", "N", "J"]
+    assert [ax.get_ylabel() for ax in figure.axes] == ["angle (rad)", "R3_1 (N)", "kinetic (J)"]
     assert [line.get_label() for line in figure.axes[0].get_lines()] == ["theta_1", "phi_2"]
-    assert run.plot("energy_drift").axes[0].get_ylabel() == "energy drift / energy exchanged"
+    assert run.plot("energy_drift").axes[0].get_ylabel() == "energy_drift"
     with pytest.raises(pp.InputError, match="did you mean 'theta_1'"):
         run.plot("thta_1")
 
@@ -88,16 +88,16 @@ def test_runs_share_their_axes_in_one_figure() -> None:
     scene = SCENES["smooth"]
     run, other = pp.simulate(scene, samples=31), pp.simulate(scene, method="rk4", step=0.005, samples=31)
     alone, both = run.plot(), run.plot(compare=other)
-    assert [ax.get_ylabel() for ax in both.axes if ax.get_ylabel() != "tips apart, m"] == [
+    assert [ax.get_ylabel() for ax in both.axes if ax.get_ylabel() != "tips apart (m)"] == [
         ax.get_ylabel() for ax in alone.axes
     ]
     positions, single = (
-        next(ax for ax in figure.axes if ax.get_ylabel() == "position, rad") for figure in (both, alone)
+        next(ax for ax in figure.axes if ax.get_ylabel() == "position (rad)") for figure in (both, alone)
     )
     assert len(positions.lines) == 2 * len(single.lines)
     assert positions.get_legend_handles_labels()[1] == single.get_legend_handles_labels()[1]
     apart = np.linalg.norm(run.tips[:, -1] - other.tips[:, -1], axis=-1)
-    (line,) = next(ax for ax in both.axes if ax.get_ylabel() == "tips apart, m").lines
+    (line,) = next(ax for ax in both.axes if ax.get_ylabel() == "tips apart (m)").lines
     np.testing.assert_array_equal(line.get_ydata(), np.where(apart > 0, apart, np.nan))
     assert line.get_linestyle() == positions.lines[-1].get_linestyle() != single.lines[0].get_linestyle()
     assert "rk4" in both.texts[1].get_text()

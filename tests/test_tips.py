@@ -225,10 +225,14 @@ def test_slides_are_in_metres(tmp_path: Path) -> None:
     """In figures, and beside each joint where both kinds are drawn; not known once the URDF is gone."""
     run = pp.simulate(gantry(tmp_path), samples=5)
     position, speed, both = run.plot("slide"), run.plot("slide_rate"), run.plot()
-    assert [figure.axes[0].get_ylabel() for figure in (position, speed, run.plot("x"))] == ["m", "m/s", "rad"]
-    panel = next(ax for ax in both.axes if ax.get_ylabel() == "position, rad or m")
+    assert [figure.axes[0].get_ylabel() for figure in (position, speed, run.plot("x"))] == [
+        "slide (m)",
+        "slide_rate (m/s)",
+        "x (rad)",
+    ]
+    panel = next(ax for ax in both.axes if ax.get_ylabel() == "position (rad or m)")
     assert [text.get_text() for text in panel.get_legend().get_texts()] == ["slide (m)", "x (rad)", "y (rad)"]
     loaded = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
     (tmp_path / "robot.urdf").unlink()
-    assert loaded.plot("slide").axes[0].get_ylabel() == "rad or m"
+    assert loaded.plot("slide").axes[0].get_ylabel() == "slide (rad or m)"
     assert "largest swing" not in loaded.summary()

@@ -16,8 +16,9 @@ from pendpin.model.kinematics import tip_distance
 from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
+from pendpin.verification.work_precision.figure import save_cost_plot
 from pendpin.verification.work_precision.references import by_elliptic_functions
-from pendpin.verification.work_precision.report import CostReport, row, save_cost_plot
+from pendpin.verification.work_precision.report import CostReport, row
 from pendpin.verification.work_precision.series import Curve, Point
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 

@@ -29,7 +29,7 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
 
     What is written is a plot, html, film, csv or run; what has another name here may have any suffix.
     """
-    from pendpin.graphics.figure import picture_kind
+    from pendpin.graphics.style import picture_kind
     from pendpin.ground.files import refuse_other_format, refuse_targets
 
     refuse_targets(filter(None, written.values()), list(filter(None, read)))

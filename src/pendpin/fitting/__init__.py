@@ -16,7 +16,8 @@ from pendpin.fitting.alternatives import explain_residual
 from pendpin.fitting.data import read_swings
 from pendpin.fitting.fitting import Setting, Solution, prepare, solve
 from pendpin.fitting.parameters import replace_checked, substitute
-from pendpin.fitting.report import Fit, Prediction, compared_samples, fitted_prediction, predict
+from pendpin.fitting.prediction import Prediction, compared_samples, fitted_prediction, predict
+from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import combinations, whiteness
 from pendpin.ground.arrays import Array
 from pendpin.scene import Data, Scene, chosen_scene

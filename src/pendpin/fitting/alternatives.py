@@ -10,8 +10,9 @@ from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.fitting import Setting, Solution, change_scene, restart
 from pendpin.fitting.parameters import replace_checked, substitute
+from pendpin.fitting.prediction import predict
 from pendpin.fitting.problem import Search, Solved, Starts
-from pendpin.fitting.report import Fit, predict
+from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import correlation_time
 from pendpin.scene import Chain, Scene
 

@@ -1,87 +1,32 @@
 """The result of a fit: numbers with errors, what they are worth, predictions of other swings, as text and as JSON."""
 
-import textwrap
-from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import asdict, dataclass
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError
-from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.fitting import FINEST, OTHER_UNIT, Setting, Solution, start_states
-from pendpin.fitting.guess import joint_angles
-from pendpin.fitting.problem import solve_starts
-from pendpin.fitting.uncertainty import NOISY, WHITE, Combination, autocorrelation, huber_scale, outliers, whiteness
-from pendpin.ground.arrays import Array, Mask
+from pendpin.errors import InputError, not_one_of, shown
+from pendpin.fitting.data import Swing, read_swings, spread_of
+from pendpin.fitting.figure import draw_fit, draw_region
+from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
+from pendpin.fitting.prediction import Prediction, predict, write_samples
+from pendpin.fitting.uncertainty import NOISY, WHITE, Combination, outliers, whiteness
+from pendpin.graphics.style import write_figure
+from pendpin.ground.arguments import axes
+from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
-from pendpin.scene import Chain, Data, Scene
+from pendpin.scene import Chain, Scene
 
 CHECK = "check the units of angles and times, and what the columns measure"
 WIDER = 1.2  # times: said from there on
 MOSTLY = 0.5  # of the spread of a column: noise beside which there is little motion
-LOST = 0.25  # of the spread of a column: residuals of a model that does not follow the motion
 POOR = 0.05  # of the spread of a column: residuals of a model that misses something large
 OUTLIERS = 0.5  # of the squared residuals of a column: outliers with more of them explain what is left over
 NAMED = 3  # outliers, the farthest
 PERIOD, COLOURED = 60, 1e-3  # samples, about a period; level at which noise with one correlation time is refused
+ELLIPSE = 200  # points
 FAR = 10.0  # times the residuals of the fit: held-out errors that need a reason
-
-
-class Prediction(NamedTuple):
-    """What a fitted model says of swings, their starts being fitted on the first part of each."""
-
-    swings: tuple[Swing, ...]  # measured
-    predicted: tuple[Array, ...]  # (m, columns) rad or m, of each swing
-    compared: tuple[Array, ...]  # (m,) whether a sample counts: those after the part that the start was fitted on
-    columns: tuple[str, ...]
-    table: Data  # has the unit of each column, in which errors are printed
-    robust: bool = False  # whether outliers do not speak against the model
-
-    def __repr__(self) -> str:
-        return f"Prediction of {len(self.swings)} swings: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
-
-    def listed(self, values: dict[str, float]) -> str:
-        """A number of each column with its unit, in a line."""
-        return ", ".join(f"{name} {self.written(values[name], name)}" for name in self.columns)
-
-    def written(self, value: float, column: str) -> str:
-        """A number in rad or m in the unit of its column, with that unit."""
-        size, unit = self.table.in_si(column)
-        return f"{value / size:.3g} {unit}"
-
-    def errors(self) -> Array:
-        """Predicted less measured, over the samples that count, (N, columns)."""
-        parts = zip(self.swings, self.predicted, self.compared, strict=True)
-        return np.concatenate([(predicted - swing.y)[compared] for swing, predicted, compared in parts])
-
-    @property
-    @np.errstate(over="ignore")  # of motions that grow without bound
-    def rms(self) -> dict[str, float]:
-        """The root of the mean square error of each column, rad or m."""
-        return dict(zip(self.columns, np.sqrt(np.nanmean(self.errors() ** 2, 0)).tolist(), strict=True))
-
-    @property
-    def usual(self) -> dict[str, float]:
-        """The rms of each column, of robust fits without outliers, rad or m."""
-        if not self.robust:
-            return self.rms
-        errors = self.errors()
-        return dict(zip(self.columns, huber_scale(errors, ~np.isnan(errors), 0).tolist(), strict=True))
-
-    @property
-    def part(self) -> float:
-        """The largest usual error of a column over the standard deviation of what was measured there."""
-        return float(max(np.array(list(self.usual.values())) / spread_of(self.swings)))
-
-    def follows(self, noise: Array) -> bool:
-        """Whether it follows the motion: errors are below a quarter of it, or are noise (columns,), rad or m."""
-        return self.part <= LOST or bool((np.array(list(self.usual.values())) <= NOISY * noise).all())
-
-    @property
-    def max(self) -> dict[str, float]:
-        """The largest error of each column, rad or m."""
-        return dict(zip(self.columns, np.nanmax(np.abs(self.errors()), 0).tolist(), strict=True))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -112,7 +57,7 @@ class Fit(Result):
 
     @property
     def residuals(self) -> tuple[Swing, ...]:
-        """Measured less fitted, swing by swing, (m, columns)."""
+        """Measured minus fitted, swing by swing, (m, columns)."""
         pairs = zip(self.train.swings, self.train.predicted, strict=True)
         return tuple(swing._replace(y=swing.y - predicted) for swing, predicted in pairs)
 
@@ -134,18 +79,55 @@ class Fit(Result):
         return self.follows and (coloured or (not loud and self.white > WHITE))
 
     def predict(self, data: Any, start: float = 0.1) -> Prediction:
-        """Predict other swings; their starts are fitted on the first part `start` of each."""
+        """Predict other swings, with 95 % prediction intervals; their starts are fitted on the first part `start` of each.
+
+        A Prediction: predicted and interval, swing by swing, (m, columns) in rad or m; rms, max and covered by column.
+        `interval` is None where the data are too short for standard errors.
+        """
         return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
 
     def plot(self, path: Any = None) -> Any:
         """A figure of measured and fitted angles, residuals and their autocorrelation; written to `path` if given."""
-        from pendpin.graphics.figure import write_figure
-
         return draw_fit(self) if path is None else write_figure(path, lambda: draw_fit(self))
+
+    def confidence_region(self, one: str, other: str, level: float = 0.95) -> Array:
+        """The ellipse (k, 2) that holds the true values of two free numbers together with a probability of `level`.
+
+        That of a normal distribution with the covariance of the two. Raises InputError for a number without an error, and
+        for a level that is not between 0 and 1.
+        """
+        places = [list(self.errors).index(key) for key in (one, other) if key in self.errors]
+        if len(set(places)) < 2:
+            odd = next((key for key in (one, other) if key not in self.errors), one)
+            raise InputError(f"confidence_region: {not_one_of(odd, tuple(self.errors))}; give two numbers with errors")
+        if not 0 < level < 1:
+            raise InputError(f"level: {shown(level)} is not a probability between 0 and 1")
+        angle = np.linspace(0.0, 2 * np.pi, ELLIPSE)
+        values, directions = np.linalg.eigh(self.covariance[np.ix_(places, places)])
+        circle = np.sqrt(-2 * np.log1p(-level)) * np.column_stack([np.cos(angle), np.sin(angle)])
+        return (
+            np.array([self.values[one], self.values[other]]) + circle * np.sqrt(np.maximum(values, 0.0)) @ directions.T
+        )
+
+    def plot_region(self, one: str, other: str, ax: Any = None) -> Any:
+        """Draw confidence regions of two free numbers, 68 and 95 %, on a matplotlib Axes, else a new one."""
+        return draw_region(self, one, other, axes("ax", ax))
+
+    def to_csv(self, path: str | Path) -> Path:
+        """Write what was measured, fitted or predicted, and the rest, sample by sample, in the unit of [data].
+
+        Columns: set (fitted or held out), swing, t in s; then of each column itself, _fitted, _residual (measured minus
+        fitted) and, with held-out swings, _interval (half of the 95 % prediction interval; empty for fitted swings).
+        """
+        return write_samples(path, {"fitted": self.train} | ({"held out": self.hold_out} if self.hold_out else {}))
 
     def report(self) -> Report:
         """The fitted numbers with their errors, the verdict and its reasons."""
-        hold_out = self.hold_out and {"rms": self.hold_out.rms, "max": self.hold_out.max}
+        hold_out = self.hold_out and {
+            "rms": self.hold_out.rms,
+            "max": self.hold_out.max,
+            "covered": self.hold_out.covered,
+        }
         data = {
             "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},
             "errors": self.errors,
@@ -265,6 +247,9 @@ class Fit(Result):
         if self.hold_out:
             hold_out = self.hold_out
             rows.append(f"Held out: rms {hold_out.listed(hold_out.rms)}; largest {hold_out.listed(hold_out.max)}")
+            if hold_out.covered:
+                shares = ", ".join(f"{name} {100 * share:.3g} %" for name, share in hold_out.covered.items())
+                rows.append(f"Held-out samples within the 95 % prediction interval: {shares}")
             times = max(rms / max(usual[name], self.noise[name]) for name, rms in hold_out.rms.items())
             if times > FAR:
                 rows.append(
@@ -272,112 +257,3 @@ class Fit(Result):
                     "swings than the fitted ones, and those of another pendulum, are not predicted either."
                 )
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
-
-
-def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
-    """What the fit itself says of the swings that it was made from."""
-    p, starts = solution.problem, solution.solved.starts
-    columns = p.show(solution.x, starts, p.batch.t)
-    predicted = []
-    for k, swing in enumerate(setting.swings):
-        places = np.flatnonzero(p.batch.swing == k)
-        pieces = zip(places, cut_pieces([swing], p.batch.longest), strict=True)
-        predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
-    compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, setting.table, setting.robust)
-
-
-def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
-    """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
-    if not 0 < start < 1:
-        raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
-    compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
-    for late, swing in zip(compared, swings, strict=True):
-        late[:FEWEST] = False
-        if not late.any():
-            raise InputError(f"segment {swing.name}: too few samples to fit a start and compare the rest")
-    return compared
-
-
-def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
-    """Predict other swings with the fitted numbers (Fit.predict)."""
-    swings = thin_out(swings, FINEST * setting.pace)
-    compared = compared_samples(swings, start)
-    heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
-    problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
-    angles = joint_angles(setting.pendulum, heads, solution.z)
-    solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
-    full = batch(swings, np.inf)
-    columns = problem.show(solution.x, solved.starts, full.t)
-    predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
-    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table)
-
-
-# --- a fit as one figure --------------------------------------------------------------------------------------------
-
-COLORS = ("#d9622b", "#2b6cb0", "#2f855a", "#6b46c1", "#b7791f", "#4a5568")
-HELD = "#edf2f7"
-MOST_LAGS = 400
-GAP = 5.0  # times the usual time between samples: no curve is drawn across
-
-
-def draw_fit(fit: Fit) -> Any:
-    """The figure; swings are drawn one after the other, with breaks between them."""
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(11, 8), layout="constrained")
-    top, middle, below = figure.subplots(3, 1, height_ratios=(3, 2, 2))
-    middle.sharex(top)
-    end = _swings(top, middle, fit.train, 0.0)
-    if fit.hold_out:
-        last = _swings(top, middle, fit.hold_out, end)
-        for ax in (top, middle):
-            ax.axvspan(end, last, color=HELD, zorder=0)
-        top.text(end, 1.01, "held out", transform=top.get_xaxis_transform(), fontsize=8, color="#4a5568")
-    for k, name in enumerate(fit.train.columns):
-        top.plot([], [], color=COLORS[k % len(COLORS)], label=name)
-    top.plot([], [], "k.", markersize=2, label="measured")
-    top.legend(loc="upper right", fontsize=8, ncols=4)
-    units = sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__)
-    top.set_ylabel(f"measured and fitted, {' or '.join(units)}")
-    middle.set_ylabel(f"measured less fitted, {' or '.join(units)}")
-    middle.ticklabel_format(axis="y", style="sci", scilimits=(-3, 4))
-    middle.set_xlabel("time, s; swings one after the other")
-    _correlation(below, fit)
-    figure.suptitle(textwrap.fill(fit.verdict, 120), fontsize=10, x=0.01, ha="left")
-    return figure
-
-
-def _swings(top: Any, middle: Any, shown: Any, begin: float) -> float:
-    """Draw swings from a time on, in the units of the data; the time at which the last ends."""
-    scales = [1 / shown.table.in_si(name)[0] for name in shown.columns]
-    for swing, predicted, compared in zip(shown.swings, shown.predicted, shown.compared, strict=True):
-        t = swing.t - swing.t[0] + begin
-        for k in range(predicted.shape[1]):
-            color = COLORS[k % len(COLORS)]
-            scale = scales[k]
-            top.plot(t, scale * swing.y[:, k], "k.", markersize=1)
-            top.plot(*_broken(t, scale * predicted[:, k]), color=color, linewidth=0.8)
-            rest = np.where(compared, swing.y[:, k] - predicted[:, k], np.nan)
-            middle.plot(*_broken(t, scale * rest), color=color, linewidth=0.7)
-        begin = t[-1] + 0.02 * (t[-1] - t[0])
-    return begin
-
-
-def _broken(t: Array, values: Array) -> tuple[Array, Array]:
-    """A curve (m,) that is interrupted where the data are: where samples lie GAP times farther apart than most."""
-    gaps = np.flatnonzero(np.diff(t) > GAP * np.median(np.diff(t))) + 1 if len(t) > 2 else np.array([], int)
-    return np.insert(t, gaps, t[gaps]), np.insert(values, gaps, np.nan)
-
-
-def _correlation(ax: Any, fit: Fit) -> None:
-    problem, r = fit.solution.problem, fit.solution.solved.r
-    r = r.reshape(len(problem.batch.swing), -1, len(fit.train.columns))
-    spacing = float(np.median(np.diff(fit.train.swings[0].t)))
-    for k, name in enumerate(fit.train.columns):
-        rho = autocorrelation(r[:, :, k : k + 1], MOST_LAGS)
-        ax.plot(spacing * np.arange(len(rho)), rho, color=COLORS[k % len(COLORS)], label=name)
-    bound = 2 / np.sqrt(max((r != 0).sum() / len(fit.train.columns), 1))
-    ax.axhspan(-bound, bound, color=HELD)
-    ax.set_ylabel("autocorrelation of residuals")
-    ax.set_xlabel("lag, s (shaded: white noise, 95 %)")

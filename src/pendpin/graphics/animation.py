@@ -11,9 +11,10 @@ import numpy as np
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.graphics.drawing import Drawing, smooth_trail
 from pendpin.graphics.page import compressed, page, pick, write_page
-from pendpin.graphics.panels import COLORS, Runs, labels_of, plain_name, runs_of
+from pendpin.graphics.panels import Runs, labels_of, runs_of
 from pendpin.graphics.report import Check, page_report
 from pendpin.graphics.run_drawing import compared_drawing, drawing_of, ends_of
+from pendpin.graphics.style import COLORS, plain_name
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import path_of, write_whole
 from pendpin.ground.libraries import optional

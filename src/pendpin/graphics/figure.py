@@ -1,16 +1,12 @@
 """A run as one figure: panels against time, the path of the tip beside them; or chosen quantities on one axes."""
 
-import warnings
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from functools import partial
-from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError
 from pendpin.graphics.panels import (
-    COLORS,
     DASHES,
     MOST_JOINTS,
     PATHS,
@@ -20,19 +16,15 @@ from pendpin.graphics.panels import (
     draw_quantities,
     labels_of,
     panels_of,
-    plain_name,
     quantity_panels,
     runs_of,
     turns,
 )
 from pendpin.graphics.ropes import SIDES, is_rope, panels_of_rope
+from pendpin.graphics.style import BESIDE, COLORS, TIME, new_figure, plain_name, styled, write_figure
 from pendpin.ground.arguments import axes
-from pendpin.ground.files import path_of, write_whole
 from pendpin.trajectory import RunRecord
 
-FORMATS = ("png", "pdf", "svg")
-DPI = 120
-SHOWN = 84  # of a figure in a page or a notebook
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
 MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
 LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
@@ -49,41 +41,13 @@ def save_plot(run: RunRecord, path: str | Path, names: tuple[str, ...] = (), com
     return write_figure(path, lambda: draw(run, names, others))
 
 
-def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
-    """Write the figure that a function draws to a .png, .pdf or .svg file, whole or not at all. Raises InputError."""
-    path = path_of(path)
-    kind = picture_kind(path)
-    with plain_text():
-        figure = drawn()
-        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
-
-
-@contextmanager
-def plain_text() -> Iterator[None]:
-    """matplotlib with its own letters, whatever the user's settings: in LaTeX, names of joints would be commands."""
-    try:
-        from matplotlib import rc_context
-    except (OSError, ValueError) as error:  # no folder that it can write to, or settings of another version
-        raise InputError(f"matplotlib does not start: {error}") from None
-    with rc_context({"text.usetex": False}), warnings.catch_warnings():
-        warnings.filterwarnings("ignore", message="Glyph")  # a name in a script that the font lacks
-        yield
-
-
-def picture_kind(path: Path) -> str:
-    """The format that a file's name asks for. Raises InputError if it is none of FORMATS."""
-    kind = path.suffix.lower().removeprefix(".")
-    if kind not in FORMATS:
-        raise InputError(f"{path}: a picture's name ends in one of: {', '.join('.' + f for f in FORMATS)}")
-    return kind
-
-
+@styled()
 def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecord] = ()) -> Any:
     """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display.
 
     Runs to `compare` are drawn with dashes over the first, on the same axes, and their distance from it below.
     """
-    figure = new_figure()
+    figure = new_figure(1.0, 1.0, layout=None)  # its size and places follow from what is drawn
     runs = [run, *compare]
     if names:
         panels, sides = quantity_panels(run, names), ()
@@ -94,11 +58,8 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
     for draw_panel, ax in zip((*panels, *sides), (*axes, *paths), strict=True):
         draw_runs(draw_panel, ax, runs)
-        ax.grid(alpha=0.25, linewidth=0.6)
-        ax.spines[["top", "right"]].set_visible(False)
         if draw_panel is not draw_distance:  # its axis is logarithmic
             ax.locator_params(nbins=TICKS)
-            ax.ticklabel_format(axis="y" if ax in axes else "both", style="sci", scilimits=(-3, 4), useOffset=False)
     for ax in axes:
         for line in ax.lines:
             line.set_alpha(FAINT if turns(run) > MOST_TURNS else line.get_alpha())
@@ -106,20 +67,12 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
         ax.sharex(axes[0])
         ax.tick_params(labelbottom=ax is axes[-1])
     for ax in (*axes, *paths):
-        if ax.get_legend_handles_labels()[0]:
-            ax.legend(loc="center left", bbox_to_anchor=(1.0, 0.5), frameon=False, fontsize=9)
-    axes[-1].set_xlabel("time, s")
+        names = ax.get_legend_handles_labels()[1]
+        if names and not (len(names) == 1 and ax.get_ylabel().startswith(names[0])):  # what the axis says already
+            ax.legend(**BESIDE)
+    axes[-1].set_xlabel(TIME)
     _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
     _write_title(figure, runs)
-    return figure
-
-
-def new_figure(**options: Any) -> Any:
-    """A matplotlib Figure with these options, which a notebook shows without pyplot too."""
-    from matplotlib.figure import Figure
-
-    figure: Any = Figure(**options)
-    figure._repr_png_ = lambda: picture_of(figure)
     return figure
 
 
@@ -149,13 +102,6 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
         if lacks:
             ax.plot([], [], " ", label=f"run {i + 1} has none")
     return None
-
-
-def picture_of(figure: Any) -> bytes:
-    """The picture of a figure, as PNG."""
-    with BytesIO() as file, plain_text():
-        figure.savefig(file, format="png", dpi=SHOWN)
-        return file.getvalue()
 
 
 def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) -> None:
@@ -194,13 +140,13 @@ def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:
         figure.text(LEFT / width, 1 - y / height, plain_name(text, most), va="top", **style)
 
 
+@styled()
 def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
     """Draw quantities of a run over time (Trajectory.plot)."""
     runs = runs_of(run, compare)
     if axes("ax", ax) is None:
-        with plain_text():
-            return draw(run, names, runs[1:])
+        return draw(run, names, runs[1:])
     draw_runs(partial(draw_quantities, names=names or run.joints[:MOST_JOINTS]), ax, runs)
-    ax.set_xlabel("time, s")
-    ax.legend(fontsize=9)
+    ax.set_xlabel(TIME)
+    ax.legend()
     return ax

@@ -7,8 +7,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.effects import FrameEffect
-from pendpin.errors import InputError, one_line, shown
+from pendpin.errors import InputError, shown
 from pendpin.graphics.drawing import smooth
+from pendpin.graphics.style import BLACK, COLORS, GREY, plain_name, with_unit
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.keypaths import leaves
 from pendpin.scene import Scene
@@ -89,9 +90,8 @@ def distance(run: RunRecord, first: RunRecord) -> Array:
 
 # --- the panels of a run's figure -----------------------------------------------------------------------------------
 
-# Colours that colour-blind people tell apart (Okabe and Ito, Color Universal Design, 2008).
-COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
-BLACK = COLORS[-1]
+KINDS = {"rad": "angle", "rad/s": "angular velocity", "rad/s²": "angular acceleration", "m": "position"}
+KINDS |= {"m/s": "velocity", "m/s²": "acceleration", "N": "force", "N m": "moment", "J": "energy", "": "energy drift"}
 STYLES = ("-", "--", ":")  # of the first, second and third rod: lines that lie on each other are seen
 MOST_RODS = 3
 MOST_POINTS = 30_000  # of a path
@@ -116,12 +116,12 @@ def panels_of(run: RunRecord) -> list[Panel]:
 def draw_energy(ax: Any, run: RunRecord) -> None:
     """Kinetic and potential energy and their sum, the energy, the potential from its least value on."""
     kinetic, potential = run.kinetic, run.potential - run.potential.min()
-    ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1], linewidth=1.2)
+    ax.plot(run.t, kinetic, label="kinetic", color=COLORS[1])
     if potential.any():
-        ax.plot(run.t, potential, label="potential*", color=COLORS[0], linewidth=1.2)
+        ax.plot(run.t, potential, label="potential*", color=COLORS[0])
         ax.plot(run.t, kinetic + potential, label="energy", color=BLACK, linewidth=1.6, zorder=1)
         ax.plot([], [], " ", label="* above its least")
-    ax.set_ylabel("energy, J")
+    ax.set_ylabel("energy (J)")
 
 
 def draw_drift(ax: Any, run: RunRecord) -> None:
@@ -145,7 +145,7 @@ def draw_distance(ax: Any, runs: Sequence[RunRecord]) -> None:
             linestyle=dash,
         )
     ax.set_yscale("log")
-    ax.set_ylabel("tips apart, m")
+    ax.set_ylabel("tips apart (m)")
 
 
 def draw_positions(ax: Any, run: RunRecord) -> None:
@@ -154,17 +154,17 @@ def draw_positions(ax: Any, run: RunRecord) -> None:
     if rods and len(run.joints) == 2 * _count(run):
         for color, rod in zip(COLORS, rods, strict=False):
             for i, joint in enumerate((2 * rod, 2 * rod + 1)):
-                look = {"color": COLORS[i] if len(rods) == 1 else color, "linestyle": STYLES[i], "linewidth": 1.2}
+                look = {"color": COLORS[i] if len(rods) == 1 else color, "linestyle": STYLES[i]}
                 ax.plot(run.t, run.q[:, joint], label=plain_name(run.joints[joint]), **look)
         _say_left_out(ax, len(rods), _count(run), "rods")
-        ax.set_ylabel("position, rad")
+        ax.set_ylabel("position (rad)")
         return
     joints = joints_shown(run)
     names, unit = named_with_units(run, joints)
     for color, joint, name in zip(COLORS, joints, names, strict=False):
-        ax.plot(run.t, run.q[:, joint], label=plain_name(name), color=color, linewidth=1.2)
+        ax.plot(run.t, run.q[:, joint], label=plain_name(name), color=color)
     _say_left_out(ax, len(joints), len(run.joints), "joints")
-    ax.set_ylabel(f"position, {unit}")
+    ax.set_ylabel(with_unit("position", unit))
 
 
 def draw_forces(ax: Any, run: RunRecord) -> None:
@@ -172,21 +172,21 @@ def draw_forces(ax: Any, run: RunRecord) -> None:
     if run.rod_reactions is None:
         for color, joint in zip(COLORS, joints_shown(run), strict=False):
             size = np.linalg.norm(run.wrench[:, joint, :3], axis=-1)
-            ax.plot(run.t, size, label=plain_name(run.joints[joint]), color=color, linewidth=1.2)
-        ax.set_ylabel("joint force, N")
+            ax.plot(run.t, size, label=plain_name(run.joints[joint]), color=color)
+        ax.set_ylabel("joint force (N)")
     elif _count(run) == 1:
         for color, name in zip(COLORS, ("R1", "R2", "R3"), strict=False):
-            ax.plot(run.t, run[name], label=name, color=color, linewidth=1.2)
-        ax.set_ylabel("reactions, N")
+            ax.plot(run.t, run[name], label=name, color=color)
+        ax.set_ylabel("reactions (N)")
     else:
         _draw_rods(ax, run, "R3")
-        ax.set_ylabel("tension R3, N")
+        ax.set_ylabel("tension R3 (N)")
 
 
 def draw_moments(ax: Any, run: RunRecord) -> None:
     """The moment M3 of each rod's joint about the rod."""
     _draw_rods(ax, run, "M3")
-    ax.set_ylabel("moment M3, N m")
+    ax.set_ylabel("moment M3 (N m)")
 
 
 def _draw_rods(ax: Any, run: RunRecord, name: str) -> None:
@@ -194,7 +194,7 @@ def _draw_rods(ax: Any, run: RunRecord, name: str) -> None:
     values = getattr(run.reactions(), name)
     for color, style, rod in zip(COLORS, STYLES, rods_shown(run), strict=False):
         label = f"rod {rod + 1}" if _count(run) > 1 else name
-        ax.plot(run.t, values[:, rod], style, label=label, color=color, linewidth=1.2)
+        ax.plot(run.t, values[:, rod], style, label=label, color=color)
     _say_left_out(ax, len(rods_shown(run)), _count(run), "rods")
 
 
@@ -207,22 +207,22 @@ def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
 def draw_path_from_above(ax: Any, run: RunRecord) -> None:
     """The tip's path in the horizontal plane, and the pivot of a chain."""
     if run.rod_reactions is not None:
-        ax.plot([0], [0], "+", color="#718096", markersize=9)
+        ax.plot([0], [0], "+", color=GREY, markersize=9)
     _draw_path(ax, run, 0, 1)
     said = relative(run)
-    ax.set_title(f"path of the tip{(said and f' {said},{chr(10)}') or ', '}from above", fontsize=10)
+    ax.set_title(f"path of the tip{(said and f' {said},{chr(10)}') or ', '}from above")
 
 
 def draw_path_from_the_front(ax: Any, run: RunRecord) -> None:
     """The tip's path in the plane of y and z: the axes do not depend on the motion, so that runs compare."""
     _draw_path(ax, run, 1, 2)
-    ax.set_title("from the front", fontsize=10)
+    ax.set_title("from the front")
 
 
 def draw_path_from_the_side(ax: Any, run: RunRecord) -> None:
     """The tip's path in the plane of x and z."""
     _draw_path(ax, run, 0, 2)
-    ax.set_title("from the side", fontsize=10)
+    ax.set_title("from the side")
 
 
 def _draw_path(ax: Any, run: RunRecord, right: int, up: int) -> None:
@@ -236,7 +236,7 @@ def _draw_path(ax: Any, run: RunRecord, right: int, up: int) -> None:
     ax.plot(path[:, right], path[:, up], color=COLORS[0], linewidth=0.8)
     ax.plot(path[:1, right], path[:1, up], "o", color=COLORS[1], markersize=5)
     ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel=f"{'xyz'[right]}, m", ylabel=f"{'xyz'[up]}, m")
+    ax.set(xlabel=with_unit("xyz"[right], "m"), ylabel=with_unit("xyz"[up], "m"))
 
 
 PATHS: tuple[Panel, ...] = (draw_path_from_above, draw_path_from_the_front, draw_path_from_the_side)
@@ -259,10 +259,12 @@ def quantity_panels(run: RunRecord, names: tuple[str, ...]) -> list[Panel]:
 
 
 def draw_quantities(ax: Any, run: RunRecord, names: tuple[str, ...]) -> None:
-    """Quantities by name on one axes, with their units."""
+    """Quantities by name on one axes; it bears the name of a single one, else what their unit measures."""
     for name in names:
-        ax.plot(run.t, run[name], label=plain_name(name), linewidth=1.2)
-    ax.set_ylabel(", ".join(dict.fromkeys(unit_of(run, name) or "energy drift / energy exchanged" for name in names)))
+        ax.plot(run.t, run[name], label=plain_name(name))
+    units = list(dict.fromkeys(unit_of(run, name) for name in names))
+    kind = KINDS.get(units[0], "position") if len(units) == 1 else "quantities"
+    ax.set_ylabel(with_unit(names[0] if len(names) == 1 else kind, " or ".join(filter(None, units))))
 
 
 def _count(run: RunRecord) -> int:
@@ -284,9 +286,3 @@ def joints_shown(run: RunRecord) -> list[int]:
 def turns(run: RunRecord) -> int:
     """The largest number of turning points of a joint."""
     return int((np.diff(np.sign(run.v), axis=0) != 0).sum(axis=0).max(initial=0))
-
-
-def plain_name(name: str, most: int = 40) -> str:
-    """A name as matplotlib shows it letter by letter: no mathematics between dollars, and never left out."""
-    text = one_line(name[:most]).replace("$", r"\$")
-    return f" {text}" if text.startswith("_") else text

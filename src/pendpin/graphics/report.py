@@ -14,8 +14,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import PendpinError
-from pendpin.graphics.figure import draw, picture_of
+from pendpin.graphics.figure import draw
 from pendpin.graphics.page import base64_of
+from pendpin.graphics.style import picture_of
 from pendpin.ground.libraries import VERSION
 from pendpin.ground.report import Report, Table
 from pendpin.model.model_of_run import as_written, leaving

@@ -4,7 +4,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.graphics.panels import BLACK, COLORS, Panel, draw_drift, draw_energy, draw_path_from_above, relative
+from pendpin.graphics.panels import Panel, draw_drift, draw_energy, draw_path_from_above, relative
+from pendpin.graphics.style import BLACK, COLORS, GREY, with_unit
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import is_chain
 
@@ -30,27 +31,27 @@ def draw_offset(ax: Any, run: RunRecord) -> None:
     """How far the last tip is from below the support: along x, along y, and in all."""
     x, y = run.tips[:, -1, :2].T
     ax.plot(run.t, np.hypot(x, y), label="sideways", color=BLACK, linewidth=1.6)
-    ax.plot(run.t, x, label="x", color=COLORS[0], linewidth=1.2)
-    ax.plot(run.t, y, label="y", color=COLORS[1], linewidth=1.2)
+    ax.plot(run.t, x, label="x", color=COLORS[0])
+    ax.plot(run.t, y, label="y", color=COLORS[1])
     if said := relative(run):
         ax.plot([], [], " ", label=said)
-    ax.set_ylabel("tip's offset, m")
+    ax.set_ylabel("tip's offset (m)")
 
 
 def draw_swing(ax: Any, run: RunRecord) -> None:
     """The angle of the line from the support to the last tip from straight down."""
-    ax.plot(run.t, run["swing"], color=BLACK, linewidth=1.2)
+    ax.plot(run.t, run["swing"], color=BLACK)
     for label in ("line to the tip,", "from straight down"):
         ax.plot([], [], " ", label=label)
-    ax.set_ylabel("swing, rad")
+    ax.set_ylabel("swing (rad)")
 
 
 def draw_largest_tension(ax: Any, run: RunRecord) -> None:
     """The largest and the least tension along the rope at each time."""
     R3 = run.reactions().R3
-    ax.plot(run.t, R3.max(1), label="largest in the rope", color=COLORS[0], linewidth=1.2)
-    ax.plot(run.t, R3.min(1), label="least in the rope", color=COLORS[1], linewidth=1.2)
-    ax.set_ylabel("tension R3, N")
+    ax.plot(run.t, R3.max(1), label="largest in the rope", color=COLORS[0])
+    ax.plot(run.t, R3.min(1), label="least in the rope", color=COLORS[1])
+    ax.set_ylabel("tension R3 (N)")
 
 
 def draw_shapes(ax: Any, run: RunRecord) -> None:
@@ -63,11 +64,11 @@ def draw_shapes(ax: Any, run: RunRecord) -> None:
         points = np.concatenate([np.zeros((1, 3)), run.tips[row]])
         ax.plot(points[:, across], points[:, 2], color=color, linewidth=1.4, label=f"{run.t[row]:.4g} s")
         ax.plot(points[-1:, across], points[-1:, 2], "o", color=color, markersize=4)
-    ax.plot([0], [0], "+", color="#718096", markersize=9)
+    ax.plot([0], [0], "+", color=GREY, markersize=9)
     if not slender:
         ax.set_aspect("equal", adjustable="datalim")
-    ax.set(xlabel=f"{'xy'[across]}, m{', drawn wider than z' * slender}", ylabel="z, m")
-    ax.set_title(f"shape of the rope{relative(run) and ', '}{relative(run)}", fontsize=10)
+    ax.set(xlabel=with_unit("xy"[across] + ", drawn wider than z" * slender, "m"), ylabel="z (m)")
+    ax.set_title(f"shape of the rope{relative(run) and ', '}{relative(run)}")
 
 
 def draw_tension_along(ax: Any, run: RunRecord) -> None:
@@ -80,8 +81,8 @@ def draw_tension_along(ax: Any, run: RunRecord) -> None:
     rows = np.unique([0, last // 2 if peak in (0, last) else peak, last])
     for color, row in zip(_colors_of_times(len(rows)), rows, strict=True):
         ax.plot(s, R3[row], color=color, linewidth=1.4, label=f"{run.t[row]:.4g} s" + ", peak" * bool(row == peak))
-    ax.set(xlabel="arc length from the support, m", ylabel="tension R3, N")
-    ax.set_title("tension along the rope", fontsize=10)
+    ax.set(xlabel="arc length from the support (m)", ylabel="tension R3 (N)")
+    ax.set_title("tension along the rope")
 
 
 def _colors_of_times(count: int) -> Any:

@@ -9,9 +9,10 @@ import numpy as np
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape
-from pendpin.graphics.panels import BLACK, COLORS, distance, joints_shown, labels_of, rods_shown, rows_within
+from pendpin.graphics.panels import distance, joints_shown, labels_of, rods_shown, rows_within
 from pendpin.graphics.ropes import is_rope
 from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
+from pendpin.graphics.style import BLACK, COLORS
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model

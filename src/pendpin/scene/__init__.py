@@ -16,6 +16,7 @@ from pendpin.scene.scene import (
     chosen_scene,
     load_scene,
     scene_of,
+    unit_of_key,
     urdf_folder,
 )
 from pendpin.scene.solver import Solver, least_tolerance

@@ -1,6 +1,7 @@
 """A scene: what is simulated, as frozen, validated data, described by a JSON schema."""
 
 import math
+import re
 from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -307,3 +308,34 @@ def scene_of(run: Any) -> Scene:
     except InputError as error:
         advice = "give it, as Trajectory.load(path, scene=scene)"
         raise InputError(f"the run's scene cannot be built again: {error}; {advice}") from None
+
+
+# --- the units of a scene's numbers ---------------------------------------------------------------------------------
+
+UNITS = {
+    **dict.fromkeys(("length", "radius", "com", "diameter", "support.amplitude"), "m"),
+    **dict.fromkeys(("mass", "payload"), "kg"),
+    **dict.fromkeys(("duration", "time"), "s"),
+    **dict.fromkeys(("kinetic", "static", "motor.torque", "motor.amplitude"), "N m"),
+    "viscous.coefficient": "N m s/rad",
+    "spring.stiffness": "N m/rad",
+    "bending.stiffness": "N m²",
+    "anchor.stiffness": "N/m",
+    "anchor.damping": "N s/m",
+    "frequency": "rad/s",
+    "latitude": "degrees",
+    "density": "kg/m³",
+    "acceleration": "m/s²",
+}
+
+
+def unit_of_key(key: str, scene: Scene) -> str:
+    """The unit of a number at a key path, "" where its name, with the kind of its effect, does not say it."""
+    if key.startswith("start.positions"):
+        return "degrees" if scene.start.unit == "degrees" else "rad"
+    if key.startswith("start.velocities"):
+        return "degrees/s" if scene.start.unit == "degrees" else "rad/s"
+    place, _, name = re.sub(r"\[\d+\]$", "", key).rpartition(".")
+    effect = re.fullmatch(r"effects\[(\d+)\]", place)
+    kinds = [scene.effects[int(effect[1])].kind] if effect and int(effect[1]) < len(scene.effects) else []
+    return next((UNITS[one] for one in (*(f"{kind}.{name}" for kind in kinds), name) if one in UNITS), "")

@@ -11,11 +11,12 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError, RunError, brief, shown
+from pendpin.graphics.style import BESIDE, PALE, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import number_at, parsed
 from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
-from pendpin.scene import Scene
+from pendpin.scene import Scene, unit_of_key
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
 STEPS, CORRECTIONS = 2000, 12  # at most
@@ -58,17 +59,17 @@ class Branch:
         """Which of the orbits are stable, (n,)."""
         return np.array([orbit.stable for orbit in self.orbits])
 
+    @styled()
     def plot(self, ax: Any = None) -> Any:
         """Draw the largest multiplier against the number on a matplotlib Axes, a new one if absent; returns it."""
-        from pendpin.graphics.figure import new_figure
-
-        ax = axes("ax", ax) or new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(7.0, 4.0).subplots()
         size, stable = np.array([np.abs(orbit.multipliers).max() for orbit in self.orbits]), self.stable
-        ax.plot(self.values, size, color="0.8", lw=1)
-        ax.plot(self.values[stable], size[stable], "o", ms=3, label="stable")
-        ax.plot(self.values[~stable], size[~stable], "x", ms=4, label="unstable")
-        ax.set(xlabel=self.key, ylabel="largest multiplier")
-        ax.legend(frameon=False)
+        ax.plot(self.values, size, color=PALE, linewidth=1)
+        ax.plot(self.values[stable], size[stable], "o", label="stable")
+        ax.plot(self.values[~stable], size[~stable], "x", label="unstable")
+        ax.set(xlabel=with_unit(self.key, unit_of_key(self.key, self.orbits[0].scene)))
+        ax.set_ylabel("size of the largest multiplier")
+        ax.legend(**BESIDE)
         return ax
 
     def __repr__(self) -> str:

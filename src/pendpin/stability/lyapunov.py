@@ -13,6 +13,7 @@ import numpy as np
 
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import InputError, shown
+from pendpin.graphics.style import BESIDE, PALE, TIME, new_figure, styled
 from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
@@ -35,16 +36,15 @@ class Lyapunov(Result):
     history: Array  # (n, k) 1/s, the estimate at each of `t`
     t: Array  # (n,) s since the start
 
+    @styled()
     def plot(self, ax: Any = None) -> Any:
         """Draw the estimates against time on a matplotlib Axes, a new one if absent; returns it."""
-        from pendpin.graphics.figure import new_figure
-
-        ax = axes("ax", ax) or new_figure(figsize=(7.0, 4.0), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(7.0, 4.0).subplots()
         for i, (series, last) in enumerate(zip(self.history.T, self.exponents, strict=True)):
-            ax.plot(self.t, series, lw=1.2, label=f"{i + 1}: {last:.3g} /s")
-        ax.axhline(0.0, color="0.7", lw=0.8, zorder=0)
-        ax.set(xlabel="time (s)", ylabel="Lyapunov exponents, estimate so far (1/s)", xscale="log")
-        ax.legend(fontsize=8, ncols=2, frameon=False)
+            ax.plot(self.t, series, label=f"{i + 1}: {last:.3g} /s")
+        ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
+        ax.set(xlabel=TIME, ylabel="Lyapunov exponents, estimate so far (1/s)", xscale="log")
+        ax.legend(**BESIDE)
         return ax
 
     def report(self) -> Report:

@@ -15,8 +15,7 @@ from pendpin.effects import FrameEffect, Idle
 from pendpin.engines import Engine
 from pendpin.errors import InputError, shown
 from pendpin.graphics.animation import Animation
-from pendpin.graphics.figure import new_figure
-from pendpin.graphics.panels import COLORS
+from pendpin.graphics.style import COLORS, PALE, new_figure, styled, with_unit, write_figure
 from pendpin.ground import arguments
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
@@ -136,8 +135,6 @@ class Modes(Result):
 
     def save_plot(self, path: str | Path) -> Path:
         """Write the figure of `plot` as .png, .pdf or .svg, whole or not at all. Raises InputError."""
-        from pendpin.graphics.figure import write_figure
-
         return write_figure(path, self.plot)
 
     def animate(self, k: int = 1) -> Any:
@@ -199,9 +196,9 @@ SHOWN = 6  # shapes in a figure
 SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
 MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is drawn
 PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
-PALE = "#b8c2cf"
 
 
+@styled()
 def draw_modes(modes: Modes, chosen: list[int], ax: Any) -> Any:
     """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
     places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
@@ -210,7 +207,7 @@ def draw_modes(modes: Modes, chosen: list[int], ax: Any) -> Any:
             raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
         _panel(ax, modes, places[0])
         return ax.figure
-    figure = new_figure(figsize=(1.2 + 1.9 * len(places), 4.2), layout="constrained")
+    figure = new_figure(1.2 + 1.9 * len(places), 4.2)
     panels = figure.subplots(1, len(places), sharey=True, squeeze=False)[0]
     for axes, place in zip(panels, places, strict=True):
         _panel(axes, modes, place)
@@ -227,12 +224,11 @@ def _panel(ax: Any, modes: Modes, place: int) -> None:
         for body in ends:
             ax.plot(body[:, axis], body[:, 2], color=color, linewidth=width, solid_capstyle="round")
     ax.set_title(f"mode {place + 1}\n{modes.omega[place]:.4g} rad/s, {modes.hertz[place]:.4g} Hz", fontsize=9)
-    ax.set_xlabel(f"{'xy'[axis]} (m)")
+    ax.set_xlabel(with_unit("xy"[axis], "m"))
     middle = float(np.mean(rest[..., axis]))
     half = max(2 * SWING * extent, float(np.abs(rest[..., axis] - middle).max()) + 1.5 * SWING * extent)
     ax.set(aspect="equal", xlim=(middle - half, middle + half))
     ax.locator_params(axis="x", nbins=3)
-    ax.tick_params(labelsize=7)
 
 
 def _displaced(modes: Modes, place: int) -> tuple[Array, Array]:

@@ -15,6 +15,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.engines import Moving
 from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, numbers
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
@@ -25,7 +26,7 @@ from pendpin.motions.search import find_instants, sign_changes
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches.series import Level, Series, takes
 from pendpin.runs.simulate import run_to_setting, varied
-from pendpin.scene import Scene, Start, chosen_scene, scene_of
+from pendpin.scene import Scene, Start, chosen_scene, scene_of, unit_of_key
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import unit_of
 
@@ -248,18 +249,18 @@ class Portrait(Result):
     why: tuple[str, ...]  # for each start why it has none, "" where it has
     units: dict[str, str]
 
+    @styled()
     def plot(self, ax: Any = None) -> Any:
         """Draw the second quantity against the first, a colour for each motion, on a matplotlib Axes; returns it."""
-        from pendpin.graphics.figure import new_figure
-
         if len(self.section.of) != 2:
             raise InputError(f"of: a section is drawn of two quantities, not of {len(self.section.of)}")
-        ax = axes("ax", ax) or new_figure(figsize=(7.0, 5.5), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(7.0, 5.5).subplots()
         for points in self._shown():
             ax.plot(*points.T, ".", ms=2.0, mew=0)
-        ax.set(**{f"{axis}label": _titled(name, self.units) for axis, name in zip("xy", self.section.of, strict=True)})
+        x, y = (with_unit(name, self.units[name]) for name in self.section.of)
+        ax.set(xlabel=x, ylabel=y)
         how = {1: ", rising", -1: ", falling", 0: ""}[self.section.direction]
-        ax.set_title(f"{self.section.name} = {self.section.level:g}{how}; {self.energy:.6g} J", loc="left", fontsize=10)
+        ax.set_title(f"{self.section.name} = {self.section.level:g}{how}; {self.energy:.6g} J")
         return ax
 
     def report(self) -> Report:
@@ -421,19 +422,18 @@ class Bifurcation(Result):
     up: Array  # (k, count, len(of)); NaN where a motion cannot be run
     down: Array
     why: tuple[str, ...]  # why motions could not be run
-    units: dict[str, str]
+    units: dict[str, str]  # of the quantities and of the number
 
+    @styled()
     def plot(self, ax: Any = None) -> Any:
         """Draw the first quantity against the number, up and down, on a matplotlib Axes; returns it."""
-        from pendpin.graphics.figure import new_figure
-
-        ax = axes("ax", ax) or new_figure(figsize=(7.0, 4.5), layout="constrained").subplots()
+        ax = axes("ax", ax) or new_figure(7.0, 4.5).subplots()
         name = self.section.of[0]
-        for rows, colour, label in ((self.down, "tab:orange", "down"), (self.up, "tab:blue", "up")):
+        for rows, colour, label in ((self.down, COLORS[1], "down"), (self.up, COLORS[0], "up")):
             y = _wrapped(rows[..., 0]) if self.units[name] == "rad" else rows[..., 0]
             ax.plot(np.repeat(self.at, y.shape[1]), y.ravel(), ".", ms=1.5, mew=0, color=colour, label=label)
-        ax.set(xlabel=self.key, ylabel=_titled(name, self.units))
-        ax.legend(frameon=False, markerscale=6)
+        ax.set(xlabel=with_unit(self.key, self.units[self.key]), ylabel=with_unit(name, self.units[name]))
+        ax.legend(**BESIDE, markerscale=6)
         return ax
 
     def points(self, rows: Array) -> Array:
@@ -479,7 +479,7 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
     if at.ndim != 1 or not len(at) or (np.diff(at) <= 0).any():
         raise InputError("values: give the values of the number in rising order, at least one")
     scenes = [scene.replace({key: float(value)}) for value in at]
-    units = section.check(scenes[0])
+    units = section.check(scenes[0]) | {key: unit_of_key(key, scene)}
     room, why, start = np.full((2, len(at), section.count, len(section.of)), np.nan), dict[str, None](), scene.start
     for rows, order in zip(room, (range(len(at)), range(len(at))[::-1]), strict=True):
         for place in order:
@@ -518,7 +518,3 @@ def _described(count: int) -> str:
 def _wrapped(angle: Array) -> Array:
     """Angles in rad from -pi to pi."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
-
-
-def _titled(name: str, units: dict[str, str]) -> str:
-    return f"{name} ({units[name]})" if units[name] else name

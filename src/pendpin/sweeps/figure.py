@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, not_one_of
-from pendpin.graphics.figure import write_figure
+from pendpin.graphics.style import BESIDE, COLORS, GREY, SHADE, new_figure, styled, with_unit, write_figure
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.report import Report, Table
 from pendpin.sweeps.measures import MEASURES
@@ -49,6 +49,7 @@ def save_map(dataset: Any, path: str | Path, measure: str | None = None) -> Path
     return write_figure(path, lambda: draw_map(dataset, measure))
 
 
+@styled()
 def draw_map(dataset: Any, measure: str | None = None) -> Any:
     """The figure of one measure. Raises InputError for one that is not there, or more than three dimensions."""
     name = chosen(dataset, measure)
@@ -103,49 +104,45 @@ def label(name: str, dataset: Any) -> str:
     attributes = dataset[name].attrs
     key = attributes.get("key", name)
     text, unit = attributes.get("long_name", name if key.startswith("start.") else key), attributes.get("units", "")
-    return f"{text} ({unit})" if unit else text
+    return with_unit(text, unit)
 
 
 def _line(dataset: Any, name: str, dim: str) -> Any:
-    from matplotlib.figure import Figure
-
-    figure = Figure(figsize=(8, 4.5), layout="constrained")
+    figure = new_figure(8.0, 4.5)
     ax, varied = figure.subplots(), short_names(dataset.attrs["keys"]) if "keys" in dataset.attrs else [dim]
     if dim in varied:
         x, y = dataset[dim].values, dataset[name].values
-        ax.plot(x, y, color="#2b6cb0", linewidth=1.6)
+        ax.plot(x, y, color=COLORS[0])
         doubtful = doubtful_cells(dataset, name)
-        ax.plot(x[doubtful], y[doubtful], "x", color="#c53030", label="two tolerances disagree")
+        ax.plot(x[doubtful], y[doubtful], "x", color=COLORS[1], label="two tolerances disagree")
     else:  # samples: the measure against the first number that is varied
         x = dataset[varied[0]].values
-        ax.plot(x, dataset[name].values, ".", color="#2b6cb0", markersize=3)
+        ax.plot(x, dataset[name].values, ".", color=COLORS[0], markersize=3)
     ax.set_xlabel(label(dim if dim in varied else varied[0], dataset))
     ax.set_ylabel(label(name, dataset))
-    ax.grid(alpha=0.25, linewidth=0.6)
-    ax.spines[["top", "right"]].set_visible(False)
     if ax.get_legend_handles_labels()[0] and doubtful_cells(dataset, name).any():
-        ax.legend(frameon=False)
+        ax.legend(**BESIDE)
     return figure
 
 
 def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Mask, str]]) -> Any:
     """Maps of panels (values (m, n), doubtful (m, n), title), one scale of colours; m goes to the right, n up."""
-    from matplotlib.figure import Figure
     from matplotlib.patches import Patch
 
     columns = min(len(panels), 4)
     rows = -(-len(panels) // columns)
-    figure = Figure(figsize=(2.0 + 4.6 * columns if columns > 1 else 7.6, 1.2 + 4.4 * rows), layout="constrained")
+    figure = new_figure(2.0 + 4.6 * columns if columns > 1 else 7.6, 1.2 + 4.4 * rows)
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     x, y = (dataset[dim].values for dim in dims)
     colours = _colours([np.where(doubtful, np.nan, values) for values, doubtful, _ in panels])
     mesh: Any = None
     for ax, (values, doubtful, text) in zip(axes.flat, panels, strict=False):
-        ax.set_facecolor("#e2e8f0")  # where there is no value
+        ax.set_facecolor(SHADE)  # where there is no value
         mesh = ax.pcolormesh(x, y, np.where(doubtful, np.nan, values).T, shading="nearest", rasterized=True, **colours)
         if doubtful.any():
             ax.contourf(x, y, doubtful.T.astype(float), levels=[0.5, 1.5], colors="none", hatches=["////"])
-        ax.set_title(text, fontsize=10)
+        ax.grid(visible=False)
+        ax.set_title(text)
     for ax in axes[-1]:
         ax.set_xlabel(label(dims[0], dataset))
     for ax in axes[:, 0]:
@@ -155,7 +152,7 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
     patches = _legend(panels, Patch, describe_empty_cells(name, dataset))
     if patches:
-        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches), frameon=False, fontsize=9)
+        figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
     return figure
 
 
@@ -187,7 +184,7 @@ def _legend(panels: list[tuple[Array, Mask, str]], patch: Any, none: str) -> lis
     """What the hatches and the empty cells of panels (values (m, n), doubtful (m, n), title) mean."""
     entries = []
     if any(doubtful.any() for _, doubtful, _ in panels):
-        entries.append(patch(facecolor="#e2e8f0", hatch="////", edgecolor="#4a5568", label="two tolerances disagree"))
+        entries.append(patch(facecolor=SHADE, hatch="////", edgecolor=GREY, label="two tolerances disagree"))
     if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
-        entries.append(patch(facecolor="#e2e8f0", label=none))
+        entries.append(patch(facecolor=SHADE, label=none))
     return entries

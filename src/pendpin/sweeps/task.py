@@ -12,7 +12,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import VERSION, installed
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting
-from pendpin.scene import Scene
+from pendpin.scene import Scene, unit_of_key
 from pendpin.sweeps.measures import Function, Measure, measure
 from pendpin.sweeps.plan import RESERVED, Plan, short_names
 from pendpin.trajectory.columns import unit_of
@@ -22,16 +22,6 @@ LOOSER = 100.0  # times the tolerance, for what compares two runs
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")
 EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 LARGEST_COUNT = 2.0**53
-UNITS = {
-    **dict.fromkeys(("length", "radius", "com", "diameter"), "m"),
-    **dict.fromkeys(("mass", "payload"), "kg"),
-    **dict.fromkeys(("duration", "time"), "s"),
-    "stiffness": "N m/rad",
-    "frequency": "rad/s",
-    "latitude": "degrees",
-    "density": "kg/m³",
-    "acceleration": "m/s²",
-}
 
 
 @dataclass(frozen=True, eq=False)
@@ -88,7 +78,7 @@ def checked(task: Task) -> Task:
     """The task with its units. Raises InputError for keys or measures that no case could have."""
     scene, names = typical(task), [m.name for m in task.chosen]
     varied = dict(zip(short_names(task.plan.keys), task.plan.keys, strict=True))
-    units = {name: unit for name, key in varied.items() if (unit := _unit_of_key(key, scene))}
+    units = {name: unit for name, key in varied.items() if (unit := unit_of_key(key, scene))}
     units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
         if name in names[:i] or name in RESERVED or name in varied:
@@ -109,15 +99,6 @@ def checked(task: Task) -> Task:
         with inside("measure"):
             units = {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])} | units
     return replace(task, units=units)
-
-
-def _unit_of_key(key: str, scene: Scene) -> str:
-    """The unit of a number at a key path, "" where its name does not say it."""
-    if key.startswith("start.positions"):
-        return "degrees" if scene.start.unit == "degrees" else "rad"
-    if key.startswith("start.velocities"):
-        return "degrees/s" if scene.start.unit == "degrees" else "rad/s"
-    return UNITS.get(key.rpartition(".")[2], "")
 
 
 def typical(task: Task) -> Scene:

@@ -31,7 +31,7 @@ def stability(
 
     --lyapunov adds the Lyapunov exponents of the motion, each with its error; --plot then draws their estimates over time.
     """
-    from pendpin.graphics.figure import write_figure
+    from pendpin.graphics.style import write_figure
     from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.lyapunov import lyapunov as exponents_of
     from pendpin.stability.report import stability as report_on
@@ -125,7 +125,7 @@ def section(
     json: Json = False,
 ) -> None:
     """Print and draw a Poincaré section: a motion, or many of one energy, where a quantity crosses a level."""
-    from pendpin.graphics.figure import write_figure
+    from pendpin.graphics.style import write_figure
     from pendpin.stability.sections import portrait, read_crossing
 
     refuse_outputs(chosen.files, plot=plot)
@@ -157,7 +157,7 @@ def bifurcation(
     json: Json = False,
 ) -> None:
     """Print and draw a bifurcation diagram: points once a period, the state carried from value to value, up and down."""
-    from pendpin.graphics.figure import write_figure
+    from pendpin.graphics.style import write_figure
     from pendpin.stability.sections import bifurcation as diagram_of
     from pendpin.stability.sections import strobe as strobe_of
     from pendpin.sweeps.plan import read_axes

@@ -190,6 +190,9 @@ def fit(
     ] = False,
     robust: Annotated[bool, flag("--robust", help="Give outliers less weight.")] = False,
     out: Annotated[Path | None, typer.Option(help="Where to write the fitted scene (TOML).")] = None,
+    csv: Annotated[
+        Path | None, typer.Option(help="Table of samples: measured, fitted or predicted, residual, interval.")
+    ] = None,
     plot: Plot = None,
     limit: Limit = None,
     json: Json = False,
@@ -203,7 +206,7 @@ def fit(
     if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
         raise typer.BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
     chosen = read_scene(scene)
-    refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out)
+    refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out, csv=csv)
     with inside(str(scene)):
         print_notes(chosen, strict=False)
         table = data_table(chosen)
@@ -215,5 +218,6 @@ def fit(
     report = result.report()
     print_report(report, json)
     if report.fault:
-        raise InputError(f"{scene}: {report.fault}" + "; no file is written" * bool(out or plot))
-    print_files([file for file in (out and result.scene.save(out), plot and result.plot(plot)) if file], json)
+        raise InputError(f"{scene}: {report.fault}" + "; no file is written" * bool(out or plot or csv))
+    files = (out and result.scene.save(out), plot and result.plot(plot), csv and result.to_csv(csv))
+    print_files([file for file in files if file], json)

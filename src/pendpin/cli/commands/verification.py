@@ -155,7 +155,7 @@ def cost(
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from pendpin.verification.work_precision.cost import cost as measure
-    from pendpin.verification.work_precision.report import save_cost_plot
+    from pendpin.verification.work_precision.figure import save_cost_plot
 
     refuse_outputs(chosen.files, plot=plot)
     names = [name.strip() for name in methods.split(",")] if methods else None

@@ -156,7 +156,7 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
         makePath(svg, "tick", `M${1000 * place} 0V1000`);
         if ((1 - place) * width > 50) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
       }
-      make("i", area, { className: "x name", textContent: "time, s" });
+      make("i", area, { className: "x name", textContent: "time (s)" });
       let enveloped = false;
       curves.forEach(({ times, values, minus, color, dash }, i) => {
         const x = (k) => ((1000 * (times[k] - from)) / (to - from)).toFixed(2);

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, MissingLibrary, not_one_of
-from pendpin.graphics.figure import plain_text
 from pendpin.graphics.panels import draw_path_from_above, draw_path_from_the_side
+from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.files import write_whole
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build
@@ -234,49 +234,42 @@ def write_page(path: Path, report: AgreementReport) -> Path:
 def page(report: AgreementReport) -> str:
     """The report as HTML that needs no network: the worst method of each quantity, then sources and motions."""
     names = list(dict.fromkeys(row.case for row in report.comparisons))
+    motions, sources = StringIO(), []
+    with styled():
+        draw_motions(names).savefig(motions, format="svg")
+    for name in names:
+        case = published_cases()[name]
+        words = f"{case.title}. Numbers by {case.origin}. {case.source}. {case.note}"
+        sources.append(f"<li><strong>{name}</strong>: {html.escape(words)}</li>")
     parts = [
         HEAD,
         "<h1>Agreement with published results</h1>",
         "<p>Each row shows the method that differs most.</p>",
         f'<div class="wide">{report.report()._repr_html_()}</div><h2>Motions</h2>',
-        f'<div class="wide">{_svg(names)}</div>',
+        f'<div class="wide">{motions.getvalue()[motions.getvalue().index("<svg") :]}</div>',
         "<h2>Sources</h2><ul>",
-        *map(_source, names),
+        *sources,
         "</ul></body></html>\n",
     ]
     return "\n".join(parts)
 
 
-def _source(name: str) -> str:
-    case = published_cases()[name]
-    words = f"{case.title}. Numbers by {case.origin}. {case.source}. {case.note}"
-    return f"<li><strong>{name}</strong>: {html.escape(words)}</li>"
-
-
-def _svg(names: list[str]) -> str:
-    text = StringIO()
-    with plain_text():
-        draw_motions(names).savefig(text, format="svg")
-    return text.getvalue()[text.getvalue().index("<svg") :]
-
-
+@styled()
 def draw_motions(names: list[str]) -> Any:
     """A figure with the path of the tip of each case, from the side, or from above where it stays level.
 
     Cases of frequencies and bounds of stability have no motion to draw.
     """
-    from matplotlib.figure import Figure
-
     names = [name for name in names if published_cases()[name].quantities]
     rows = max(1, ceil(len(names) / COLUMNS))
-    figure = Figure(figsize=(3.2 * COLUMNS, 3.2 * rows), layout="constrained")
+    figure = new_figure(3.2 * COLUMNS, 3.2 * rows)
     axes = np.ravel(figure.subplots(rows, COLUMNS, squeeze=False))
     for ax, name in zip(axes, names, strict=False):
         case = published_cases()[name]
         run = simulate(case.scene, duration=min(case.times[-1], SHOWN), samples=SAMPLES)
         level = np.ptp(run.tips[:, -1, 2]) < 1e-3 * np.ptp(run.tips[:, -1], axis=0).max()
         (draw_path_from_above if level else draw_path_from_the_side)(ax, run)
-        ax.set_title(name, fontsize=10)
+        ax.set_title(name)
     for ax in axes[len(names) :]:
         ax.set_axis_off()
     return figure
