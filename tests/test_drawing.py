@@ -152,6 +152,19 @@ def test_a_tree_without_visuals_holds_together(tmp_path: Path) -> None:
             assert min(_distance(stick, place) for stick in sticks if stick.body == above) < 1e-12  # m, rounding
 
 
+def test_a_hinge_is_a_pin_along_its_axis(tmp_path: Path) -> None:
+    """A cylinder along x, centred at the joint; what a slide or a universal joint moves has a ball there."""
+    file = tmp_path / "tree.urdf"
+    file.write_text(TREE)
+    run = pp.simulate(pp.Scene(duration=0.0, model=pp.UrdfModel(str(file)), effects=[pp.effects.Gravity()]))
+    for body, joint in enumerate(run.joints):
+        own = (x for x in drawing_of(run).shapes if x.body == body and not x.placement[:3, 3].any())
+        shapes = [(x.geometry, abs(x.placement[0, 2])) for x in own]
+        assert shapes == [("sphere", 0.0) if joint == "slide" else ("cylinder", 1.0)]
+    rod = drawing_of(pp.simulate(pp.Scene(duration=0.0, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]))))
+    assert [x.geometry for x in rod.shapes] == ["box", "cylinder", "sphere", "sphere"]
+
+
 def _distance(stick: Shape, place: np.ndarray) -> float:
     """From the axis of a stick to a place (4,), in m."""
     x, y, z, _ = np.linalg.inv(stick.placement) @ place

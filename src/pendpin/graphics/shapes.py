@@ -21,17 +21,27 @@ DENSITY = 7850.0  # kg/m³, of a payload: steel
 
 
 def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterator[Shape]:
-    """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them."""
+    """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them.
+
+    A joint is a ball, that of a hinge a pin along its axis.
+    """
     thick = THINNEST * extent
     many = len(model.bodies) > MANY
+    hinges = dict[int, Array]()
+    if model.chain is None:
+        turning = set(range(len(model.joints))) - {rod.phi for rod in model.rods} - set(np.flatnonzero(model.slides))
+        hinges = {joint: axis for joint, axis in enumerate(tree_of(model.pin).axes) if joint in turning}
     yield Shape("box", (12 * thick, 12 * thick, thick), _at((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
     for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         long = any(body.tip)  # a rotor about its own centre is not
         if long:
             yield _stick(np.zeros(3), body.tip, radius, COPPER if index % 2 == 0 else BRASS, index)
+        size = min(1.5 * radius, 3 * thick)
         if not (many and long):
-            yield Shape("sphere", (min(1.5 * radius, 3 * thick),), np.eye(4), STEEL, index)
+            pin = hinges.get(body.joint)
+            ball = Shape("sphere", (size,), np.eye(4), STEEL, index)
+            yield ball if pin is None else _stick(-2 * size * pin, 2 * size * pin, 0.9 * size, STEEL, index)
         if payload or index == len(model.bodies) - 1:
             ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
             ball = body.payload_radius or max(1.5 * thick, ball)
