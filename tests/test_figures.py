@@ -2,6 +2,7 @@
 
 import ast
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any
@@ -72,7 +73,7 @@ def many_curves(count: int) -> Any:
         Curve(f"method {k}", "", "step", tuple(Point(h, h**4, (1 + k // 3) * 1e-3 / h, 1, 1) for h in (0.3, 0.1, 0.03)))
         for k in range(count)
     ]
-    return type(REPORT)(**vars(REPORT) | {"curves": (*curves, *REPORT.curves)})
+    return replace(REPORT, curves=(*curves, *REPORT.curves))
 
 
 def section() -> Any:
@@ -122,8 +123,8 @@ def test_every_figure_is_here() -> None:
     for path in SOURCE.rglob("*.py"):
         name = path.relative_to(SOURCE).as_posix()
         for node in ast.walk(ast.parse(path.read_text())):
-            decorators = node.decorator_list if isinstance(node, ast.FunctionDef) else []
-            styled |= {f"{name} {node.name}" for one in decorators if ast.unparse(one) == "styled()"}
+            if isinstance(node, ast.FunctionDef) and "styled()" in map(ast.unparse, node.decorator_list):
+                styled.add(f"{name} {node.name}")
             if isinstance(node, ast.ImportFrom) and node.module in ("matplotlib.figure", "matplotlib.pyplot"):
                 makers.add(name)
     assert styled == set(FIGURES)

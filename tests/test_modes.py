@@ -15,6 +15,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.vibrations import Matrices, vibrations
 from pendpin.stability.modes import Modes
+from pendpin.stability.report import stability
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
 UNIT = fx.Gravity(acceleration=1.0)
@@ -156,11 +157,16 @@ def test_robots_and_trees() -> None:
 
 
 def test_what_nothing_holds_has_the_frequency_zero() -> None:
-    """Without gravity a rod turns freely: omega is 0, and the rest is stable in the sense of its eigenvalues."""
+    """Without gravity a rod turns freely: omega is 0, and the rest is neutral, in every report of it."""
     found = pp.modes(pp.Scene(model=pp.Chain(rods=[THICK]), effects=[fx.Spring(stiffness=1.0, joints=("theta",))]))
     assert found.omega[0] == 0
     assert found.omega[1] > 0
-    assert found.stable
+    assert (found.stable, found.neutral) == (True, 1)
+    assert "is neutral: 1 of 2 modes have no frequency" in str(found)
+    assert [row["neutral"] for row in stability(found.scene).rows()] == [True]
+    assert "stable" not in str(pp.linearize(found.scene))
+    held = pp.modes(found.scene.replace(effects=[fx.Spring(stiffness=1.0)]))
+    assert (held.stable, held.neutral) == (True, 0)
 
 
 # --- what is shown --------------------------------------------------------------------------------------------------
@@ -190,7 +196,7 @@ def test_the_command_prints_json(capfd: pytest.CaptureFixture) -> None:
     assert run_main("modes", str(scene), "--json") == 0
     found = json.loads(capfd.readouterr().out)
     known = pp.modes(scene)
-    assert list(found) == ["omega", "damping_ratio", "stable"]
+    assert list(found) == ["omega", "damping_ratio", "stable", "neutral"]
     assert found["omega"] == known.omega.tolist()
     assert found["stable"] is True
 

@@ -218,12 +218,21 @@ def test_summary_of_a_known_swing() -> None:
     assert "largest swing" in repr(found)
 
 
+def test_the_largest_swing_is_that_of_the_line_to_the_tip() -> None:
+    """Of several rods too: a rod may turn over while the line from the support to the last tip does not."""
+    rods = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01), pp.Rod(length=0.2, mass=0.1, radius=0.01)])
+    scene = pp.Scene(model=rods, start=pp.Start(positions={"theta_2": 3.0}), effects=[GRAVITY], duration=2.0)
+    run = pp.simulate(scene)
+    assert run.summary()["largest swing"].value == pytest.approx(np.degrees(run.maximum("swing").value))
+    assert run.summary()["largest swing"].value < 90 < np.degrees(np.abs(run["theta_2"]).max())
+
+
 def test_a_period_is_said_only_of_a_motion_that_has_one() -> None:
     """The rod's swings differ from one to the next: their mean lies in the range that is said with it."""
     found = pp.simulate(builtin_scene()).summary()
     assert not any(name.startswith("period") for name in found)
     for joint in ("theta", "phi"):
-        figure = found[f"mean swing of {joint}"]
+        figure = found[f"mean period of {joint}"]
         words = figure.place.split()
         assert float(words[1]) < figure.value < float(words[3])
         assert "not periodic" in str(figure)

@@ -16,6 +16,7 @@ from pendpin.ground.arrays import EPS
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.model.notes import notes
+from pendpin.motions.summary import TILT
 from pendpin.sweeps.significance import significance
 
 INERTIA = '<inertia ixx="0.1" ixy="0" ixz="0" iyy="0.1" iyz="0" izz="0.2"/>'
@@ -204,7 +205,7 @@ def test_a_gantry_has_the_swing_of_its_rope(tmp_path: Path, slide: str, at: Any)
     scene = gantry(tmp_path, slide, at)
     run = pp.simulate(scene)
     rope = np.arccos(np.cos(run["x"]) * np.cos(run["y"])).max()
-    assert np.radians(run.summary()["largest swing"].value) == pytest.approx(rope, abs=1e-7)
+    assert np.radians(run.summary()[TILT].value) == pytest.approx(rope, abs=1e-7)
     swept = pp.sweep(scene, {"start.positions.y": [0.3, 0.3]}, "swing").swing.values
     assert swept == pytest.approx([rope, rope], abs=1e-7)
 
@@ -216,9 +217,9 @@ def test_what_no_joint_tilts_has_no_swing(tmp_path: Path) -> None:
     parts += [link("rod", -0.5), joint("hinge", "arm", "rod", (1, 0, 0))]
     model = robot(tmp_path, *parts)
     run = pp.simulate(pp.Scene(model=model, start=pp.Start(positions={"hinge": 0.2}), duration=0.5), samples=3)
-    assert run.summary()["largest swing"].value == pytest.approx(np.degrees(0.2))
+    assert run.summary()[TILT].value == pytest.approx(np.degrees(0.2))
     still = robot(tmp_path, *parts[:2])
-    assert "largest swing" not in pp.simulate(pp.Scene(model=still, duration=0.5), samples=3).summary()
+    assert TILT not in pp.simulate(pp.Scene(model=still, duration=0.5), samples=3).summary()
 
 
 def test_slides_are_in_metres(tmp_path: Path) -> None:
@@ -235,4 +236,4 @@ def test_slides_are_in_metres(tmp_path: Path) -> None:
     loaded = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
     (tmp_path / "robot.urdf").unlink()
     assert loaded.plot("slide").axes[0].get_ylabel() == "slide (rad or m)"
-    assert "largest swing" not in loaded.summary()
+    assert TILT not in loaded.summary()

@@ -27,7 +27,7 @@ from pendpin.trajectory import RunRecord
 MOST_EVENTS = 40  # in a list
 MOST_TEXT = 20_000  # letters of a scene
 MOST_OF_A_NOTE = 400  # letters
-ANSWERS = ("at rest from", "largest swing", "farthest sideways", "R3 largest")  # of a summary, on the terminal
+ANSWERS = ("at rest from", "largest swing", "largest tilt", "farthest sideways", "R3 largest")  # on the terminal
 Check = Callable[[RunRecord], str]  # what a cross-check along a run says; "" where there is none
 
 

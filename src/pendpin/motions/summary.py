@@ -14,10 +14,12 @@ from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import find_coarse, resolved
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
+from pendpin.trajectory.columns import is_chain, swing
 
 MOST_PERIODS = 4  # joints
 LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
 PERIODIC = 1e-3  # of the mean: swings that differ by less have one period, as far as samples show
+SWING, TILT = "largest swing", "largest tilt"
 FORCES = ("R1", "R2", "R3")
 MOST_AGAIN = 2_000_000  # evaluations times joints: about a second, for which a summary may integrate again
 EVALUATIONS_OF_EVENT = 500  # of a search on both sides of an event
@@ -58,6 +60,9 @@ class Summary(dict[str, Figure]):
 def summary(run: Any) -> Summary:
     """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run.
 
+    The swing is run["swing"], the angle of the line from the support to the last tip from straight down. A URDF of several
+    links has a largest tilt instead: the largest such angle of a link, from its joint to its tip.
+
     Extremes are those between the samples too, searched once for all; those of the samples where that would take long, or
     where the run's scene cannot be built again.
     """
@@ -94,15 +99,19 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
     """The extremes by name, of a run that is resolved, or of its samples."""
     rows, half = dict[str, Figure](), float(run.t[np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)])
     model = None if more is None else more.dynamics.model
-    of_whole: dict[str, tuple[Quantity, str]] = {
-        "largest swing": (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees"),
-        "farthest sideways": (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m"),
-    }
+    of_whole: dict[str, tuple[Quantity, str]] = {}
+    if is_chain(run):
+        of_whole[SWING] = (lambda rows: np.degrees(swing(rows))[:, None], "degrees")
+    elif _tilts(run, model):
+        name = TILT if run.tips.shape[1] > 1 else SWING
+        of_whole[name] = (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees")
+    of_whole["farthest sideways"] = (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m")
     for name, (quantity, unit) in of_whole.items():
-        if name != "largest swing" or _swings(run, model):
-            rows[name] = whole = _largest(run, more, quantity, unit)
-            later = whole.time is not None and whole.time >= half
-            rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
+        rows[name] = whole = _largest(run, more, quantity, unit)
+        if name == TILT:
+            rows[name] = whole._replace(place="of a link, from straight down")
+        later = whole.time is not None and whole.time >= half
+        rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
     for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")) if run.rod_reactions is not None else ():
         if getattr(run.rod_reactions, name).any():
             negative = _largest(run, more, lambda rows, name=name: -getattr(rows.rod_reactions, name), unit)
@@ -113,8 +122,8 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
     return rows
 
 
-def _swings(run: Any, model: Model | None) -> bool:
-    """Whether a rod of the run can swing, as far as its model can be built again."""
+def _tilts(run: Any, model: Model | None) -> bool:
+    """Whether a link of the run can tilt, as far as its model can be built again."""
     try:
         return not np.isnan(swings_of(run, model)).any()
     except PendpinError:
@@ -158,7 +167,7 @@ def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
             yield f"period of {joint}", Figure(float(swings.mean()), "s")
         else:
             between = f"from {swings.min():.4g} to {swings.max():.4g} s: not periodic"
-            yield f"mean swing of {joint}", Figure(float(swings.mean()), "s", place=between)
+            yield f"mean period of {joint}", Figure(float(swings.mean()), "s", place=between)
 
 
 def text(run: Any) -> str:
@@ -168,7 +177,7 @@ def text(run: Any) -> str:
     first = f"Trajectory of {RunRecord.__repr__(run)}"
     rows = run.summary()
     parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
-    parts += [f"largest swing {rows['largest swing']}"] if "largest swing" in rows else []
+    parts += [f"{name} {rows[name]}" for name in (SWING, TILT) if name in rows]
     if "R3 largest" in rows:
         least, largest = rows["R3 least"], rows["R3 largest"]
         pushed = f"compression up to {-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
@@ -177,7 +186,7 @@ def text(run: Any) -> str:
             if least.value < 0
             else f"tension R3 from {least.value:.4g} to {largest}"
         )
-    parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean swing"))][:1]
+    parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean period"))][:1]
     return "\n".join([first, _trust(run), "; ".join(parts)])
 
 

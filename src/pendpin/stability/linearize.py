@@ -117,6 +117,11 @@ class LinearModel:
         return is_stable(*self._spectrum)
 
     @property
+    def neutral(self) -> bool:
+        """Whether it is stable, but an eigenvalue is 0 within its rounding error: nothing brings such a motion back."""
+        return self.stable and bool((np.abs(self.eigenvalues) <= self.errors).any())
+
+    @property
     def at_equilibrium(self) -> bool:
         """Whether nothing moves or accelerates there."""
         scale = max(1.0, float(np.abs(self.A).max(initial=0.0)))
@@ -145,7 +150,9 @@ class LinearModel:
         shown = [(x, error) for x, error in zip(*self._spectrum, strict=True) if x.imag >= 0]
         lines += [_row(*pair) for pair in shown[:MOST_ROWS]]
         lines += [f"... and {len(shown) - MOST_ROWS} more"] if len(shown) > MOST_ROWS else []
-        lines += ["stable" if self.stable else "unstable: an eigenvalue is right of the imaginary axis"]
+        neutral = "neutral: an eigenvalue is 0, and nothing brings such a motion back"
+        unstable = "unstable: an eigenvalue is right of the imaginary axis"
+        lines += [neutral if self.neutral else "stable" if self.stable else unstable]
         if not self.at_equilibrium:
             largest = int(np.argmax(np.abs(self.residual)))
             lines.append(

@@ -29,6 +29,7 @@ from pendpin.scene import Scene, chosen_scene
 from pendpin.stability.linearize import place_of, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
+NO_FREQUENCY = 1e-7  # of the largest: its square is rounding of the stiffness
 MOST_ROWS = 20  # of a table that is printed
 MOST_RODS = 2  # that a line names
 
@@ -85,6 +86,11 @@ class Modes(Result):
         """The frequencies, (k,) in Hz."""
         return self.omega / (2 * np.pi)
 
+    @property
+    def neutral(self) -> int:
+        """How many modes have no frequency, but for rounding: nothing brings them back, and a push makes them drift."""
+        return int((self.omega <= NO_FREQUENCY * self.omega.max(initial=0.0)).sum())
+
     @cached_property
     def participation(self) -> Array:
         """The share of each body in the kinetic energy of each mode, (k, bodies); rows add up to 1."""
@@ -125,8 +131,11 @@ class Modes(Result):
         """The table, at most so many of its lines, and whether the rest is stable."""
         left = sum(1 for _ in self._groups()) - most if most is not None else 0
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
+        if self.stable and self.neutral:
+            verdict = f"is neutral: {self.neutral} of {len(self.omega)} modes have no frequency, nothing brings them back."
         words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
         data = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist(), "stable": self.stable}
+        data["neutral"] = self.neutral
         return Report((Table(HEAD, [line.cells for line in self.lines(most)], max(left, 0)), *words), data)
 
     def plot(self, *chosen: int, ax: Any = None) -> Any:

@@ -53,13 +53,13 @@ class Stability(Result):
         rows = []
         for rest, row in zip(self.rests, self.rows(), strict=True):
             swing = "" if row["slowest"] is None else f"{row['slowest']:.6g}"
-            verdict = "stable" if row["stable"] else "unstable"
+            verdict = "neutral" if rest.neutral else "stable" if row["stable"] else "unstable"
             rows.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
         head = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
         return Report((Table(head, rows), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Of each rest: its angles in degrees, its slides in m, whether it is stable, fastest growth in 1/s, slowest swing
+        """Of each rest: its angles in degrees, its slides in m, whether it is stable, and neutral, fastest growth in 1/s, slowest swing
         in rad/s.
         """
         rows = []
@@ -73,6 +73,7 @@ class Stability(Result):
                     "degrees": {name: float(np.degrees(x)) for name, x, slides in places if not slides},
                     "m": {name: float(x) for name, x, slides in places if slides},
                     "stable": rest.stable,
+                    "neutral": rest.neutral,
                     "growth": 0.0 if rest.stable else float(growths.max()),
                     "slowest": float(swings.min()) if len(swings) else None,
                 }
