@@ -82,7 +82,7 @@ class Fit(Result):
         """Predict other swings, with 95 % prediction intervals; their starts are fitted on the first part `start` of each.
 
         A Prediction: predicted and interval, swing by swing, (m, columns) in rad or m; rms, max and covered by column.
-        Without standard errors, where the data are too short, `interval` is None.
+        There are no intervals (None) without standard errors, as of data that are too short.
         """
         return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
 

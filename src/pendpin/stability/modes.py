@@ -132,7 +132,9 @@ class Modes(Result):
         left = sum(1 for _ in self._groups()) - most if most is not None else 0
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
         if self.stable and self.neutral:
-            verdict = f"is neutral: {self.neutral} of {len(self.omega)} modes have no frequency, nothing brings them back."
+            verdict = (
+                f"is neutral: {self.neutral} of {len(self.omega)} modes have no frequency, nothing brings them back."
+            )
         words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
         data = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist(), "stable": self.stable}
         data["neutral"] = self.neutral
