@@ -59,8 +59,8 @@ class Stability(Result):
         return Report((Table(head, rows), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Of each rest: its angles in degrees, its slides in m, whether it is stable and whether neutral, the fastest growth in
-        1/s, and the slowest swing in rad/s.
+        """Of each rest: its angles in degrees, its slides in m, whether it is stable, or neutral, the fastest
+        growth in 1/s, and the slowest swing in rad/s.
         """
         rows = []
         for rest in self.rests:
