@@ -4,11 +4,15 @@ import math
 
 import numpy as np
 import pytest
+from hypothesis import example, given
+from hypothesis import strategies as st
 from scipy.optimize import brentq
 from scipy.special import ellipk
 
 import pendpin as pp
 from pendpin import effects as fx
+from pendpin.model.kinematics import swings_of_chain, tilts_of_chain
+from pendpin.sweeps.extremes import largest
 from pendpin.sweeps.measures import (
     MEASURES,
     STATISTICS,
@@ -104,18 +108,52 @@ def test_a_swing_that_just_reaches_the_two_per_cent_may_settle_half_a_period_soo
         assert float(found["settling_time.spread"][0]) > 0.3
 
 
-def test_the_largest_angle_of_a_sweep_is_that_of_the_samples() -> None:
-    """It is too small by a h²/8 at most; a function that asks the run for its maximum finds the turning point."""
+@pytest.mark.parametrize("samples", [2, 13, 71, 601])
+def test_the_least_angle_of_a_sweep_is_the_turning_point(samples: int) -> None:
+    """Between the samples, and of samples too few to tell: the exact one of a damped spring, after half a period."""
+    scene, half = sprung(0.6).replace({"solver.samples": samples}), np.pi / math.sqrt(4 - 0.6**2)
+    found = pp.sweep(scene, {"start.positions.theta": [0.7, -0.4]}, ["theta.min", "theta.max", "theta.argmax", "swing"])
+    turning = exact(0.6, half) / exact(0.6, 0.0)
+    np.testing.assert_allclose(found["theta.min"], [0.7 * turning, -0.4], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found["theta.max"], [0.7, -0.4 * turning], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found["theta.argmax"], [0.0, half], rtol=0, atol=1e-8)
+    np.testing.assert_allclose(found["swing"], [0.7, 0.4], rtol=0, atol=1e-9)
 
-    def least(run: pp.Trajectory) -> float:
-        return run.minimum("theta").value
 
-    h = 1 / 7
-    scene = sprung(0.6).replace({"solver.samples": 71})
-    found = pp.sweep(scene, {"duration": [10.0]}, ["theta.min", least])
-    turning = 0.7 * exact(0.6, np.pi / math.sqrt(4 - 0.6**2))  # after half a period
-    assert float(found["least"][0]) == pytest.approx(turning, abs=1e-9)
-    assert 1e-5 < float(found["theta.min"][0]) - turning < 4 * 0.7 * h**2 / 8
+@given(
+    st.lists(st.tuples(st.floats(0.1, 1), st.floats(0.5, 200), st.floats(-3, 3)), min_size=1, max_size=3),
+    st.integers(20, 400),
+)
+@example([(1.0, 2 * math.pi * 19, 0.3)], 20)  # a turn from sample to sample
+def test_the_largest_value_between_samples(waves: list[tuple[float, float, float]], samples: int) -> None:
+    """Of sums of sines, however many radians in a step: that of 100,001 samples, which is at most exact.
+
+    A series that is not told apart is NaN, never a lower value.
+    """
+    size, rate, phase = (np.array(column)[:, None] for column in zip(*waves, strict=True))
+    t, dense = np.linspace(0, 1, samples), np.linspace(0, 1, 100_001)
+
+    def series(t: np.ndarray) -> np.ndarray:
+        return (size * np.sin(rate * t + phase)).sum(0)
+
+    value, when = largest(t, series(t)[None], (size * rate * np.cos(rate * t + phase)).sum(0)[None])
+    top, slack = series(dense).max(), 1e-10 * size.sum()
+    bound = (size * rate**2).sum() * (dense[1] ** 2 / 8)  # a dense sample may be so far below the top
+    assert np.isnan(value[0]) or -slack <= value[0] - top <= slack + bound
+    assert np.isnan(value[0]) or abs(series(when)[0] - value[0]) <= slack
+
+
+@given(st.integers(0, 2**31))
+def test_tilts_and_their_rates(seed: int) -> None:
+    """Those of the angles from straight down, and their slopes by differences in 1e-6, of chains of one to five rods."""
+    random = np.random.default_rng(seed)
+    rods = random.integers(1, 6)
+    q, v = random.normal(size=(2, 7, 2 * rods))
+    squares, rates = tilts_of_chain(q, v)
+    np.testing.assert_allclose(2 * np.arcsin(np.sqrt(squares.max(-1))), swings_of_chain(q), rtol=1e-7, atol=1e-14)
+    ahead, behind = (tilts_of_chain(q + h * v, v)[0] for h in (1e-6, -1e-6))
+    slack = 1e-9 * (1 + np.abs(v).sum(-1)[:, None]) ** 3  # rounding over 2e-6, and (1e-6)² / 6 of the third derivative
+    assert (np.abs(rates - (ahead - behind) / 2e-6) <= slack).all()
 
 
 def test_the_largest_force_of_a_sweep_is_between_the_samples() -> None:

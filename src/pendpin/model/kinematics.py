@@ -113,6 +113,26 @@ def swings_of_chain(q: Array) -> Array:
     return largest
 
 
+def tilts_of_chain(q: Array, v: Array) -> tuple[Array, Array]:
+    """sin²(angle / 2) of the angle of each rod from straight down, and its rate per s, (..., rods) each, at q, v (..., nv).
+
+    By the same turns; the rates are those of the direction straight down in the frame of rod after rod.
+    """
+    x, y, z = np.zeros(q.shape[:-1]), np.zeros(q.shape[:-1]), np.full(q.shape[:-1], -1.0)
+    dx, dy, dz = np.zeros((3, *q.shape[:-1]))
+    squares, rates = np.empty((2, *q.shape[:-1], q.shape[-1] // 2))
+    for k in range(q.shape[-1] // 2):
+        s, c, turn = np.sin(q[..., 2 * k]), np.cos(q[..., 2 * k]), v[..., 2 * k]
+        y, z = c * y - s * z, s * y + c * z
+        dy, dz = c * dy - s * dz - turn * z, s * dy + c * dz + turn * y
+        s, c, turn = np.sin(q[..., 2 * k + 1]), np.cos(q[..., 2 * k + 1]), v[..., 2 * k + 1]
+        x, z = c * x + s * z, c * z - s * x
+        dx, dz = c * dx + s * dz + turn * z, c * dz - s * dx - turn * x
+        squares[..., k] = np.where(z < 0, (x * x + y * y) / (2 - 2 * z), (1 + z) / 2)
+        rates[..., k] = dz / 2
+    return squares, rates
+
+
 def _angles_from_down(model: Model, link_poses: Array) -> Array:
     """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
     x, y, z = np.moveaxis(_turned(link_poses, np.array([body.tip for body in model.bodies])), -1, 0)

@@ -8,7 +8,7 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.errors import InputError
-from pendpin.ground.arrays import Array, Indices, subdivided
+from pendpin.ground.arrays import Array, Indices, Mask, subdivided
 from pendpin.integrators.grid import NEAR
 from pendpin.motions.continuation import Continuation
 from pendpin.trajectory import RunRecord, joined, samples_of
@@ -97,12 +97,18 @@ def find_coarse(run: RunRecord) -> Indices:
         return np.arange(0)
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
     for x, rate in ((run.q, run.v), (run.v, run.a)):
-        off = np.abs(np.diff(x, axis=0) - dt * (rate[1:] + rate[:-1]) / 2)
-        path = dt * np.maximum(np.abs(rate[1:]), np.abs(rate[:-1]))
-        beside = np.concatenate([path[:1], path, path[-1:]])
-        path = np.maximum(path, np.maximum(beside[:-2], beside[2:]))
-        coarse |= (off > OFF * path + STILL * np.ptp(x, 0) + ROUNDING * np.abs(x).max(initial=0.0)).any(1)
+        coarse |= strays(dt, x, rate).any(1)
     closed = _intervals_of(run, times_of_events(run))
     closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
     coarse[closed] = False
     return np.flatnonzero(coarse)
+
+
+def strays(dt: Array, x: Array, rate: Array) -> Mask:
+    """The intervals (..., n - 1, m), of dt (n - 1, 1) s, in which values (..., n, m) do not follow from their rates."""
+    off = np.abs(np.diff(x, axis=-2) - dt * (rate[..., 1:, :] + rate[..., :-1, :]) / 2)
+    path = dt * np.maximum(np.abs(rate[..., 1:, :]), np.abs(rate[..., :-1, :]))
+    beside = np.concatenate([path[..., :1, :], path, path[..., -1:, :]], -2)
+    path = np.maximum(path, np.maximum(beside[..., :-2, :], beside[..., 2:, :]))
+    moved, largest = np.ptp(x, -2, keepdims=True), np.abs(x).max((-2, -1), initial=0.0, keepdims=True)
+    return off > OFF * path + STILL * moved + ROUNDING * largest

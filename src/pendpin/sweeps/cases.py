@@ -153,11 +153,14 @@ class Vectors:
         for values, columns_of in zip(columns, self.task.columns, strict=True):
             if values is not None:
                 block.values[places[good], columns_of.start] = values[good]
-        if missing := [k for k, values in enumerate(columns) if values is None]:
-            for i in np.flatnonzero(good).tolist():
-                if self.series[0].stopped.is_set():
-                    break
-                self._complete(rows, int(places[i]), i, missing, runs, block)
+        untold = [
+            np.isnan(values) & m.between if values is not None else np.ones(len(good), bool)
+            for m, values in zip(self.task.chosen, columns, strict=True)
+        ]
+        for i in np.flatnonzero(good & np.any(untold, 0)).tolist():
+            if self.series[0].stopped.is_set():
+                break
+            self._complete(rows, int(places[i]), i, [k for k, which in enumerate(untold) if which[i]], runs, block)
         return good
 
     def _complete(self, rows: Array, place: int, i: int, missing: list[int], runs: list[Motions], block: Block) -> None:

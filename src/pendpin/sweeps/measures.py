@@ -16,7 +16,7 @@ import numpy as np
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
-from pendpin.model.kinematics import evaluate_each, poses, swings, swings_of_chain, tip_distance, tips
+from pendpin.model.kinematics import evaluate_each, poses, tilts_of_chain, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import resolved
@@ -27,6 +27,7 @@ from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches.series import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
+from pendpin.sweeps.extremes import largest
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT
 
@@ -34,6 +35,9 @@ SETTLED = 0.02  # of the largest distance from the final state: the usual two pe
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
 PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises through it
 SPREAD = ".spread"
+BELOW = (
+    0.999  # sin²(angle / 2) of a swing: nearer to the top its rounding hides the angle, to 1e-8 rad at the top itself
+)
 PIECES = 50  # of a run, for a Lyapunov exponent
 
 Function = Callable[[Trajectory], Any]  # a number; or an array, where the function says its `dims`
@@ -51,6 +55,7 @@ class Measure:
     of_motion: Callable[[Motions], Array] | None = None
     of_motions: Callable[[Motions, Motions], Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
+    between: bool = False  # whether `of_motion` or `of_motions` are NaN where samples do not tell what is between them
     without: str = "no value"  # what is so of a run that has none
     ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
     dims: tuple[tuple[str, int], ...] = ()  # names and lengths of the dimensions of its values, if it is not one number
@@ -85,13 +90,11 @@ def measure(name_or_function: str | Function) -> Measure:
     series, _, statistic = name_or_function.rpartition(".")
     if series and statistic in STATISTICS:
         unit = "s" if statistic == "argmax" else ""
-        statistics = STATISTICS[statistic]
         return Measure(
             *(name_or_function, unit, partial(_statistic, series, statistic)),
-            of_motion=lambda m: statistics(
-                m.t, m.q[..., {name: i for i, name in enumerate(m.models[0].joints)}[series]]
-            ),
+            of_motion=partial(_statistic_of_motions, series, statistic),
             series=series,
+            between=statistic in EXTREMES,
             ends=statistic == "final",
         )
     if series:
@@ -103,10 +106,20 @@ def measure(name_or_function: str | Function) -> Measure:
 
 
 def _statistic(series: str, statistic: str, run: RunRecord) -> float:
-    """That of a series of a run; the largest and the least, but for angles of joints, are between the samples too."""
-    if statistic in EXTREMES and series not in run.joints and series != DRIFT:
+    """That of a series of a run; the largest and the least are between the samples too."""
+    if statistic in EXTREMES and series != DRIFT:
         return extreme(run, series, EXTREMES[statistic])[statistic == "argmax"]
     return float(STATISTICS[statistic](run.t, run[series]))
+
+
+def _statistic_of_motions(series: str, statistic: str, m: Motions) -> Array:
+    """That of an angle of c motions, (c,). Raises KeyError for another series."""
+    joint = {name: i for i, name in enumerate(m.models[0].joints)}[series]
+    if statistic not in EXTREMES:
+        return STATISTICS[statistic](m.t, m.q[..., joint])
+    sign = EXTREMES[statistic]
+    value, t = largest(m.t, sign * m.q[..., joint], sign * m.v[..., joint])
+    return t if statistic == "argmax" else sign * value
 
 
 def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
@@ -130,12 +143,14 @@ def _spread(of: Measure) -> Measure:
     if of.function is None:
         raise InputError(f"measure: {of.name}{SPREAD}: {of.name} is a comparison of two runs already")
     function, of_motion = of.function, of.of_motion
-    both = of_motion and (lambda one, other: _difference(of_motion(one), of_motion(other)))
+    difference = (lambda one, other: np.abs(one - other)) if of.between else _difference
+    both = of_motion and (lambda one, other: difference(of_motion(one), of_motion(other)))
 
     def pair(run: Trajectory, looser: Trajectory) -> float:
         return float(_difference(np.array(function(run)), np.array(function(looser))))
 
-    return Measure(of.name + SPREAD, of.unit, pair=of.spread or pair, of_motions=both, series=of.series, ends=of.ends)
+    how = {"series": of.series, "between": of.between, "ends": of.ends}
+    return Measure(of.name + SPREAD, of.unit, pair=of.spread or pair, of_motions=both, **how)
 
 
 def _difference(one: Array, other: Array) -> Array:
@@ -178,7 +193,18 @@ def measures_report() -> Report:
 
 def swing(run: Trajectory) -> float:
     """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
-    return float(swings_of(run).max())
+    if np.isnan(swings_of(samples_of(run, slice(0, 1)))[0]):
+        return math.nan
+    return find_largest(resolved(run), lambda rows: swings_of(rows)[:, None])[0]
+
+
+def _swing_of_motions(m: Motions) -> Array:
+    """`swing` of each of c motions of a chain, (c,); NaN where samples do not tell, as of a rod that passes over the top."""
+    if m.models[0].chain is None:
+        return np.full(len(m.q), np.nan)
+    squares, rates = (np.moveaxis(x, -1, 0).reshape(-1, len(m.t)) for x in tilts_of_chain(m.q, m.v))
+    square = largest(m.t, squares, rates)[0].reshape(-1, len(m.q)).max(0)
+    return np.where(square < BELOW, 2 * np.arcsin(np.sqrt(np.minimum(square, BELOW))), np.nan)
 
 
 def period(run: Trajectory) -> float:
@@ -345,14 +371,7 @@ def multiplier(run: Trajectory) -> float:
 
 
 MEASURES = {
-    "swing": Measure(
-        *("swing", "rad", swing),
-        of_motion=lambda m: evaluate_each(
-            lambda model, q: swings(model, poses(model, q)) if model.chain is None else swings_of_chain(q),
-            m.models,
-            m.q,
-        ).max(-1),
-    ),
+    "swing": Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
     "period": Measure("period", "s", period, without="has no period"),
     "energy_drift": Measure("energy_drift", "", energy_drift),
     "settling_time": Measure(
