@@ -19,7 +19,7 @@ from pendpin.engines.machine.tape import Tape
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.equations.trees import inward, outward, total
-from pendpin.model.build import build, tree_of_chain
+from pendpin.model.build import build
 from test_compiled import rates
 from test_recursion import GRAVITY
 
@@ -114,7 +114,7 @@ def test_compiled_vs_50_digits(n: int, seed: int | None) -> None:
     """Fused operations in another order: no more than a few times the error of the same recursion in NumPy, or 1e-13."""
     own = compiled(chain(n, seed), (fx.Gravity(),))
     assert own.model.chain is not None
-    tree, errors = tree_of_chain(own.model.chain), []
+    tree, errors = own.model.tree, []
     for trial in range(3):
         q, v = state(n, trial)
         reference = np.array(accelerations(tree, q, v, GRAVITY, xp=exact(50)), float)

@@ -23,7 +23,7 @@ from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters
 from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod
 from pendpin.effects import ContactEffect, Effect, Idle
-from pendpin.engines import AngleEngine, Engine, LongChain, Values
+from pendpin.engines import AngleEngine, Engine, LongChain, Revolute, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.code import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
@@ -33,7 +33,7 @@ from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.keypaths import parsed
 from pendpin.ground.records import Record
-from pendpin.model.build import Model, build, chain_bodies
+from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
 from pendpin.scene import Chain, Scene
 
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers
@@ -161,18 +161,21 @@ def _with_step(value: Any, path: KeyPath, rest: KeyPath) -> Any:
 
 
 def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:
-    """The engine with the model of a chain with complex numbers; of a chain always by the chain's own numbers."""
-    if model.chain is None:
+    """The engine with the model of rods with complex numbers; of a chain always by the chain's own numbers."""
+    if model.rod_tree is None or (chain is None and model.chain is None):
         return engine
-    arrays = {name: getattr(model.chain, name) for name in ("m", "h", "l", "I1", "I2", "I3")}
-    rods, bodies = model.rods, model.bodies
+    rod_tree, rods, bodies = model.rod_tree, model.rods, model.bodies
+    lengths = None if model.chain is None else model.chain.l
     if chain is not None:
-        columns = np.array([(*rod.properties, rod.length) for rod in chain.all_rods]).T
-        arrays = dict(zip(("m", "h", "I1", "I2", "I3", "l"), columns, strict=True))
+        rod_tree = rod_tree_of(chain)
         rods = tuple(replace(old, inertia=rod.properties) for old, rod in zip(rods, chain.all_rods, strict=True))
-        bodies = chain_bodies(chain.all_rods, [body.link for body in bodies])
-    changed: Any = replace(model, make_pin=None, rods=rods, bodies=bodies)
-    object.__setattr__(changed, "chain", SimpleNamespace(n=model.chain.n, **arrays))
+        bodies, lengths = rod_bodies(chain.all_rods, rods), np.array([rod.length for rod in chain.all_rods])
+    if model.chain is None:
+        return Revolute(replace(model, rods=rods, bodies=bodies, rod_tree=rod_tree), engine.loads)
+    changed: Any = replace(model, make_pin=None, rods=rods, bodies=bodies, rod_tree=rod_tree)
+    inertias = dict(zip(("I1", "I2", "I3"), rod_tree.inertia.T, strict=True))
+    numbers = SimpleNamespace(n=model.chain.n, m=rod_tree.m, h=rod_tree.h, l=lengths, **inertias)
+    object.__setattr__(changed, "chain", numbers)
     return LongChain(changed, engine.loads)
 
 

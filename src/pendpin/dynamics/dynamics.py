@@ -25,7 +25,7 @@ from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
 from pendpin.scene import METHODS, Form, Scene, chosen_scene
-from pendpin.trajectory import Reactions
+from pendpin.trajectory import HingeReactions, Reactions
 
 
 class Dynamics:
@@ -222,14 +222,20 @@ def loads_at(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Arra
     return tau, external
 
 
-def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | None:
-    """R1, R2, R3, M3, Mc (n, rods) from q (n, nv) and wrenches (n, joints, 6); None without universal joints."""
+def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions | HingeReactions | None:
+    """The reactions (n, rods) from q (n, nv) and wrenches (n, joints, 6); None where no rod has a joint of its own."""
     if not model.rods:
         return None
-    phi = [rod.phi for rod in model.rods]
+    last = [rod.last for rod in model.rods]
     frames = np.array([rod.frame for rod in model.rods]).transpose(1, 2, 0)[:, :, None]  # (3, 3, 1, rods)
-    rows = np.ascontiguousarray(np.moveaxis(wrench, -1, 0)[..., phi])  # (6, n, rods)
-    (R1, R2, minus_R3), (M1, _, M3) = (np.add.reduce(frames * part[:, None], 0) for part in (rows[:3], rows[3:]))
-    s, c = xp.sin(q[:, phi]), xp.cos(q[:, phi])
+    rows = np.ascontiguousarray(np.moveaxis(wrench, -1, 0)[..., last])  # (6, n, rods)
+    (R1, R2, minus_R3), (M1, M2, M3) = (np.add.reduce(frames * part[:, None], 0) for part in (rows[:3], rows[3:]))
+    s, c = xp.sin(q[:, last]), xp.cos(q[:, last])  # of phi, on a universal joint
     Mc = c * M3 - s * M1  # along a3
-    return Reactions(R1, R2, -minus_R3, Mc * c, Mc)
+    kinds = np.array([rod.kind for rod in model.rods])
+    if (kinds == "universal").all():
+        return Reactions(R1, R2, -minus_R3, Mc * c, Mc)
+    Mc, none = np.where(kinds == "universal", Mc, 0.0), np.zeros_like(Mc)
+    M1 = np.select([kinds == "universal", kinds == "y"], [-Mc * s, M1], none)
+    M3 = np.where(kinds == "universal", Mc * c, M3)
+    return HingeReactions(R1, R2, -minus_R3, M1, np.where(kinds == "x", M2, none), M3, Mc)

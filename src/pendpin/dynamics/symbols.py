@@ -18,8 +18,7 @@ from pendpin.equations import newton_euler, recursion, thin_recursion, trees
 from pendpin.equations.base import JOINTS, RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.ground.arrays import Array, Indices, Mask, cross
-from pendpin.model.bodies import tree_of
-from pendpin.model.build import SIGNS, Model, tree_of_chain
+from pendpin.model.build import SIGNS, Model
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
 Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
@@ -196,7 +195,7 @@ def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) 
 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
     """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
-    tree = tree_of(model.pin) if model.chain is None else tree_of_chain(model.chain)
+    tree = model.tree
     kept = slice(JOINTS if numbers.by_rod else None)
     constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
     for part in constants:

@@ -6,7 +6,7 @@ of any precision and on symbols.
 """
 
 from abc import abstractmethod
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
@@ -144,10 +144,12 @@ class JointEffect(Effect):
         """The names of the k joints that it acts on; all if None."""
         return None
 
-    def of_joints(self, lengths: Array) -> Array | None:
-        """Numbers of each joint, (2 n, m), that follow from the lengths (n,) in m of a chain's rods; None if it needs none.
+    def of_joints(self, lengths: Array, parents: Sequence[int] | None = None) -> Array | None:
+        """Numbers of each angle, (2 n, m), that follow from the lengths (n,) in m of a scene's rods; None if it needs none.
 
-        Where it gives any, `torques` and `potential` get them as `each`, and the model has to be a chain of rods.
+        `parents` are the places (n,) of the rods that they hang on, -1 for the world; None of a chain. Where it gives any,
+        `torques` and `potential` get them as `each`, and theta and phi of every rod, (2 n,): the angle that a hinge lacks is
+        0.
         """
         return None
 

@@ -1,5 +1,6 @@
 """What makes a chain of rods a cable: bending stiffness between neighbours, and springs that hold points of it."""
 
+from collections.abc import Sequence
 from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
@@ -24,11 +25,12 @@ def _refuse_no_direction(vector: Vector | None) -> Vector | None:
 
 
 class Bending(JointEffect):
-    """Bending stiffness between neighbouring rods of a chain, as of a beam that is cut into rigid pieces.
+    """Bending stiffness between each rod and the rod that it hangs on, as of a beam that is cut into rigid pieces.
 
     The moment M = EI alpha / l acts between two rods about the normal of both axes, with the angle alpha between them and
     the mean l of their lengths. Its potential is EI alpha² / (2 l), regular when the rods are straight. With `clamp`, a
-    direction in W, the first rod is held towards it with half its own length: the beam is clamped at the support.
+    direction in W, rods that hang on the world are held towards it with half their own length: the beam is clamped at the
+    support. A hinge bends about the axis that it has: the moment is minus the potential's derivative by its angle.
 
     A rod that is folded back on its neighbour, alpha = 180 degrees, feels a moment without a direction.
     n rods bend as a beam does, but for a part of 1/(2 n²).
@@ -41,19 +43,21 @@ class Bending(JointEffect):
     kind: Literal["bending"] = Field("bending", description="which effect it is")
     stiffness: NotNegative = Field(description="EI, N m²")
     clamp: Annotated[Vector, AfterValidator(_refuse_no_direction)] | None = Field(
-        None, description="direction in W to which the first rod is clamped, of any length but 0"
+        None, description="direction in W to which rods on the world are clamped, of any length but 0"
     )
 
-    def of_joints(self, lengths: Array) -> Array:
-        """For each joint of n rods of these lengths in m: 1/l and the direction (3,) of no moment, (2 n, 4).
+    def of_joints(self, lengths: Array, parents: Sequence[int] | None = None) -> Array:
+        """For each angle of n rods of these lengths in m: 1/l and the direction (3,) of no moment, (2 n, 4).
 
         In the frame in which the rod hangs, it lies along -z at zero angles.
         """
         each = np.zeros((len(lengths), 4), np.result_type(lengths, float))
-        each[1:, 0], each[:, 3] = 2 / (lengths[1:] + lengths[:-1]), -1.0
+        above = np.arange(-1, len(lengths) - 1) if parents is None else np.array(parents)
+        hung = above >= 0
+        each[hung, 0], each[:, 3] = 2 / (lengths[hung] + lengths[above[hung]]), -1.0
         if self.clamp is not None:
             direction = np.array(self.clamp) / np.abs(self.clamp).max()  # so that no square overflows
-            each[0] = [2 / lengths[0], *(direction / np.linalg.norm(direction))]
+            each[~hung, 0], each[~hung, 1:] = 2 / lengths[~hung], direction / np.linalg.norm(direction)
         return np.repeat(each, 2, axis=0)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np, each: Array | None = None) -> Array:

@@ -121,18 +121,21 @@ def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
 
 
 def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
-    """What each joint moves, in the base frame: origin (n, 3) m, axes (n, 3, 3), its velocity and spin (n, 3)."""
+    """What each joint moves, in the base frame: origin (..., n, 3) m, axes (..., n, 3, 3), its velocity and spin.
+
+    q, v are (..., n).
+    """
     tree, signs = prepared(tree, xp)
-    zero = np.zeros(3)
-    moving: dict[int, tuple[Array, ...]] = {-1: (zero, _UNIT, zero, zero)}
-    for i, (joint, rate) in enumerate(zip(joints_at(tree, signs * q, xp), signs * v, strict=True)):
+    zero, unit = np.zeros((*q.shape[:-1], 3)), np.broadcast_to(_UNIT, (*q.shape[:-1], 3, 3))
+    moving: dict[int, tuple[Array, ...]] = {-1: (zero, unit, zero, zero)}
+    for i, joint in enumerate(joints_at(tree, signs * q, xp)):
         origin, R, velocity, spin = moving[joint.parent]
-        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * rate
+        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * (signs * v)[..., i, None]
         velocity = velocity + cross(spin, lever)
         turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
         moving[i] = (origin + lever, R @ joint.R, *turned)
-    origin, R, velocity, spin = (np.stack(part) for part in zip(*(moving[i] for i in range(len(q))), strict=True))
-    return origin, R, velocity, spin
+    origin, R, velocity, spin = zip(*(moving[i] for i in range(q.shape[-1])), strict=True)
+    return np.stack(origin, -2), np.stack(R, -3), np.stack(velocity, -2), np.stack(spin, -2)
 
 
 def motions_in_links(

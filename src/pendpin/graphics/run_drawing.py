@@ -21,7 +21,7 @@ from pendpin.model.urdf_joints import ignored
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, place_of, unit_of
-from pendpin.trajectory.parts import Reactions
+from pendpin.trajectory.parts import HingeReactions
 
 MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
 
@@ -127,10 +127,10 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
     links = {body.joint: body for body in model.bodies}
     if model.rods:
         for i, rod in enumerate(model.rods, start=1):
-            body = links[rod.phi]
-            above = index.get(kinematics.parent_joint(model, rod.theta), WORLD)
+            body = links[rod.last]
+            above = index.get(kinematics.parent_joint(model, rod.first), WORLD)
             size = float(np.linalg.norm(body.tip)) or 0.3 * extent
-            yield Joint(f"joint {i}", index[rod.phi], above, rod.frame, rod.base, size, body.radius, True)
+            yield Joint(f"joint {i}", index[rod.last], above, rod.frame, rod.base, size, body.radius, True)
         return
     for joint in bodies:
         above = index.get(kinematics.parent_joint(model, joint), WORLD)
@@ -163,7 +163,7 @@ def _is_shown(run: RunRecord, name: str) -> bool:
     part, index = place_of(run, name)
     if part in "qva":
         return index[-1] in joints_shown(run)
-    if part in Reactions._fields or part == "omega":
+    if part in HingeReactions._fields or part == "omega":
         return index[1] in rods_shown(run)
     return part not in ("wrench", "tips")
 

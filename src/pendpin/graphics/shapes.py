@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.graphics.drawing import WORLD, Shape
 from pendpin.ground.arrays import Array, across, cross
-from pendpin.model.bodies import pinocchio, tree_of
+from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 from pendpin.model.read_urdf import mesh_file
 from pendpin.model.urdf_xml import parse
@@ -51,7 +51,7 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
 def bracket_shapes(model: Model, extent: float, q: Array) -> Iterator[Shape]:
     """Thin lines of a tree: from rods to joints that hang beside them, and along the ways of slides in q (n, nv)."""
     thin = 0.5 * THINNEST * extent
-    tree = tree_of(model.pin)
+    tree = model.tree
     places = {body.joint: (index, body.tip) for index, body in enumerate(model.bodies)}
     places[WORLD] = len(model.bodies), np.zeros(3)
     for joint, (parent, place) in enumerate(zip(tree.parents, tree.translations, strict=True)):

@@ -23,6 +23,7 @@ Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
 _VECTORS = (Vector, Vector | None)
+_KEYED = re.compile(r"[a-z_]+(\[\d+\])?(\.[a-z_]+)*: ")
 _DEGREES = re.compile(r"\d *(deg|°)")
 
 
@@ -181,7 +182,10 @@ def fault_text(faults: list[Any], record: type) -> str:
     shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
     count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
     more = f"; {count}: {shown_paths}" if others else ""
-    return f"{path}: {_reason(fault, record)}{more}"
+    reason = _reason(fault, record)
+    if _KEYED.match(reason):  # a check of a whole record names the place in it
+        return f"{f'{path}.' if fault['loc'] else ''}{reason}{more}"
+    return f"{path}: {reason}{more}"
 
 
 def _path(fault: Any) -> str:

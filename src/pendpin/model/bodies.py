@@ -8,6 +8,7 @@ from typing import Any, Literal
 import numpy as np
 
 from pendpin.equations.base import RodInertia
+from pendpin.equations.rod_tree import JointKind
 from pendpin.equations.trees import Tree
 from pendpin.errors import MissingLibrary, find
 from pendpin.ground.arrays import TINY, Array, Mask
@@ -36,7 +37,10 @@ class Body:
 
 @dataclass(frozen=True, eq=False)
 class RodJoint:
-    """A rod on a universal joint: two perpendicular revolute joints at one point with a massless link between."""
+    """A rod on a universal joint, two perpendicular revolute joints at one point with a massless link between; or a hinge.
+
+    A hinge is one revolute joint, theta or phi: the other is -1.
+    """
 
     link: str
     theta: int  # index of the joint in model order
@@ -45,6 +49,21 @@ class RodJoint:
     sign: float  # -1 where the joint `theta` turns counter-clockwise about b1
     base: Array  # (3, 3), b1, b2, b3 at zero angles as columns in the frame of what the joint hangs on
     inertia: RodInertia | None  # None unless the centre of mass is on b3 and the inertia diagonal in B
+
+    @property
+    def kind(self) -> JointKind:
+        """How it turns."""
+        return "x" if self.phi < 0 else "y" if self.theta < 0 else "universal"
+
+    @property
+    def first(self) -> int:
+        """The joint next to what the rod hangs on."""
+        return self.phi if self.theta < 0 else self.theta
+
+    @property
+    def last(self) -> int:
+        """The joint that moves the rod."""
+        return self.theta if self.phi < 0 else self.phi
 
 
 def pinocchio() -> Any:

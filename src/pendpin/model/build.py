@@ -3,12 +3,13 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
+from itertools import compress
 from typing import Any
 
 import numpy as np
 
-from pendpin.equations.base import PHI
 from pendpin.equations.chain.kinematics import ChainInertia
+from pendpin.equations.rod_tree import JointKind, RodTree
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError, choices, find, shown
 from pendpin.ground.arrays import EPS, TINY, Array, Mask
@@ -23,6 +24,7 @@ from pendpin.model.bodies import (
     pinocchio,
     prismatic,
     scale_masses,
+    tree_of,
     twist_of,
 )
 from pendpin.model.read_urdf import Urdf, content, read_urdf
@@ -47,25 +49,26 @@ class Model:
     joints: tuple[str, ...]
     # makes `pin`, where it is first needed; None for a chain too long for Pinocchio's memory
     make_pin: Callable[[], Any] | None
-    chain: ChainInertia | None  # for a chain of rods from a scene
-    rods: tuple[RodJoint, ...]
+    chain: ChainInertia | None  # for rods of a scene in a row, all on universal joints
+    rods: tuple[RodJoint, ...]  # those of a scene; of a URDF or a pin.Model those on universal joints
     bodies: tuple[Body, ...]
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
     written: tuple[WrittenJoint, ...] | None = None  # what a URDF or pin.Model says of its joints; None of a chain
     home: Array | None = None  # (nv,), positions of joints of which a start says nothing; 0 if None
+    rod_tree: RodTree | None = None  # for the rods of a scene, in a row or not
 
     def thin_at_pole(self, q: Array, near: float) -> str | None:
-        """The first thin rod of a chain with |cos phi| < near at q (nv,), where its angles are singular; None without."""
-        if self.chain is None:
+        """The first thin rod of a scene with |cos phi| < near at q (nv,), where its angles are singular; None without."""
+        if self.rod_tree is None:
             return None
-        at_pole = (self.chain.I3 == 0) & (np.abs(np.cos(q[PHI])) < near)
+        thin = self.rod_tree.inertia[:, 2] == 0
+        phis = np.array([rod.phi if rod.kind == "universal" else -1 for rod in self.rods])
+        at_pole = thin & (phis >= 0) & (np.abs(np.cos(q[phis])) < near)
         return self.rods[int(np.argmax(at_pole))].link if at_pole.any() else None
 
     def __repr__(self) -> str:
-        return (
-            f"Model of {len(self.joints)} joints, {len(self.bodies)} bodies, {len(self.rods)} rods on universal joints"
-        )
+        return f"Model of {len(self.joints)} joints, {len(self.bodies)} bodies, {len(self.rods)} rods on their joints"
 
     @cached_property
     def pin(self) -> Any | None:
@@ -78,11 +81,21 @@ class Model:
     @cached_property
     def slides(self) -> Mask:
         """Which joints are prismatic, (nv,)."""
-        return np.zeros(len(self.joints), bool) if self.chain is not None else prismatic(self.pin)
+        return np.zeros(len(self.joints), bool) if self.rod_tree is not None else prismatic(self.pin)
+
+    @cached_property
+    def lengths(self) -> Array:
+        """The lengths of a scene's rods, (n,) m."""
+        return -np.array([body.tip[2] for body in self.bodies]) if self.chain is None else self.chain.l
+
+    @cached_property
+    def tree(self) -> Tree:
+        """Its joints and links as plain data."""
+        return tree_of(self.pin) if self.rod_tree is None else tree_of_rods(self.rod_tree)
 
     def index(self, name: str, where: str) -> int:
         """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
-        if self.joints == ("theta", "phi") and name in {"theta_1", "phi_1"}:
+        if set(self.joints) <= {"theta", "phi"} and name in {"theta_1", "phi_1"}:
             name = name.removesuffix("_1")
         return find(self.joints, name, f"{where}: joint")
 
@@ -140,11 +153,14 @@ def _data_bytes(nv: int) -> float:
     return DATA_BYTES_PER_CUBE * float(nv) ** 3
 
 
-# --- chains of rods -------------------------------------------------------------------------------------------------
+# --- rods of a scene ------------------------------------------------------------------------------------------------
 
 
 def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
-    """The names of each rod's two joints and its link: theta, phi, rod for a single one, else theta_1, phi_1, rod_1."""
+    """The names of each rod's two joints and its link: theta, phi, rod for a single one, else theta_1, phi_1, rod_1.
+
+    A hinge has one of the two joints.
+    """
     if count == 1:
         return (("theta", "phi", "rod"),)
     return tuple((f"theta_{i}", f"phi_{i}", f"rod_{i}") for i in range(1, count + 1))
@@ -152,68 +168,84 @@ def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
 
 @lru_cache(maxsize=16)  # one run asks for it several times
 def _build_chain(chain: Chain) -> Model:
-    rods, names = chain.all_rods, chain_names(chain.count)
-    joints = tuple(name for theta, phi, _ in names for name in (theta, phi))
-    arrays = np.array([(*rod.properties, rod.length) for rod in rods]).T
-    m, h, I1, I2, I3, length = arrays
+    rods, rod_tree = chain.all_rods, rod_tree_of(chain)
+    has, names = rod_tree.angles, chain_names(len(rods))
+    joints = tuple(name for own, given in zip(has.tolist(), names, strict=True) for name in compress(given, own))
+    places = np.where(has, has.cumsum().reshape(has.shape) - 1, -1).tolist()
+    properties = (rod.properties for rod in rods)
+    on_joints = tuple(
+        RodJoint(link, theta, phi, FLIP, 1.0, FLIP, own)
+        for (_, _, link), (theta, phi), own in zip(names, places, properties, strict=True)
+    )
     findings = [f"model.rods[{i}].inertia: {rod.impossible}" for i, rod in enumerate(chain.rods) if rod.impossible]
     findings += [
         f"model.rods[{i}].com: {rod.com:g} m is beyond the ends of the rod, 0 to {rod.length:g} m; computed as written"
         for i, rod in enumerate(chain.rods)
         if rod.com is not None and not 0 <= rod.com <= rod.length
     ]
-    make_pin = partial(_pin_chain, rods, names) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
-    links = [(2 * i, rod, link) for i, (rod, (_, _, link)) in enumerate(zip(rods, names, strict=True))]
-    on_joints = tuple(RodJoint(link, j, j + 1, FLIP, 1.0, FLIP, rod.properties) for j, rod, link in links)
-    bodies = chain_bodies(rods, [link for _, _, link in names])
-    return Model(joints, make_pin, ChainInertia(m, h, length, I1, I2, I3), on_joints, bodies, findings=tuple(findings))
+    inertia = None
+    if chain.in_a_row:
+        lengths = np.array([rod.length for rod in rods])
+        inertia = ChainInertia(rod_tree.m, rod_tree.h, lengths, *rod_tree.inertia.T)
+    else:
+        _refuse_size(len(joints), "model")
+    make_pin = partial(_pin_rods, rod_tree, joints) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
+    bodies = rod_bodies(rods, on_joints)
+    return Model(joints, make_pin, inertia, on_joints, bodies, findings=tuple(findings), rod_tree=rod_tree)
 
 
-def tree_of_chain(chain: ChainInertia) -> Tree:
-    """The plain data of a chain: two joints for each rod, as `model.pin` has them, for any number of rods."""
-    n, zero = chain.n, np.zeros(chain.n)
-    inertias = np.zeros((2 * n, 3, 3), np.result_type(chain.I1, float))
-    inertias[PHI] = np.stack([chain.I1, chain.I2, chain.I3], -1)[:, None] * np.eye(3)
+def rod_tree_of(chain: Chain) -> RodTree:
+    """The rods of a scene as plain data; with complex numbers where those of the scene are (dynamics/derivatives.py)."""
+    m, h, *inertia = np.array([rod.properties for rod in chain.all_rods]).T
+    kinds: tuple[JointKind, ...] = tuple(rod.turns for rod in chain.all_rods)
+    return RodTree(chain.parents, kinds, np.array(chain.places), m, h, np.stack(inertia, -1))
+
+
+def tree_of_rods(rods: RodTree) -> Tree:
+    """The joints of rods and what they move: of a universal joint the first moves no mass. As `model.pin` has them."""
+    rod, angle = np.nonzero(rods.angles)
+    joints, last = np.arange(len(rod)), np.flatnonzero(np.diff(rod, append=len(rods.m)))
+    is_first, is_last = np.diff(rod, prepend=-1) > 0, last[rod] == joints
+    above = np.array([-1, *last])[np.array(rods.parents) + 1]  # of each rod, the joint that moves what it hangs on
+    inertias = np.zeros((len(rod), 3, 3), np.result_type(rods.inertia, float))
+    inertias[last] = rods.inertia[:, None] * np.eye(3)
+    along_z = np.array([0.0, 0.0, 1.0])
     return Tree(
-        parents=tuple(range(-1, 2 * n - 1)),
-        kinds=("revolute",) * (2 * n),
-        axes=np.tile([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]], (n, 1)),
-        rotations=np.tile(np.eye(3), (2 * n, 1, 1)),
-        translations=_stack_along_z(-np.concatenate([[0.0], chain.l[:-1]]), zero),
-        masses=np.stack([zero, chain.m], -1).reshape(-1),
-        coms=_stack_along_z(zero, -chain.h),
+        parents=tuple(np.where(is_first, above[rod], joints - 1).tolist()),
+        kinds=("revolute",) * len(rod),
+        axes=np.array([[-1.0, 0.0, 0.0], [0.0, -1.0, 0.0]])[angle],
+        rotations=np.tile(np.eye(3), (len(rod), 1, 1)),
+        translations=np.where(is_first, -rods.at[rod], 0.0)[:, None] * along_z + 0.0,  # + 0.0 clears the sign of zeros
+        masses=np.where(is_last, rods.m[rod], 0.0),
+        coms=np.where(is_last, -rods.h[rod], 0.0)[:, None] * along_z + 0.0,
         inertias=inertias,
     )
 
 
-def _stack_along_z(of_theta: Array, of_phi: Array) -> Array:
-    """Vectors (2 n, 3) along z for the joints theta and phi of each rod, from their lengths (n,)."""
-    return np.stack([of_theta, of_phi], -1).reshape(-1, 1) * [0.0, 0.0, 1.0]
+def _pin_rods(rods: RodTree, names: tuple[str, ...]) -> Any:
+    """A pin.Model of rods; a branch's joints stand together, without which Pinocchio's mass matrix is wrong.
 
-
-def _pin_chain(rods: tuple[Rod, ...], names: tuple[tuple[str, str, str], ...]) -> Any:
-    pin = pinocchio()
+    A universal joint is two revolute ones, not JointModelUniversal: that is 30 % faster, but loses digits in chains and has
+    wrong derivatives (docs/pinocchio_notes.md, 1 and 3).
+    """
+    pin, tree = pinocchio(), tree_of_rods(rods)
     model = pin.Model()
     model.gravity = pin.Motion.Zero()
-    joint, offset = 0, np.zeros(3)
-    for rod, (theta, phi, _) in zip(rods, names, strict=True):
-        # Two revolute joints, not JointModelUniversal: that is 30 % faster, but loses digits in chains and has wrong
-        # derivatives (docs/pinocchio_notes.md, 1 and 3).
-        joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(-1, 0, 0), pin.SE3(np.eye(3), offset), theta)
-        joint = model.addJoint(joint, pin.JointModelRevoluteUnaligned(0, -1, 0), pin.SE3.Identity(), phi)
-        m, h, *principal = rod.properties
-        append_body(model, joint, pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)))
-        offset = np.array([0, 0, -rod.length])
+    for i, name in enumerate(names):
+        mount = pin.SE3(np.eye(3), tree.translations[i])
+        joint = model.addJoint(tree.parents[i] + 1, pin.JointModelRevoluteUnaligned(*tree.axes[i]), mount, name)
+        if tree.masses[i]:
+            append_body(model, joint, pin.Inertia(tree.masses[i], tree.coms[i], tree.inertias[i]))
     return model
 
 
-def chain_bodies(rods: Sequence[Rod], links: Sequence[str]) -> tuple[Body, ...]:
-    """The rods of a chain as bodies."""
+def rod_bodies(rods: Sequence[Rod], joints: Sequence[RodJoint]) -> tuple[Body, ...]:
+    """Rods on their joints as bodies."""
     bodies = []
-    for i, (rod, link) in enumerate(zip(rods, links, strict=True)):
+    for rod, joint in zip(rods, joints, strict=True):
         m, h, *principal = rod.properties
         com, tip = np.array([0, 0, -h]), np.array([0, 0, -rod.length])
-        bodies.append(Body(link, 2 * i + 1, m, com, np.diag(principal), tip, rod.radius, rod.payload_radius))
+        bodies.append(Body(joint.link, joint.last, m, com, np.diag(principal), tip, rod.radius, rod.payload_radius))
     return tuple(bodies)
 
 
@@ -268,7 +300,7 @@ def _refuse_size(nv: int, where: str) -> None:
     if _data_bytes(nv) > MAX_DATA_BYTES:
         raise InputError(
             f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio, "
-            f'above the limit of {MAX_DATA_BYTES / 1e9:g} GB; for longer chains of rods use a scene with kind = "chain"'
+            f"above the limit of {MAX_DATA_BYTES / 1e9:g} GB; only rods on universal joints in a row may be more"
         )
 
 

@@ -1,16 +1,17 @@
 """Where the bodies are and what energy they have, from a model and states of it."""
 
 from collections.abc import Callable, Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
+from pendpin.equations.trees import motions
 from pendpin.errors import InputError, did_you_mean, shown
-from pendpin.ground.arrays import Array, Mask, across, cross
-from pendpin.model.bodies import NEAR, pinocchio, tree_of
-from pendpin.model.build import SIGNS, Model
+from pendpin.ground.arrays import Array, Mask, across, applied, cross, transposed
+from pendpin.model.bodies import NEAR, pinocchio
+from pendpin.model.build import FLIP, SIGNS, Model
 from pendpin.trajectory import RunRecord
 
 
@@ -23,7 +24,7 @@ def poses(model: Model, q: Array) -> Array:
 
 
 def joint_poses(model: Model, q: Array) -> Array:
-    """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv), by Pinocchio."""
+    """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv)."""
     return _joint_poses(model, q, range(len(model.joints)))
 
 
@@ -45,25 +46,19 @@ def joint_frame(model: Model, q: Array, joint: int) -> Array:
 
 def parent_joint(model: Model, joint: int) -> int:
     """The joint that moves the parent of a joint; -1 where that is W."""
-    return joint - 1 if model.chain is not None else model.pin.parents[joint + 1] - 1  # pyright: ignore[reportOptionalMemberAccess]
+    return model.tree.parents[joint]
 
 
 def _joint_poses(model: Model, q: Array, joints: Sequence[int]) -> Array:
     """The poses (n, joints, 4, 4) of what some joints move, from q (n, nv)."""
-    forward = pinocchio().forwardKinematics
-    return _placed(model, len(q), joints, lambda data, i: forward(model.pin, data, q[i]))
+    origin, axes, *_ = motions(model.tree, q, np.zeros_like(q))
+    return _poses(origin[:, joints], axes[:, joints])
 
 
-def _placed(model: Model, n: int, joints: Sequence[int], move: Callable[[Any, int], None]) -> Array:
-    """The poses (n, joints, 4, 4) of what some joints move, where `move` brings Pinocchio's data to the state i of n."""
-    out = np.empty((n, len(joints), 4, 4))
-    assert model.pin is not None
-    data = pinocchio().Data(model.pin)
-    placements = [data.oMi[joint + 1] for joint in joints]  # they follow the data
-    for i in range(n):
-        move(data, i)
-        for k, placement in enumerate(placements):
-            out[i, k] = placement.homogeneous
+def _poses(origin: Array, axes: Array) -> Array:
+    """Poses (..., 4, 4) from origins (..., 3) and axes (..., 3, 3)."""
+    out = np.zeros((*origin.shape[:-1], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes, origin, 1.0
     return out
 
 
@@ -152,12 +147,10 @@ def chain_length(model: Model) -> float:
     """How far from W's origin a body's far end can get, m: the length of a chain; 0 where nothing has a length."""
     if model.chain is not None:
         return float(model.chain.l.sum())
-    pin = model.pin
-    assert pin is not None
-    away = [0.0]
-    for parent, placement in list(zip(pin.parents, pin.jointPlacements, strict=True))[1:]:
-        away.append(away[parent] + float(np.linalg.norm(placement.translation)))
-    return max(away[body.joint + 1] + float(np.linalg.norm(body.tip)) for body in model.bodies)
+    away = {-1: 0.0}
+    for joint, (parent, place) in enumerate(zip(model.tree.parents, model.tree.translations, strict=True)):
+        away[joint] = away[parent] + float(np.linalg.norm(place))
+    return max(away[body.joint] + float(np.linalg.norm(body.tip)) for body in model.bodies)
 
 
 def scale(model: Model) -> float:
@@ -193,9 +186,9 @@ def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Mode
 def _mark_offsets(model: Model) -> Array:
     """From the tips to the marks, (bodies, 3) m, in the link frames."""
     offsets = np.zeros((len(model.bodies), 3))
-    if model.chain is not None:
+    if model.rod_tree is not None:
         return offsets
-    tree, length = tree_of(model.pin), scale(model)
+    tree, length = model.tree, scale(model)
     for offset, body in zip(offsets, model.bodies, strict=True):
         axis = tree.axes[body.joint]
         if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
@@ -213,24 +206,46 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
     if model.chain is not None:
         moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
         return _chain_poses(moving.frames, moving.tips), kinematics.kinetic_energy(model.chain, moving)
-    pin, energy = pinocchio(), np.empty(len(q))
+    moving = _motion_of_bodies(model, q, v)
+    masses, inertias = (np.array([getattr(body, name) for body in model.bodies]) for name in ("mass", "inertia"))
+    turning = (moving.spin * applied(inertias, moving.spin)).sum(-1)
+    return moving.poses, (masses * (moving.velocity**2).sum(-1) + turning).sum(-1) / 2
 
-    def move(data: Any, i: int) -> None:  # its forward kinematics place the bodies too
-        energy[i] = pin.computeKineticEnergy(model.pin, data, q[i], v[i])
 
-    return _placed(model, len(q), [body.joint for body in model.bodies], move), energy
+class _BodyMotion(NamedTuple):
+    """Bodies at n states."""
+
+    poses: Array  # (n, bodies, 4, 4) of their links, in W
+    centre: Array  # (n, bodies, 3) m, of mass, from W's origin, in W
+    velocity: Array  # (n, bodies, 3) m/s, of that, in W
+    spin: Array  # (n, bodies, 3) rad/s, in their links' frames
+
+
+def _motion_of_bodies(model: Model, q: Array, v: Array) -> _BodyMotion:
+    """How the bodies move at states q, v (n, nv)."""
+    joints = [body.joint for body in model.bodies]
+    origin, axes, velocity, spin = (part[:, joints] for part in motions(model.tree, q, v))
+    lever = applied(axes, np.array([body.com for body in model.bodies]))
+    own = applied(transposed(axes), spin)
+    return _BodyMotion(_poses(origin, axes), origin + lever, velocity + cross(spin, lever), own)
 
 
 def spins_and_momentum(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
-    """Of a chain at states q, v (n, nv): the rods' angular velocities (n, rods, 3) rad/s along b1, b2, b3, and its
-    angular momentum (n, 3) kg m²/s about the support, in W.
+    """Of rods at states q, v (n, nv): their angular velocities (n, rods, 3) rad/s along b1, b2, b3, and their angular
+    momentum (n, 3) kg m²/s about the support, in W.
     """
-    chain = model.chain
-    assert chain is not None
-    moving = kinematics.motion(chain, split_by_rod(q), split_by_rod(v))
-    own = moving.omega * np.stack([chain.I1, chain.I2, chain.I3], -1)
-    turned = np.einsum("nrij,nrj->ni", moving.frames, own)
-    return moving.omega, (turned + cross(moving.centres, chain.m[:, None] * moving.centre_velocities).sum(1)) * SIGNS
+    tree = model.rod_tree
+    assert tree is not None
+    if model.chain is not None:
+        moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
+        omega, frames = moving.omega, moving.frames
+        orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
+    else:
+        moving = _motion_of_bodies(model, q, v)
+        omega, frames = moving.spin * SIGNS, FLIP @ moving.poses[..., :3, :3] @ FLIP
+        orbital = cross(moving.centre, tree.m[:, None] * moving.velocity)
+    turned = np.einsum("nrij,nrj->ni", frames, omega * tree.inertia)
+    return omega, turned * SIGNS + orbital.sum(1)
 
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:

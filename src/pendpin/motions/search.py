@@ -17,7 +17,7 @@ from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.integrators.first_crossing import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import BESIDE, ROUNDING, resolved, times_of_events
-from pendpin.trajectory import Reactions, RunRecord, samples_of
+from pendpin.trajectory import HingeReactions, RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT, EFFORTS, place_of
 
 Quantity = Callable[[RunRecord], Array]  # of a run, (n,); of which the largest is looked for, (n, m)
@@ -236,7 +236,7 @@ def impacts(run: RunRecord) -> int:
 
 def is_force(run: RunRecord, name: str) -> bool:
     """Whether a quantity is a force, a moment or an acceleration, which impacts make infinite."""
-    return place_of(run, name)[0] in ("a", "wrench", EFFORTS, *Reactions._fields)
+    return place_of(run, name)[0] in ("a", "wrench", EFFORTS, *HingeReactions._fields)
 
 
 # --- pieces of a quantity ---------------------------------------------------------------------------------------------

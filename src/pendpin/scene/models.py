@@ -20,7 +20,8 @@ from pydantic import (
 from pydantic.json_schema import SkipJsonSchema
 
 from pendpin.equations.base import RodInertia
-from pendpin.errors import InputError, MissingLibrary, nearest_or_all, shown
+from pendpin.equations.rod_tree import JointKind
+from pendpin.errors import InputError, MissingLibrary, nearest_or_all, not_one_of, shown
 from pendpin.ground.records import LARGEST_SIZE, FilePath, FrozenDict, NotNegative, Number, Positive, Record, Vector
 
 FOLDER = "share/example-robot-data/robots"
@@ -30,6 +31,23 @@ MODEL_FILES = (".urdf", ".xacro", ".xml", ".mjcf")  # the last three are refused
 FARTHEST = 1e9  # rad, or m: positions of joints
 Position = Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
 Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
+
+
+OTHER_JOINTS = {  # what is asked for and not offered, with what serves
+    "revolute": 'a revolute joint is called "hinge"',
+    "continuous": 'a continuous joint is called "hinge"',
+    "fixed": "a fixed joint makes one body: one rod with the com and inertia of both",
+    "prismatic": "a chain's rods do not slide: a URDF's links do",
+    "ball": "a thin rod (radius 0) on a universal joint is a spherical pendulum",
+    "spherical": "a thin rod (radius 0) on a universal joint is a spherical pendulum",
+}
+
+
+def _offered_joint(value: Any) -> Any:
+    """A name of a joint. Raises ValueError for one that is not offered, with what to use."""
+    if isinstance(value, str) and value in OTHER_JOINTS:
+        raise ValueError(f"{shown(value)} is not one of: universal, hinge; {OTHER_JOINTS[value]}")
+    return value
 
 
 class Rod(Record):
@@ -50,7 +68,24 @@ class Rod(Record):
     )
     payload: Size = Field(0.0, description="mass at the tip, kg")
     payload_radius: Size = Field(0.0, description="m, of the payload, a sphere about the tip; 0 is a point")
-    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(1, description="how many such rods in a row")
+    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(
+        1, description="how many such rods, one hanging on the other"
+    )
+    joint: Annotated[Literal["universal", "hinge"], BeforeValidator(_offered_joint)] = Field(
+        "universal", description="on which it turns: two angles, theta and phi, or one"
+    )
+    axis: Literal["x", "y"] | None = Field(
+        None, description="of a hinge: x, about which theta turns, or y, about which phi turns; x if absent"
+    )
+    hangs_on: str | None = Field(
+        None, description='"rod_1", "rod_2", ... or "world"; the rod before it if absent, of the first rod the world'
+    )
+    at: Size | None = Field(None, description="m along the rod that it hangs on, from its joint; the tip if absent")
+
+    @property
+    def turns(self) -> JointKind:
+        """How the joint turns: universal, or a hinge about x or y."""
+        return "universal" if self.joint == "universal" else self.axis or "x"
 
     @cached_property
     def properties(self) -> RodInertia:
@@ -74,6 +109,12 @@ class Rod(Record):
         return f"no real body has this inertia, {large:g} > {small:g} + {middle:g}; the equations hold all the same"
 
     @model_validator(mode="after")
+    def _axis_of_a_hinge(self) -> Self:
+        if self.axis and self.joint == "universal":
+            raise ValueError(f'axis = "{self.axis}" is of a hinge, and this joint is universal: add joint = "hinge"')
+        return self
+
+    @model_validator(mode="after")
     def _radius_of_a_payload(self) -> Self:
         if self.payload_radius and not self.payload:
             raise ValueError("payload_radius is of a payload, and there is none: give payload, in kg")
@@ -86,7 +127,8 @@ class Rod(Record):
         if self.inertia and self.inertia[2] == 0 and self.inertia[0] != self.inertia[1]:
             raise ValueError(f"inertia {list(self.inertia)}: a rod with no inertia about its axis has I1 = I2")
         m, h, I1, I2, _ = self.properties
-        about_joint = (I1 + m * h * h, I2 + m * h * h)
+        both = (I1 + m * h * h, I2 + m * h * h)
+        about_joint = {"universal": both, "x": both[:1], "y": both[1:]}[self.turns]
         if min(about_joint) < 1 / LARGEST_SIZE or max(about_joint) > LARGEST_SIZE:
             raise ValueError(
                 f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100): "
@@ -96,7 +138,11 @@ class Rod(Record):
 
 
 class Chain(Record):
-    """Rods hung one below the other, each on a universal joint at the tip of the one before."""
+    """Rods that hang one on the other, each on a universal joint at the tip of the one before unless it says otherwise.
+
+    Where some `hangs_on` says so they are a tree, and where some joint is a hinge it has one angle. A closed loop is not
+    offered: a stiff Anchor holds a point of a rod.
+    """
 
     kind: Literal["chain"] = Field("chain", description="which kind of model it is")
     rods: Annotated[tuple[Rod, ...], Field(min_length=1)] = Field(description="from the first to the last")
@@ -114,10 +160,78 @@ class Chain(Record):
         """The rods with the copies written out."""
         return tuple(rod for rod in self.rods for _ in range(rod.copies)) * self.copies
 
+    @property
+    def places(self) -> tuple[float, ...]:
+        """Where the joint of each of all rods is along the rod that it hangs on, m; 0 of those on the world."""
+        at = [at for rod in self.rods for at in (rod.at, *[None] * (rod.copies - 1))] * self.copies
+        rods = self.all_rods
+        return tuple(
+            0.0 if above < 0 else rods[above].length if own is None else own
+            for above, own in zip(self.parents, at, strict=True)
+        )
+
+    @property
+    def in_a_row(self) -> bool:
+        """Whether every rod has a universal joint at the tip of the one before it: then its equations are a chain's."""
+        own = (rod.joint == "universal" and rod.at is None for rod in self.rods)
+        return all(own) and self.parents == tuple(range(-1, self.count - 1))
+
+    @cached_property
+    def parents(self) -> tuple[int, ...]:
+        """The place of the rod that each of all rods hangs on, -1 for the world. Raises ValueError where none fits."""
+        if all(rod.hangs_on is None for rod in self.rods):
+            return tuple(range(-1, self.count - 1))
+        parents = list[int]()
+        for place, rod in enumerate(self.rods):
+            first = len(parents)
+            parent = first - 1 if rod.hangs_on is None else self._rod_above(rod.hangs_on, place, first)
+            above = first - 1
+            while above not in (parent, -1):
+                above = parents[above]
+            if above != parent:  # Pinocchio's mass matrix wants the joints of a branch together
+                raise ValueError(
+                    f"rods[{place}].hangs_on: rod_{first + 1} hangs on rod_{parent + 1}, and rod_{first} before it on "
+                    f"another branch: list a branch as a whole, all that hangs below rod_{parent + 1} right behind it"
+                )
+            parents += [parent, *range(first, first + rod.copies - 1)]
+        return tuple(parents)
+
+    def _rod_above(self, name: str, place: int, first: int) -> int:
+        """The rod that the one at a place hangs on, by its name; `first` is its number among all rods. Raises ValueError."""
+        names = ["world", *(f"rod_{i + 1}" for i in range(self.count))]
+        number = names.index(name) - 1 if name in names else 0 if name == "rod" else first
+        if number < first:
+            return number
+        where, own = f"rods[{place}].hangs_on", f"rod_{first + 1}"
+        if name not in names:
+            raise ValueError(f"{where}: {not_one_of(name, names[: first + 1])}")
+        other = "itself" if name == own else f"{name}, which is listed after it"
+        raise ValueError(f"{where}: {own} hangs on {other}: a rod hangs on one before it; nothing hangs in a circle")
+
     @model_validator(mode="after")
     def _not_too_many(self) -> Self:
         if self.count > MAX_RODS:
             raise ValueError(f"{self.count} rods are more than {MAX_RODS}")
+        return self
+
+    @model_validator(mode="after")
+    def _hang_together(self) -> Self:
+        if self.copies > 1 and any(rod.hangs_on is not None for rod in self.rods):
+            raise ValueError(
+                "copies: a list with hangs_on is not repeated: list the rods, or give a rod its own copies"
+            )
+        if all(rod.hangs_on is None and rod.at is None for rod in self.rods):
+            return self
+        lengths, first = [rod.length for rod in self.all_rods], 0
+        for place, rod in enumerate(self.rods):
+            parent, where = self.parents[first], f"rods[{place}].at"
+            first += rod.copies
+            if rod.at is not None and parent < 0:
+                raise ValueError(f"{where}: this rod hangs on the world; at is measured along another rod")
+            if rod.at is not None and rod.at > lengths[parent]:
+                raise ValueError(
+                    f"{where}: {rod.at:g} m is beyond the tip of rod_{parent + 1}, at {lengths[parent]:g} m"
+                )
         return self
 
 

@@ -18,8 +18,7 @@ from pendpin.equations import recursion
 from pendpin.errors import InputError, brief, choices, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
-from pendpin.model.bodies import tree_of
-from pendpin.model.build import Model, build, start_state, tree_of_chain
+from pendpin.model.build import Model, build, start_state
 from pendpin.motions.small_motions import rest_of
 from pendpin.scene import Scene, Start, chosen_scene
 
@@ -215,7 +214,7 @@ def input_matrix(scene: Scene, q: Array) -> Array:
     engine, model, nv = dynamics.engine, dynamics.model, len(q)
     assert isinstance(engine, AngleEngine)
     of_torque = engine.compliance(q, np.arange(nv))
-    tree = tree_of_chain(model.chain) if model.chain else tree_of(model.pin)
+    tree = model.tree
     still = np.zeros((3, nv))
     wrenches = recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3))
     turns = np.array([kind == "revolute" for kind in tree.kinds])

@@ -9,6 +9,7 @@ from pendpin.trajectory.parts import (
     Counts,
     Energy,
     Event,
+    HingeReactions,
     Reactions,
     Stats,
     event_arrays,

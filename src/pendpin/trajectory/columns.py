@@ -11,13 +11,13 @@ from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import path_of, refuse_other_format, write_csv
 from pendpin.ground.libraries import optional
-from pendpin.trajectory.parts import Reactions
+from pendpin.trajectory.parts import HingeReactions, Reactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 
 AXES = "xyz"
 UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
-UNITS |= dict.fromkeys(("M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
+UNITS |= dict.fromkeys(("M1", "M2", "M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
 UNITS |= {"omega": "rad/s", "swing": "rad", "angular_momentum": "kg m²/s"}
 OF_CHAINS = ("omega", "angular_momentum")  # computed from the model of a chain when the first is asked for
 DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
@@ -29,8 +29,9 @@ def columns(run: Any) -> dict[str, Place]:
     """Where each quantity of a run is, by its name, in the order of a table.
 
     t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
-    rod), or, without universal joints, the wrench of each joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others;
-    kinetic, potential, energy; work_ of each kind of effect. The energy drift and the efforts are quantities, not columns.
+    rod), of a rod on a hinge the two moments that it carries, or, where no rod has a joint of its own, the wrench of each
+    joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others; kinetic, potential, energy; work_ of each kind of
+    effect. The energy drift and the efforts are quantities, not columns.
 
     Of a chain also tension_1, the axial force at the upper end of rod 1, which is R3_1; omega1_1 to omega3_1, the angular
     velocity of rod 1 along b1, b2, b3; swing, the angle of the line from the support to the last tip from straight down;
@@ -45,8 +46,10 @@ def columns(run: Any) -> dict[str, Place]:
             places[f"{key} (joint)" if key in places else key] = (part, (..., j))
     if run.rod_reactions is not None:
         count = run.rod_reactions.R1.shape[1]
-        for name in Reactions._fields:
-            places |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in range(count)}
+        absent = [absent_moments(run, i) for i in range(count)]
+        for name in run.rod_reactions._fields:
+            there = (i for i in range(count) if name not in absent[i])
+            places |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in there}
         if is_chain(run):
             places |= {f"tension_{i + 1}" if count > 1 else "tension": ("R3", (..., i)) for i in range(count)}
             for k in range(3):
@@ -63,6 +66,15 @@ def columns(run: Any) -> dict[str, Place]:
     places |= {f"work_{kind}": (kind, ...) for kind in run.work}
     energies = {name: places.pop(name) for name in ("kinetic", "potential", "energy")}
     return places | energies
+
+
+def absent_moments(run: Any, rod: int) -> tuple[str, ...]:
+    """Which moments the joint of a rod cannot carry, by its place: they are 0, and no quantities."""
+    if isinstance(run.rod_reactions, Reactions):
+        return ()
+    suffix = f"_{rod + 1}" if run.tips.shape[1] > 1 else ""
+    theta, phi = f"theta{suffix}" in run.joints, f"phi{suffix}" in run.joints
+    return ("M1", "M2") if theta and phi else ("M1", "Mc") if theta else ("M2", "Mc")
 
 
 def is_chain(run: Any) -> bool:
@@ -125,7 +137,7 @@ def place_of(run: Any, name: str) -> Place:
     places = run.places
     if str(name).startswith("effort_") and name not in places:
         places = effort_places(run)
-    single = name.removesuffix("_1") if isinstance(name, str) and len(run.joints) == 2 else name
+    single = name.removesuffix("_1") if isinstance(name, str) and run.tips.shape[1] == 1 else name
     if single != name and name not in places and single in places:
         name = single
     if name not in places:
@@ -158,7 +170,7 @@ def column(run: Any, name: Any) -> Array:
         return swing(run)
     if part in OF_CHAINS and not hasattr(type(run), part):
         raise InputError(f"{name}: a record alone has none; Trajectory.of(record) computes it")
-    array = getattr(run.rod_reactions, part) if part in Reactions._fields else getattr(run, part)
+    array = getattr(run.rod_reactions, part) if part in HingeReactions._fields else getattr(run, part)
     return np.asarray(array[index])
 
 

@@ -1,7 +1,7 @@
 """The parts of a run's record: counts, energies, events, reactions, and how they are read from a file."""
 
 import json
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, NamedTuple
 
@@ -32,7 +32,7 @@ def share(error: Array, scale: Array) -> float:
 
 
 class Reactions(NamedTuple):
-    """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (DESIGN in docs)."""
+    """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (docs/python.md)."""
 
     R1: Array
     R2: Array
@@ -41,10 +41,36 @@ class Reactions(NamedTuple):
     Mc: Array
 
     def __repr__(self) -> str:
-        ranges = ", ".join(
-            f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in self._asdict().items()
-        )
-        return f"Reactions {self.R1.shape}: {ranges}"
+        return _ranges(self)
+
+
+class HingeReactions(NamedTuple):
+    """The same where some rods are on hinges: M1, M2, M3 in N m are the moment that a joint carries, along b1, b2, b3.
+
+    A hinge about x carries M2 and M3, one about y M1 and M3, a universal joint Mc along a3; the others are 0.
+    """
+
+    R1: Array
+    R2: Array
+    R3: Array
+    M1: Array
+    M2: Array
+    M3: Array
+    Mc: Array
+
+    def __repr__(self) -> str:
+        return _ranges(self)
+
+
+def _ranges(rods: Reactions | HingeReactions) -> str:
+    parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
+    return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
+
+
+def reactions_of(arrays: Mapping[str, Array]) -> Reactions | HingeReactions | None:
+    """The reactions among arrays by their names; None where there are none."""
+    kind = HingeReactions if "M1" in arrays else Reactions
+    return kind(**{name: arrays[name] for name in kind._fields}) if "R1" in arrays else None
 
 
 class Energy(NamedTuple):
@@ -140,8 +166,9 @@ def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
     arrays["tips"] = arrays.pop(ends)
     if np.any(np.diff(arrays["t"]) <= 0):
         raise ValueError("array 't' does not rise")
-    universal = (n, _length(file, "R1", 1)) if "R1" in file.headers else None
-    arrays |= {name: read_array(file, name, universal) for name in Reactions._fields} if universal else {}
+    if "R1" in file.headers:
+        names = HingeReactions._fields if "M1" in file.headers else Reactions._fields
+        arrays |= {name: read_array(file, name, (n, _length(file, "R1", 1))) for name in names}
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}

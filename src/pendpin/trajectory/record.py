@@ -22,14 +22,17 @@ from pendpin.trajectory.parts import (
     FORMAT,
     Energy,
     Event,
+    HingeReactions,
     Reactions,
     Stats,
     event_arrays,
     exchanged,
+    reactions_of,
     read_fields,
     share,
 )
 
+AnyReactions = Reactions | HingeReactions
 STATES = ("t", "q", "v")  # the arrays of a record that are integrated; the others follow from them
 MOST_LETTERS = 90  # of a title
 
@@ -43,14 +46,13 @@ class Derived(NamedTuple):
     potential: Array  # (n,)
     tips: Array  # (n, rods, 3), world frame W
     rod_reactions: (
-        Reactions | Callable[[], Reactions | None] | None
+        AnyReactions | Callable[[], AnyReactions | None] | None
     )  # None without universal joints; may be computed late
 
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, Array]) -> "Derived":
         """From the arrays of a file or of `RunRecord.arrays`, by their names."""
-        rods = Reactions(*(arrays[name] for name in Reactions._fields)) if "R1" in arrays else None
-        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=rods)
+        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=reactions_of(arrays))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -132,8 +134,8 @@ class RunRecord:
         return self._derived.tips
 
     @cached_property
-    def rod_reactions(self) -> Reactions | None:
-        """R1, R2, R3, M3, Mc of every rod; None for a model without universal joints."""
+    def rod_reactions(self) -> AnyReactions | None:
+        """What its joint exerts on every rod; None where no rod has a joint of its own."""
         given = self._derived.rod_reactions
         rods = given() if callable(given) else given
         for array in rods or ():
@@ -215,8 +217,8 @@ class RunRecord:
         setting = f"{self.stats.method} with {self.stats.setting}, {self.stats.steps} steps"
         return f"{model_in_words(self)}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} samples, {setting}"
 
-    def reactions(self) -> Reactions:
-        """R1, R2, R3, M3, Mc of every rod on a universal joint. Raises InputError where the model has none."""
+    def reactions(self) -> AnyReactions:
+        """What its joint exerts on every rod, each (n, rods): docs/python.md. Raises InputError where no rod has its own."""
         if self.rod_reactions is None:
             raise InputError("this model has no universal joint, so no R1, R2, R3, M3; see .wrench for every joint")
         return self.rod_reactions

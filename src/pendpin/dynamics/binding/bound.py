@@ -20,7 +20,7 @@ from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
 from pendpin.equations.trees import total
 from pendpin.errors import InputError, shown
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, Mask
 from pendpin.model import kinematics
 from pendpin.model.build import Model
 
@@ -182,7 +182,7 @@ class BoundTorque(Bound[JointEffect]):
         model, numbers = self._context.model, self._context.numbers
         torques, nv = law(self.effect, "torques", self._context.xp, numbers), len(model.joints)
         if self._each is not None:
-            torques = partial(torques, each=numbers.joints(self._each))
+            torques = self._on_rods(partial(torques, each=numbers.joints(self._each)))
         if self.effect.on is None:
             return torques
         chosen = chosen_joints(model, self.effect.on, self._where)
@@ -200,12 +200,40 @@ class BoundTorque(Bound[JointEffect]):
 
     @cached_property
     def _each(self) -> Array | None:
-        """What the law takes from the rods' lengths, a row for each joint; None if it takes nothing. Raises InputError."""
-        chain = self._context.model.chain
-        each = self.effect.of_joints(np.ones(1) if chain is None else chain.l)
-        if each is not None and chain is None:
+        """What the law takes from the rods' lengths, a row for each angle; None if it takes nothing. Raises InputError."""
+        model = self._context.model
+        if model.rod_tree is not None:
+            return self.effect.of_joints(model.lengths, model.rod_tree.parents)
+        if self.effect.of_joints(np.ones(1)) is not None:
             raise InputError(f"{self._where}: {self.effect.kind} acts between rods: it needs a chain")
-        return each
+        return None
+
+    def _on_rods(self, torques: Torque) -> Torque:
+        """A law of every rod's theta and phi as one of the model's joints, where some rods have one of them."""
+        if not self._hinged:
+            return torques
+
+        def of_joints(t: Any, q: Array, v: Array) -> Array:
+            return torques(t, self._of_rods(q), self._of_rods(v))[self._angles]
+
+        return of_joints
+
+    @property
+    def _angles(self) -> Mask:
+        """Which of all rods' theta and phi there are, (2 n,)."""
+        tree = self._context.model.rod_tree
+        return np.ones(0, bool) if tree is None else tree.angles.ravel()
+
+    @property
+    def _hinged(self) -> bool:
+        """Whether the law is of every rod's two angles, and some rod has one."""
+        return self._each is not None and not self._angles.all()
+
+    def _of_rods(self, x: Array) -> Array:
+        """Numbers (..., nv) of the joints as those of every rod's theta and phi, (..., 2 n): 0 of what a hinge lacks."""
+        out = np.zeros((*x.shape[:-1], len(self._angles)), x.dtype)
+        out[..., self._angles] = x
+        return out
 
     def power(self) -> Power:
         torque, xp = self.at, self._context.xp
@@ -213,8 +241,11 @@ class BoundTorque(Bound[JointEffect]):
 
     def potential(self) -> Potential | None:
         chosen = chosen_joints(self._context.model, self.effect.on, self._where)
-        given = {} if self._each is None else {"each": self._each}
-        return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen], **given))
+        if self._each is None:
+            return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen]))
+        of_rods = self._of_rods if self._hinged else lambda q: q
+        each: Any = {"each": self._each}
+        return self._where_offered(lambda q, poses: self.effect.potential(of_rods(q), **each))
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
         return lambda t: self.at(t, q, v)

@@ -222,7 +222,8 @@ def crosscheck_run(trajectory: RunRecord) -> CheckReport | None:
     dynamics = bind(scene)
     if dynamics.model.pin is None:
         return None
-    thin = [rod.phi for rod in dynamics.model.rods if rod.inertia is not None and rod.inertia.I3 == 0]
+    universal = (rod for rod in dynamics.model.rods if rod.kind == "universal")
+    thin = [rod.phi for rod in universal if rod.inertia is not None and rod.inertia.I3 == 0]
     regular = np.flatnonzero((np.abs(np.cos(trajectory.q[:, thin])) > POLE).all(1))
     most = max(8, ALONG_JOINTS // len(trajectory.joints))
     chosen = regular[:: max(1, -(-len(regular) // most))]
@@ -299,10 +300,10 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[st
     keys = ("theta_dd", "phi_dd") if "theta_dd" in reference else ("acceleration",)
     a = np.concatenate([reference[key] for key in keys], -1)
     scale = tree_scale(model, dynamics.loads.field(0.0), q, v, a, *loads_at(dynamics, q, v))
-    at, others = [rod.phi for rod in model.rods], other_joints(model)
+    at, others = [rod.last for rod in model.rods], other_joints(model)
     sizes = dict(zip(keys, np.split(scale.acceleration, len(keys), -1), strict=True))
     sizes |= dict.fromkeys(("R1", "R2", "R3"), scale.force[:, at])
-    sizes |= dict.fromkeys(("M3", "Mc"), scale.moment[:, at])
+    sizes |= dict.fromkeys(("M1", "M2", "M3", "Mc"), scale.moment[:, at])
     return sizes | {name: np.repeat(getattr(scale, name)[:, others], 3, -1) for name in ("force", "moment")}
 
 
@@ -311,7 +312,7 @@ def _places(dynamics: Dynamics) -> dict[str, list[str]]:
     rods = [rod.link for rod in model.rods]
     others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
     places = {"theta_dd": rods, "phi_dd": rods, "acceleration": list(model.joints), "force": others, "moment": others}
-    return places | dict.fromkeys(("R1", "R2", "R3", "M3", "Mc"), rods)
+    return places | dict.fromkeys(("R1", "R2", "R3", "M1", "M2", "M3", "Mc"), rods)
 
 
 def _relative(first: Array, second: Array, size: Array) -> Array:

@@ -42,7 +42,7 @@ def _engine_route(dynamics: Dynamics, engine: Revolute | LongChain) -> Route:
 
 def recursion_route(dynamics: Dynamics, xp) -> Route:
     """The articulated-body and Newton-Euler recursions on the numbers of xp."""
-    tree, field = tree_of(dynamics.model.pin), dynamics.loads.field(0.0)
+    tree, field = dynamics.model.tree, dynamics.loads.field(0.0)
 
     def route(q: Array, v: Array) -> Answer:
         q_, v_, g = (xp.asarray(x) for x in (q, v, field))
@@ -77,7 +77,7 @@ def _named(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answ
 
 def other_joints(model: Model) -> list[int]:
     """The joints that belong to no universal joint, by their places in model order."""
-    taken = {joint for rod in model.rods for joint in (rod.theta, rod.phi)}
+    taken = {joint for rod in model.rods for joint in (rod.theta, rod.phi) if joint >= 0}
     return [joint for joint in range(len(model.joints)) if joint not in taken]
 
 
