@@ -11,6 +11,7 @@ from scipy.special import ellipk
 
 import pendpin as pp
 from pendpin import effects as fx
+from pendpin.model.build import build
 from pendpin.model.kinematics import swings_of_chain, tilts_of_chain
 from pendpin.sweeps.extremes import largest
 from pendpin.sweeps.measures import (
@@ -321,9 +322,11 @@ def test_the_divergence_is_that_of_the_ends() -> None:
 
 def test_angles_add_up_from_the_support_on() -> None:
     """Those of a chain, about each axis for itself; joints of other names each for itself."""
-    assert accumulated(("theta_1", "phi_1", "theta_2", "phi_2")) == [[0], [0, 2], [1], [1, 3]]
-    assert accumulated(("theta", "phi")) == [[0], [1]]
-    assert accumulated(("hip", "knee")) == [[0], [1]]
+    rod, hinge = pp.Rod(length=1, mass=1), pp.Rod(length=1, mass=1, joint="hinge", hangs_on="rod_1")
+    assert accumulated(build(pp.Chain(rods=[rod, rod]))) == [[0], [0, 2], [1], [1, 3]]
+    assert accumulated(build(pp.Chain(rods=[rod]))) == [[0], [1]]
+    assert accumulated(build(pp.Chain(rods=[rod, rod, hinge]))) == [[0], [0, 2], [0, 4], [1], [1, 3]]
+    assert accumulated(build(pp.UrdfModel("ur5"))) == [[joint] for joint in range(6)]
 
 
 @pytest.mark.parametrize(

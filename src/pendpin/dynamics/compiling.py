@@ -14,10 +14,11 @@ import numpy as np
 
 from pendpin.dynamics.binding import Binding, bodies_of
 from pendpin.dynamics.binding.acting import plain_arithmetic
-from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
+from pendpin.dynamics.parameters import Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import (
     MOTION,
     Asked,
+    bodies_joints,
     external_wrenches,
     motion_in_links,
     parameters_of,
@@ -33,19 +34,18 @@ from pendpin.engines.machine.code import Block
 from pendpin.engines.machine.tape import Recording
 from pendpin.engines.spherical import Thin
 from pendpin.equations import recursion, thin_recursion
-from pendpin.equations.base import JOINTS
 from pendpin.equations.trees import Joint, Tree, joints_at, outward, prepared, total
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, applied, cross, dot, transposed
 from pendpin.model.build import Model
 
 PARTS = 3  # of what is given: positions, rates, further torques
-ACCELERATION, WRENCH = 2, 12  # numbers of a rod; those of its pose follow
+MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which its samples are compiled
 _DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
 
 
-class ChainSamples(NamedTuple):
-    """A chain at n samples."""
+class RodSamples(NamedTuple):
+    """Rods at n samples."""
 
     acceleration: Array  # (n, nv) rad/s²
     wrench: Array  # (n, joints, 6) N, N m, by each joint's parent, in the joint's frame
@@ -53,53 +53,54 @@ class ChainSamples(NamedTuple):
     kinetic: Array  # (n,) J
 
 
-# of t, q, v and further torques (2,) of a rod, as terms: its numbers, and the kinetic energy of the chain
+# of t, q, v and further torques (w,) of a rod, or of all, as terms: their numbers, and the kinetic energy of all rods
 Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]
-# of the same and the external wrenches (2, 6): accelerations (2,) and wrenches (2, 6)
+# of the same and the external wrenches (w, 6): accelerations (w,) and wrenches (w, 6)
 Equations = Callable[[Any, Array, Array, Array, Array | None], tuple[Array, Array]]
 
 
 def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
-    """What is computed at a sample, recorded for one rod; that of a single rod is written out."""
-    by_rod = _rods(engine.model) > 1
-    tape, numbers, xp = begin_tape(engine.model, by_rod)
-    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * JOINTS)
-    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state.reshape(PARTS, JOINTS))
-    if by_rod:
-        return Recording(tape, [], [kinetic], parts=PARTS, width=JOINTS, more_of_rod=list(rows))
-    return Recording(tape, [], [*rows, kinetic], width=PARTS * JOINTS)
+    """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
+    tape, numbers, xp = begin_tape(engine.model, _by_rod(engine.model))
+    width = numbers.width if isinstance(numbers, RodParameters) else len(engine.model.joints)
+    state = tape.state_of_rod(PARTS, width) if numbers.by_rod else tape.state(PARTS * width)
+    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state.reshape(PARTS, width))
+    if numbers.by_rod:
+        return Recording(tape, [], [kinetic], parts=PARTS, width=width, more_of_rod=list(rows))
+    return Recording(tape, [], [*rows, kinetic], width=PARTS * width)
 
 
 def parameters_of_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Parameters:
     """The parameters of `record_samples`, and its structure."""
-    numbers = list_parameters(engine.model, _rods(engine.model) > 1)
+    numbers = list_parameters(engine.model, _by_rod(engine.model))
     numbers.constant("samples")
     _sampled(engine, effects, start, numbers, np)
     return numbers
 
 
 class Sampler:
-    """Samples of a chain in machine code, with one set of parameters."""
+    """Samples of rods in machine code, with one set of parameters."""
 
     def __init__(self, model: Model, block: Block) -> None:
-        self._rods, self._block = _rods(model), block
+        self._parts = len(model.rods) if _by_rod(model) else 1
+        self._joints, self._block = len(model.joints) // self._parts, block
 
-    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> ChainSamples | None:
+    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
         """The samples at t (n,), q, v (n, nv) with further torques (n, nv); None where a number is not finite."""
-        n, rods = len(t), self._rods
+        n, joints = len(t), self._joints
         _, more = self._block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
         if not np.isfinite(more).all():
             return None
-        rows, ends = more[:, :-1].reshape(n, rods, -1), ACCELERATION + WRENCH
-        a, wrench = rows[..., :ACCELERATION].reshape(n, -1), rows[..., ACCELERATION:ends].reshape(n, -1, 6)
-        poses = np.zeros((n, rods, 4, 4))
-        poses[..., :3, :], poses[..., 3, 3] = rows[..., ends:].reshape(n, rods, 3, 4), 1.0
-        return ChainSamples(a, wrench, poses, more[:, -1].copy())
+        a, wrench, placed = np.split(more[:, :-1].reshape(n, self._parts, -1), [joints, 7 * joints], -1)
+        placed = placed.reshape(n, -1, 3, 4)
+        poses = np.zeros((*placed.shape[:2], 4, 4))
+        poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
+        return RodSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, more[:, -1].copy())
 
 
-def _rods(model: Model) -> int:
-    assert model.chain is not None
-    return model.chain.n
+def _by_rod(model: Model) -> bool:
+    """Whether samples are recorded for one rod."""
+    return model.alike and len(model.rods) > 1
 
 
 def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Sampled:
@@ -115,7 +116,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
         links = motion_in_links(model, loads, tree, q, v, xp)
         wrenches = external and external(t, q, v)
         a, wrench = equations(t, q, v, more, wrenches)
-        frames = _poses(tree, q, xp)
+        frames = np.stack(_poses(tree, q, xp))[bodies_joints(model, tree)]
         moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
         kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
         return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic
@@ -195,8 +196,8 @@ def _accelerations(joints: Sequence[Joint], turning: Sequence[_Turning], across:
     return outward(swing, np.zeros(3), [-1], xp)[0]
 
 
-def _poses(tree: Tree, q: Array, xp: Any) -> Array:
-    """The pose (3, 4) of a rod's link in W."""
+def _poses(tree: Tree, q: Array, xp: Any) -> list[Array]:
+    """The pose (3, 4) in W of what each joint moves."""
     placed, signs = prepared(tree, xp)
     joints = joints_at(placed, signs * q, xp)
 
@@ -205,7 +206,7 @@ def _poses(tree: Tree, q: Array, xp: Any) -> Array:
         r, R = r + applied(R, joints[i].r), R @ joints[i].R
         return (R, r), np.concatenate([R, r[:, None]], 1)
 
-    return outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)[1]
+    return outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)
 
 
 # --- the equations of a scene as machine code -----------------------------------------------------------------------
@@ -220,8 +221,14 @@ _lock = Lock()
 
 def compilable(model: Model, effects: Sequence[Effect]) -> bool:
     """Whether `auto` compiles a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
-    few = model.chain is not None or len(model.joints) <= MOST_WRITTEN_OUT
+    few = model.alike or len(model.joints) <= MOST_WRITTEN_OUT
     return few and plain_arithmetic(effects) and llvm.installed()
+
+
+def samples_compile(model: Model, effects: Sequence[Effect]) -> bool:
+    """Whether samples are computed in machine code: those of rods with pendpin's own effects."""
+    few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
+    return few and compilable(model, effects)
 
 
 def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
@@ -240,7 +247,8 @@ def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, aske
     by_rod = not isinstance(engine, Moving) and records_by_rod(engine, effects)
     if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
-            f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects only'
+            f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects, on '
+            "joints of one kind"
         )
     equations, parameters = equations_of(engine, effects, start, asked, by_rod)
     return Compiled(engine, equations, Values.of(parameters), time.thread_time() - begin)
@@ -281,7 +289,7 @@ def equations_of(
 
 
 def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
-    """The samples of a chain in machine code, at times since `start` in s."""
+    """The samples of rods in machine code, at times since `start` in s."""
     # A function of its own, though the equations hold the same articulated bodies: compiling these once would save 15 to 20
     # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = parameters_of_samples(engine, effects, start)

@@ -12,7 +12,7 @@ import numpy as np
 
 from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.binding.acting import HeldTorque, acting, move_home
-from pendpin.dynamics.compiling import Sampler, compilable, compile_engine, compile_sampler, in_motion
+from pendpin.dynamics.compiling import Sampler, compile_engine, compile_sampler, in_motion, samples_compile
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
@@ -105,8 +105,8 @@ class Dynamics:
         return Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
 
     def use_compiled_samples(self) -> None:
-        """Compute samples in machine code where that is possible: those of chains with pendpin's own effects."""
-        if self.model.chain is not None and compilable(self.model, self.effects):
+        """Compute samples in machine code where that is possible: those of rods with pendpin's own effects."""
+        if samples_compile(self.model, self.effects):
             self.sampler = compile_sampler(self._base, self.effects, self.start)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:

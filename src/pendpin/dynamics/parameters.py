@@ -13,7 +13,6 @@ from pendpin.effects import Effect
 from pendpin.engines.machine.code import Table
 from pendpin.engines.machine.passes import recorded_by_rod
 from pendpin.engines.machine.tape import Tape, recorded
-from pendpin.equations.base import JOINTS
 from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model
 
@@ -30,7 +29,7 @@ class Numbers:
         return x
 
     def joints(self, x: Array) -> Array:
-        """Numbers (n, ...) of all joints, as `self(x)`; those of one rod's joints, (2, ...), if equations are by rod."""
+        """Numbers (n, ...) of all joints, as `self(x)`; those of one rod's joints, (w, ...), if equations are by rod."""
         return self(x)
 
     def bodies(self, x: Array) -> Array:
@@ -124,24 +123,24 @@ class Parameters(Numbers):
 
 
 class RodParameters(Parameters):
-    """Parameters of a chain of n rods, whose equations are recorded for one rod: the same for every n.
+    """Parameters of n rods in a row with w joints each, whose equations are recorded for one rod: the same for every n.
 
     A number that is 0 for all rods is 0 by structure.
     """
 
     by_rod: ClassVar[bool] = True
 
-    def __init__(self, rods: int, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
+    def __init__(self, rods: int, width: int, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
         super().__init__(tape, masks)
-        self.rods, self.columns = rods, list[Array]()
+        self.rods, self.width, self.columns = rods, width, list[Array]()
 
     @property
     def values_of_rods(self) -> Array:
         return np.array(self.columns).reshape(-1, self.rods)
 
     def joints(self, x: Array) -> Array:
-        """The numbers of one rod, from those (2 n, ...) of theta and phi of every rod."""
-        return self._number_rod(np.reshape(_convert_to_numbers(x), (self.rods, JOINTS, *np.shape(x)[1:])))
+        """The numbers of one rod, (w, ...), from those (w n, ...) of the joints of every rod."""
+        return self._number_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
         """The numbers of one rod, from those (n, ...) of every rod."""
@@ -167,11 +166,10 @@ class RodParameters(Parameters):
 def list_parameters(
     model: Model, by_rod: bool, masks: Sequence[Mask] | None = None, tape: Tape | None = None
 ) -> Parameters:
-    """Parameters to bind equations with, on a tape if there is one; `by_rod`: of one rod of the model's chain."""
+    """Parameters to bind equations with, on a tape if there is one; `by_rod`: of one rod of a model whose rods are alike."""
     if not by_rod:
         return Parameters(tape, masks)
-    assert model.chain is not None
-    return RodParameters(model.chain.n, tape, masks)
+    return RodParameters(len(model.rods), len(model.joints) // len(model.rods), tape, masks)
 
 
 def begin_tape(model: Model, by_rod: bool, masks: Sequence[Mask] | None = None) -> tuple[Tape, Parameters, Any]:

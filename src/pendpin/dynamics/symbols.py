@@ -15,7 +15,7 @@ from pendpin.engines import AngleEngine, Directions, Engine, Loads
 from pendpin.engines.machine.tape import Recording, Term
 from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, thin_recursion, trees
-from pendpin.equations.base import JOINTS, RodInertia
+from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.ground.arrays import Array, Indices, Mask, cross
 from pendpin.model.build import SIGNS, Model
@@ -38,12 +38,12 @@ MOTION = Asked()
 
 
 def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
-    """Whether the equations are recorded for one rod: a chain of several, and effects whose laws are pendpin's own.
+    """Whether the equations are recorded for one rod: several in a row, and effects whose laws are pendpin's own.
 
     Those see each rod for itself; what a user's law reads is not known.
     """
-    chain = engine.model.chain
-    return chain is not None and chain.n > WRITTEN_OUT and plain_arithmetic(effects)
+    model = engine.model
+    return model.alike and len(model.rods) > WRITTEN_OUT and plain_arithmetic(effects)
 
 
 def record(
@@ -63,11 +63,11 @@ def record(
     tape, numbers, xp = begin_tape(engine.model, by_rod, masks)
     right = _right_hand_side(engine, effects, start, asked, numbers, xp)
     rods = engine.chain.n if isinstance(engine, Directions) else 0
-    if by_rod:
-        y = tape.state_of_rod(PARTS, 3 if rods else JOINTS)
+    if isinstance(numbers, RodParameters):
+        y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
         results, more = right(tape.time(), y)
         of_rod, others = results[: len(y)], results[len(y) :]
-        inputs = 2 * JOINTS if asked.contacts else 0
+        inputs = 2 * numbers.width if asked.contacts else 0
         return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
     nv = len(engine.model.joints)
     size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
@@ -196,7 +196,7 @@ def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
     """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
     tree = model.tree
-    kept = slice(JOINTS if numbers.by_rod else None)
+    kept = slice(numbers.width if isinstance(numbers, RodParameters) else None)
     constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
     for part in constants:
         numbers.constant(part)
@@ -206,7 +206,7 @@ def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
 
 def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
     """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
-    joints = _bodies_joints(model, tree)
+    joints = bodies_joints(model, tree)
     if loads.wrench is not None and loads.together is None:
         return Motion(*trees.motions(tree, q, v, xp)).of(joints)
     origin, velocity, spin, into_links = trees.motions_in_links(tree, q, v, xp)
@@ -216,7 +216,7 @@ def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, 
 
 def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
     """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
-    joints, com = _bodies_joints(model, tree), numbers.bodies(centres_of(model.bodies))
+    joints, com = bodies_joints(model, tree), numbers.bodies(centres_of(model.bodies))
     wrench = loads.wrench
     assert wrench is not None
 
@@ -228,8 +228,8 @@ def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, 
     return external
 
 
-def _bodies_joints(model: Model, tree: Tree) -> Indices:
-    """The joints that move the bodies: the second of the two in the tree of one rod."""
+def bodies_joints(model: Model, tree: Tree) -> Indices:
+    """The joints that move the bodies: the last in the tree of one rod."""
     joints = np.array([body.joint for body in model.bodies])
     return joints[joints < len(tree.parents)]
 

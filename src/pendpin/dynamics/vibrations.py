@@ -19,14 +19,13 @@ from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.parameters import Parameters, begin_tape, list_parameters
+from pendpin.dynamics.parameters import Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine, Values
 from pendpin.engines.machine.tangents import STATE, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations import recursion
-from pendpin.equations.base import JOINTS
 from pendpin.errors import InputError
 from pendpin.ground.arrays import EPS, Array, Indices
 from pendpin.model.build import build
@@ -74,10 +73,11 @@ def _record(engine: Engine, effects: Sequence[Effect], start: float, by_rod: boo
     """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
     tape, numbers, xp = begin_tape(engine.model, by_rod)
     residual = _residual(engine, effects, start, numbers, xp)
-    state = tape.state_of_rod(PARTS, JOINTS) if by_rod else tape.state(PARTS * len(engine.model.joints))
+    width = numbers.width if isinstance(numbers, RodParameters) else len(engine.model.joints)
+    state = tape.state_of_rod(PARTS, width) if by_rod else tape.state(PARTS * width)
     results = list(residual(tape.time(), *state.reshape(PARTS, -1)))
     if by_rod:
-        return add_tangents(Recording(tape, [], parts=PARTS, width=JOINTS, of_rod=results), [STATE])
+        return add_tangents(Recording(tape, [], parts=PARTS, width=width, of_rod=results), [STATE])
     return add_tangents(Recording(tape, results, width=len(state)), [STATE])
 
 

@@ -174,8 +174,8 @@ def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
             yield f"effects[{i}], dry_friction: stribeck", False, _change(scene, i, falling), [*rest, *more]
         if isinstance(effect, Gravity) and not any(key.startswith(f"effects[{i}].direction") for key in keys):
             yield "tilt of gravity", False, scene, [*keys, f"effects[{i}].direction[1]"]
-    rods = len(scene.model.rods) if isinstance(scene.model, Chain) else 0
-    lengths = (f"model.rods[{i}].length" for i in range(rods - 1))
+    bearing = scene.model.bearing if isinstance(scene.model, Chain) else ()
+    lengths = (f"model.rods[{i}].length" for i in bearing)
     if missing := [key for key in lengths if key not in keys]:
         yield "other lengths of rods", False, scene, [*keys, *missing]
 

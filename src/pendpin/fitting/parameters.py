@@ -154,9 +154,9 @@ def _short_form(scene: Scene, key: str) -> list[str]:
         return [key]
     bodies: list[str] = []
     if isinstance(scene.model, Chain) and key == "physics":  # a rod's motion shows its length where another hangs there
-        rods = len(scene.model.rods)
-        bodies = [f"model.rods[{i}].{name}" for i in range(rods) for name in ("com", "inertia")]
-        bodies += [f"model.rods[{i}].length" for i in range(rods if scene.model.copies > 1 else rods - 1)]
+        rods = range(len(scene.model.rods))
+        bodies = [f"model.rods[{i}].{name}" for i in rods for name in ("com", "inertia")]
+        bodies += [f"model.rods[{i}].length" for i in scene.model.bearing]
     torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]
     if not bodies + torques:
         raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')

@@ -238,7 +238,7 @@ def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsur
 
     They have errors if the data are long enough.
     """
-    if not isinstance(scene.model, Chain) or not unsure:
+    if not isinstance(scene.model, Chain) or not scene.model.tip_to_tip or not unsure:
         return ()
     determined = []
     for name, unit, function in _ratios(scene, free, unsure):

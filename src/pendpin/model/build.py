@@ -84,6 +84,12 @@ class Model:
         return np.zeros(len(self.joints), bool) if self.rod_tree is not None else prismatic(self.pin)
 
     @cached_property
+    def alike(self) -> bool:
+        """Whether its rods hang in a row, all on joints of one kind: their equations can be those of one rod."""
+        tree = self.rod_tree
+        return tree is not None and len(set(tree.kinds)) == 1 and tree.parents == tuple(range(-1, len(tree.kinds) - 1))
+
+    @cached_property
     def lengths(self) -> Array:
         """The lengths of a scene's rods, (n,) m."""
         return -np.array([body.tip[2] for body in self.bodies]) if self.chain is None else self.chain.l
@@ -129,7 +135,10 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
             f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
         )
     if model.chain is None:
-        _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", "; begin elsewhere, or lock it")
+        remedy = (
+            "begin elsewhere, or lock it" if model.rod_tree is None else "begin elsewhere, or give its rod a radius"
+        )
+        _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", f"; {remedy}")
     return q, v
 
 

@@ -132,8 +132,8 @@ def _stiffness(scene: Scene) -> Stiffness | None:
 def conical(scene: Scene, angle: float) -> StartRecord:
     """The start of a conical motion of a scene (Start.conical)."""
     dynamics = bind(scene)
-    if not isinstance(scene.model, Chain) or scene.model.count != 1:
-        raise InputError("start: a steady cone needs a chain of one rod")
+    if not isinstance(scene.model, Chain) or len(dynamics.model.joints) != 2 or scene.model.count != 1:
+        raise InputError("start: a steady cone needs a chain of one rod on a universal joint")
     if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
         raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
     field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties

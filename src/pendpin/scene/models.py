@@ -163,18 +163,33 @@ class Chain(Record):
     @property
     def places(self) -> tuple[float, ...]:
         """Where the joint of each of all rods is along the rod that it hangs on, m; 0 of those on the world."""
-        at = [at for rod in self.rods for at in (rod.at, *[None] * (rod.copies - 1))] * self.copies
         rods = self.all_rods
         return tuple(
             0.0 if above < 0 else rods[above].length if own is None else own
-            for above, own in zip(self.parents, at, strict=True)
+            for above, own in zip(self.parents, self._given_places, strict=True)
         )
 
     @property
     def in_a_row(self) -> bool:
         """Whether every rod has a universal joint at the tip of the one before it: then its equations are a chain's."""
-        own = (rod.joint == "universal" and rod.at is None for rod in self.rods)
-        return all(own) and self.parents == tuple(range(-1, self.count - 1))
+        return self.tip_to_tip and all(rod.joint == "universal" for rod in self.rods)
+
+    @property
+    def tip_to_tip(self) -> bool:
+        """Whether every rod hangs at the tip of the one before it, on whatever joint."""
+        return all(rod.at is None for rod in self.rods) and self.parents == tuple(range(-1, self.count - 1))
+
+    @property
+    def bearing(self) -> tuple[int, ...]:
+        """The entries of `rods` at whose tips others hang: a motion shows their lengths."""
+        entries = [i for i, rod in enumerate(self.rods) for _ in range(rod.copies)] * self.copies
+        at_tips = [k for k, at in enumerate(self._given_places) if at is None]
+        return tuple(sorted({entries[self.parents[k]] for k in at_tips if self.parents[k] >= 0}))
+
+    @property
+    def _given_places(self) -> list[float | None]:
+        """The `at` of each of all rods: that of an entry is its first copy's."""
+        return [at for rod in self.rods for at in (rod.at, *[None] * (rod.copies - 1))] * self.copies
 
     @cached_property
     def parents(self) -> tuple[int, ...]:

@@ -11,7 +11,6 @@ import numpy as np
 
 from pendpin.dynamics.derivatives import Variational
 from pendpin.effects import Spring
-from pendpin.equations.base import THETA
 from pendpin.errors import PendpinError, RunError
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
@@ -123,12 +122,13 @@ def _unwind(scene: Scene, model: Model, rest: Start) -> Start:
 
 
 def _hanging_or_upright(scene: Scene) -> Iterator[Array]:
-    """The angles (nv,) of a chain of few rods, each hanging or upright."""
-    if not isinstance(scene.model, Chain) or len(scene.model.all_rods) > MOST_RODS:
+    """The angles (nv,) of few rods, each hanging or upright."""
+    if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
         return
-    for upright in product((0.0, np.pi), repeat=len(scene.model.all_rods)):
-        q = np.zeros(2 * len(upright))
-        q[THETA] = np.diff(upright, prepend=0.0)
+    model, parents = build(scene.model), np.array(scene.model.parents)
+    for upright in product((0.0, np.pi), repeat=len(parents)):
+        q = np.zeros(len(model.joints))
+        q[[rod.first for rod in model.rods]] = upright - np.array([*upright, 0.0])[parents]  # [-1] is the world
         yield q
 
 

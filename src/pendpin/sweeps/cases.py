@@ -10,7 +10,6 @@ from threading import Event
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.equations.base import PHI, THETA
 from pendpin.errors import Interrupted, PendpinError
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.ground.keypaths import parsed
@@ -82,7 +81,7 @@ class Vectors:
     def __init__(self, task: Task) -> None:
         scene = typical(task)
         with_flips = any(m.name.startswith("flip_time") for m in task.chosen)
-        self._flips = sums = accumulated(build(scene.model).joints) if with_flips else []
+        self._flips = sums = accumulated(build(scene.model)) if with_flips else []
         if all(m.ends for m in task.chosen):
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
@@ -186,8 +185,10 @@ class Vectors:
 
 def _turning_at_poles(cases: Cases) -> Mask:
     """Which cases (c,) start with a thin rod at its pole, and not in the plane of phi alone."""
-    off_plane = np.any(cases.q[:, THETA], 1) | np.any(cases.v[:, THETA], 1)
-    at_pole = np.asarray(off_plane & np.any(np.abs(np.cos(cases.q[:, PHI])) < AT_POLE, 1))
+    rods = cases.models[0].rods
+    thetas, phis = [rod.theta for rod in rods if rod.theta >= 0], [rod.phi for rod in rods if rod.phi >= 0]
+    off_plane = np.any(cases.q[:, thetas], 1) | np.any(cases.v[:, thetas], 1)
+    at_pole = np.asarray(off_plane & np.any(np.abs(np.cos(cases.q[:, phis])) < AT_POLE, 1))
     for i in np.flatnonzero(at_pole).tolist():
         at_pole[i] = cases.models[i].thin_at_pole(cases.q[i], AT_POLE) is not None
     return at_pole

@@ -16,6 +16,7 @@ import numpy as np
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
+from pendpin.model.build import Model
 from pendpin.model.kinematics import evaluate_each, poses, tilts_of_chain, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
@@ -274,7 +275,8 @@ def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
     """
     more = resolved(run)
     t, other = more.run.t, looser.at(more.run.t)
-    sums = np.stack([more.run.q[:, places].sum(1) - other.q[:, places].sum(1) for places in accumulated(run.joints)])
+    apart = more.run.q - other.q
+    sums = np.stack([apart[:, places].sum(1) for places in accumulated(more.dynamics.model)])
     apart = np.maximum(np.maximum.accumulate(np.abs(sums).max(0)), run.stats.tolerance or 0.0)
     early, passage, late = (
         _first_passage(more, lambda at, side=side: side * np.interp(at, t, apart)) for side in (-1.0, 0.0, 1.0)
@@ -291,19 +293,27 @@ def _first_passage(more: Continuation, beyond: Callable[[Array], Array]) -> floa
         half, side = rows.q[:, places].sum(1) / 2, math.copysign(1.0, math.cos(more.run.q[0, places].sum() / 2))
         return side * np.cos(half) + np.sin(np.clip(beyond(rows.t), -np.pi, np.pi) / 2)
 
-    quantities = [partial(short_of, places) for places in accumulated(more.run.joints)]
+    quantities = [partial(short_of, places) for places in accumulated(more.dynamics.model)]
     if min(quantity(samples_of(more.run, slice(0, 1)))[0] for quantity in quantities) <= 0:
         return float(more.run.t[0])
     return float(np.fmin.reduce(first_crossings(more, quantities)))
 
 
-def accumulated(joints: tuple[str, ...]) -> list[list[int]]:
+def accumulated(model: Model) -> list[list[int]]:
     """The places of the joints whose angles add up to that of each rod: theta_1, theta_1 + theta_2, ...; so for phi."""
+    if not model.rods:
+        return [[i] for i in range(len(model.joints))]
+    parents, moved = model.tree.parents, {rod.last: rod for rod in model.rods}
     sums: list[list[int]] = []
     for axis in ("theta", "phi"):
-        places = [i for i, name in enumerate(joints) if name.partition("_")[0] == axis]
-        sums += [places[: k + 1] for k in range(len(places))]
-    return sums or [[i] for i in range(len(joints))]
+        by_rod = dict[int, list[int]]()  # by the joint that moves it: those above it of this axis
+        for rod in model.rods:
+            above, own = parents[rod.first], getattr(rod, axis)
+            while above not in (-1, *moved):  # a link of a URDF that is not a rod
+                above = parents[above]
+            by_rod[rod.last] = [*by_rod.get(above, []), *[own] * (own >= 0)]
+            sums += [by_rod[rod.last]] * (own >= 0)
+    return sums
 
 
 def lyapunov(run: Trajectory) -> float:

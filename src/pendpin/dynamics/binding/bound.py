@@ -182,7 +182,8 @@ class BoundTorque(Bound[JointEffect]):
         model, numbers = self._context.model, self._context.numbers
         torques, nv = law(self.effect, "torques", self._context.xp, numbers), len(model.joints)
         if self._each is not None:
-            torques = self._on_rods(partial(torques, each=numbers.joints(self._each)))
+            of_rods = numbers.bodies(self._each.reshape(len(model.rods), -1))
+            torques = self._on_rods(partial(torques, each=of_rods.reshape(-1, self._each.shape[-1])))
         if self.effect.on is None:
             return torques
         chosen = chosen_joints(model, self.effect.on, self._where)
@@ -220,9 +221,9 @@ class BoundTorque(Bound[JointEffect]):
 
     @property
     def _angles(self) -> Mask:
-        """Which of all rods' theta and phi there are, (2 n,)."""
-        tree = self._context.model.rod_tree
-        return np.ones(0, bool) if tree is None else tree.angles.ravel()
+        """Which of theta and phi there are, (2 n,), of all rods; of one rod if equations are by rod."""
+        tree, kept = self._context.model.rod_tree, slice(2 if self._context.numbers.by_rod else None)
+        return np.ones(0, bool) if tree is None else tree.angles.ravel()[kept]
 
     @property
     def _hinged(self) -> bool:
