@@ -103,7 +103,10 @@ def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) ->
     options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
     with np.errstate(all="ignore"):
         rest = solve_ivp(near, (0.0, LONG), q, method="Radau", **options).y[:, -1]
-    return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+    try:
+        return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+    except InputError:  # next to the rest already: squares in the search underflow, and it goes to NaN
+        return rest
 
 
 def _unstable_way(stiffness: Array) -> Array | None:
