@@ -84,8 +84,8 @@ def test_a_hinge_about_y_is_one_about_x_turned() -> None:
     ]
     x, y = (pp.Chain(rods=[rod | {"axis": axis} for rod in rods]) for axis in "xy")
     one, two = (
-        pp.simulate(moving(model, fx.Gravity(), fx.Drag(wind=wind), fx.Bending(stiffness=0.3)))
-        for model, wind in ((x, (0.0, 2.0, 0.5)), (y, (-2.0, 0.0, 0.5)))
+        pp.simulate(moving(model, fx.Gravity(), fx.Drag(wind=wind), fx.Bending(stiffness=0.3, clamp=clamp)))
+        for model, wind, clamp in ((x, (0.0, 2.0, 0.5), (0.2, 0.4, -1.0)), (y, (-2.0, 0.0, 0.5), (-0.4, 0.2, -1.0)))
     )
     assert one.q == pytest.approx(two.q, abs=1e-9)
     assert one.tips @ turn.T == pytest.approx(two.tips, abs=1e-9)
