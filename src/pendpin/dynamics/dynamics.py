@@ -171,7 +171,7 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
     InputError if the named engine cannot compute the model.
     """
     if name == "chain" and model.chain is None:
-        raise InputError('solver.engine: "chain" needs a model of kind "chain"')
+        raise InputError('solver.engine: "chain" needs rods in a row on universal joints; leave it out')
     if name == "pinocchio" and model.make_pin is None:
         raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
     thin = model.chain is not None and model.chain.first_thin == 0

@@ -195,12 +195,18 @@ def _reactions(run: RunRecord) -> list[Plot]:
     rods, count = rods_shown(run), run.rod_reactions.R3.shape[1]
     some = f", {len(rods)} of {count} rods" * (len(rods) < count)
     if count == 1:
-        return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(["M3", "Mc"]))]
+        moments = [name for name in ("M1", "M2", "M3", "Mc") if name in run.places]
+        return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(moments))]
+    names = (
+        f"{name}_{i + 1}" for i in rods for name in ("Mc", "M1", "M2")
+    )  # of a hinge M3 is the moment about the rod
+    moments = [name for name in names if name in run.places]
+    universal = all(name.startswith("Mc") for name in moments)
     each = [Plot(f"Reactions of rod {i + 1}", _curves([f"R{k}_{i + 1}" for k in (1, 2, 3)])) for i in rods]
     return [
         Plot(f"Tension R3{some}", _curves([f"R3_{i + 1}" for i in rods])),
         *each,
-        Plot(f"Moment Mc{some}", _curves([f"Mc_{i + 1}" for i in rods])),
+        Plot(f"{'Moment Mc' if universal else 'Moments'}{some}", _curves(moments)),
     ]
 
 

@@ -14,7 +14,7 @@ from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import find_coarse, resolved
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import is_chain, swing
+from pendpin.trajectory.columns import UNITS, is_chain, swing
 
 MOST_PERIODS = 4  # joints
 LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
@@ -112,7 +112,8 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
             rows[name] = whole._replace(place="of a link, from straight down")
         later = whole.time is not None and whole.time >= half
         rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
-    for name, unit in (*((force, "N") for force in FORCES), ("M3", "N m")) if run.rod_reactions is not None else ():
+    parts = () if run.rod_reactions is None else run.rod_reactions._fields
+    for name, unit in ((name, UNITS[name]) for name in (*FORCES, "M1", "M2", "M3") if name in parts):
         if getattr(run.rod_reactions, name).any():
             negative = _largest(run, more, lambda rows, name=name: -getattr(rows.rod_reactions, name), unit)
             rows[f"{name} least"] = negative._replace(value=-negative.value)
