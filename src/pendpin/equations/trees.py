@@ -141,9 +141,10 @@ def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array,
 def motions_in_links(
     tree: Tree, q: Array, v: Array, xp: Any = np
 ) -> tuple[Array, Array, Array, Callable[[Array], Array]]:
-    """The motions of all links, in the frame of what each joint moves: origin (n, 3) m, its velocity and spin (n, 3).
+    """The motions of all links, in the frame of what each joint moves: origin (..., n, 3) m, its velocity and spin.
 
-    And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3): few operations for each.
+    q, v are (..., n). And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3), of one
+    state: few operations for each.
     """
     tree, signs = prepared(tree, xp)
     joints, rates = joints_at(tree, signs * q, xp), signs * v
@@ -152,7 +153,7 @@ def motions_in_links(
         joint, (origin, velocity, spin) = joints[i], parent
         at_joint = (origin + joint.r, velocity + cross(spin, joint.r), spin)
         origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
-        own = joint.axis * rates[i]
+        own = joint.axis * rates[..., i, None]
         moving = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
         return moving, moving
 
@@ -163,6 +164,6 @@ def motions_in_links(
 
         return np.stack(outward(turn, vector, tree.parents, xp))
 
-    links = outward(move, (np.zeros(3),) * 3, tree.parents, xp)
-    origin, velocity, spin = (np.stack(part) for part in zip(*links, strict=True))
+    links = outward(move, (np.zeros((*q.shape[:-1], 3)),) * 3, tree.parents, xp)
+    origin, velocity, spin = (np.stack(part, -2) for part in zip(*links, strict=True))
     return origin, velocity, spin, into_links

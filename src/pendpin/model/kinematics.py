@@ -7,9 +7,9 @@ import numpy as np
 
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
-from pendpin.equations.trees import motions
+from pendpin.equations.trees import motions, motions_in_links
 from pendpin.errors import InputError, did_you_mean, shown
-from pendpin.ground.arrays import Array, Mask, across, applied, cross, transposed
+from pendpin.ground.arrays import Array, Mask, across, applied, cross
 from pendpin.model.bodies import NEAR, pinocchio
 from pendpin.model.build import FLIP, SIGNS, Model
 from pendpin.trajectory import RunRecord
@@ -213,21 +213,19 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 class _BodyMotion(NamedTuple):
-    """Bodies at n states."""
+    """Bodies at n states; in their links' frames, where what an axis does not turn stays exactly 0."""
 
     poses: Array  # (n, bodies, 4, 4) of their links, in W
-    centre: Array  # (n, bodies, 3) m, of mass, from W's origin, in W
-    velocity: Array  # (n, bodies, 3) m/s, of that, in W
-    spin: Array  # (n, bodies, 3) rad/s, in their links' frames
+    velocity: Array  # (n, bodies, 3) m/s, of the centre of mass
+    spin: Array  # (n, bodies, 3) rad/s
 
 
 def _motion_of_bodies(model: Model, q: Array, v: Array) -> _BodyMotion:
     """How the bodies move at states q, v (n, nv)."""
-    joints = [body.joint for body in model.bodies]
-    origin, axes, velocity, spin = (part[:, joints] for part in motions(model.tree, q, v))
-    lever = applied(axes, np.array([body.com for body in model.bodies]))
-    own = applied(transposed(axes), spin)
-    return _BodyMotion(_poses(origin, axes), origin + lever, velocity + cross(spin, lever), own)
+    joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
+    _, velocity, spin, _ = motions_in_links(model.tree, q, v)
+    velocity, spin = velocity[:, joints], spin[:, joints]
+    return _BodyMotion(_joint_poses(model, q, joints), velocity + cross(spin, com), spin)
 
 
 def spins_and_momentum(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
@@ -242,8 +240,9 @@ def spins_and_momentum(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
         moving = _motion_of_bodies(model, q, v)
+        centres = np.einsum("nrij,rj->nri", moving.poses[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
         omega, frames = moving.spin * SIGNS, FLIP @ moving.poses[..., :3, :3] @ FLIP
-        orbital = cross(moving.centre, tree.m[:, None] * moving.velocity)
+        orbital = cross(centres, tree.m[:, None] * applied(moving.poses[..., :3, :3], moving.velocity))
     turned = np.einsum("nrij,nrj->ni", frames, omega * tree.inertia)
     return omega, turned * SIGNS + orbital.sum(1)
 
