@@ -242,11 +242,9 @@ class BoundTorque(Bound[JointEffect]):
 
     def potential(self) -> Potential | None:
         chosen = chosen_joints(self._context.model, self.effect.on, self._where)
-        if self._each is None:
-            return self._where_offered(lambda q, poses: self.effect.potential(q[:, chosen]))
-        of_rods = self._of_rods if self._hinged else lambda q: q
-        each: Any = {"each": self._each}
-        return self._where_offered(lambda q, poses: self.effect.potential(of_rods(q), **each))
+        given: Any = {} if self._each is None else {"each": self._each}
+        of_rods = self._of_rods if self._hinged else lambda q: q[:, chosen]
+        return self._where_offered(lambda q, poses: self.effect.potential(of_rods(q), **given))
 
     def action(self, q: Array, v: Array, motion: Motion) -> Callable[[float], Array]:
         return lambda t: self.at(t, q, v)
