@@ -44,6 +44,7 @@ SMALL = {
     "strangers": "--sources",
     "sections": "--short",
     "sweep": "--starts 20 --sample 4",
+    "trees": "--trees 2 --states 2 --rods 2",
 }
 OTHERS = {"ensembles": "mujoco", "peers": "mujoco", "sweep": "mujoco"}  # what a script needs beside the extra dev
 

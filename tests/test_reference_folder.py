@@ -27,9 +27,18 @@ MIXED = (
     pp.Rod(length=0.8, mass=2.0, com=0.3, inertia=(0.1, 0.12, 0.03)),
     pp.Rod(length=1.0, mass=0.5, radius=0.1),
 )
+HINGES = (
+    MIXED[0],
+    pp.Rod(length=0.5, mass=0.2, radius=0.02, joint="hinge"),
+    pp.Rod(length=0.8, mass=2.0, com=0.3, inertia=(0.1, 0.12, 0.03), joint="hinge", axis="y", hangs_on="rod_1", at=0.4),
+    pp.Rod(length=0.3, mass=0.4, payload=0.1, radius=0.01),
+)
 SCENES = {
     "rod": pp.Scene(model=pp.Chain(rods=[MIXED[0]]), effects=[GRAVITY], start=pp.Start(positions={"phi": 0.4})),
     "double": pp.Scene(model=pp.Chain(rods=MIXED[2:4]), effects=[GRAVITY], start=pp.Start(positions={"theta_2": 0.4})),
+    "tree": pp.Scene(
+        model=pp.Chain(rods=HINGES), effects=[GRAVITY], start=pp.Start(positions={"phi_3": 0.4}), duration=1.0
+    ),
     "ten mixed rods": pp.Scene(model=pp.Chain(rods=MIXED, copies=2), effects=[GRAVITY], duration=0.5),
     "ur5": pp.Scene(model=pp.UrdfModel("ur5"), effects=[GRAVITY], duration=0.5),
     "panda": pp.Scene(model=pp.UrdfModel("panda"), effects=[GRAVITY], duration=0.1),
@@ -129,7 +138,7 @@ def test_a_wrong_model_is_found(planted: str, folders: dict[str, Path], tmp_path
 
 
 @pytest.mark.skipif(find_spec("pydrake") is None, reason="Drake is not installed: CI's last step installs it")
-@pytest.mark.parametrize("name", ["rod", "double", "ur5"])
+@pytest.mark.parametrize("name", ["rod", "double", "tree", "ur5"])
 def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: dict[str, Path]) -> None:
     """The universal joint is one joint there; mass matrix and accelerations are those of the JSON."""
     from pydrake.multibody.parsing import Parser
@@ -161,7 +170,7 @@ def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: dict[str, Pat
 # --- the numbers themselves -------------------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("name", ["double", "ur5"])
+@pytest.mark.parametrize("name", ["double", "tree", "ur5"])
 def test_the_states_balance(name: str, folders: dict[str, Path]) -> None:
     """M a + bias = 0 for free joints: the wrench has no component along a joint's axis; M is that of the kinetic energy."""
     reference = json.loads((folders[name] / "reference.json").read_text())

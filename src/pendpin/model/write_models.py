@@ -23,20 +23,23 @@ _PAYLOAD_RADIUS = 0.03  # of the rod's length, as drawn
 
 
 def chain_urdf(chain: Chain) -> str:
-    """The URDF of a chain: for each rod two revolute joints with a massless link between, rods along -z."""
+    """The URDF of rods on each other, along -z: a hinge is a revolute joint, a universal one two, a massless link between."""
     robot = Element("robot", name="chain")
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", boundmass="1e-15", boundinertia="1e-15")
     for name, rgba in _COLORS.items():
         ElementTree.SubElement(ElementTree.SubElement(robot, "material", name=name), "color", rgba=rgba)
     ElementTree.SubElement(robot, "link", name="support")
-    parent, z = "support", 0.0
-    for rod, (theta, phi, link) in zip(chain.all_rods, chain_names(chain.count), strict=True):
-        cross = f"cross{link.removeprefix('rod')}"
-        _joint(robot, theta, parent, cross, z, (-1, 0, 0))
-        _inertial(ElementTree.SubElement(robot, "link", name=cross), 0.0, 0.0, (0.0, 0.0, 0.0))
-        _joint(robot, phi, cross, link, 0.0, (0, -1, 0))
+    names = chain_names(chain.count)
+    for rod, above, at, (theta, phi, link) in zip(chain.all_rods, chain.parents, chain.places, names, strict=True):
+        parent, z = names[above][2] if above >= 0 else "support", 0.0 - at
+        if rod.turns == "universal":
+            cross = f"cross{link.removeprefix('rod')}"
+            _joint(robot, theta, parent, cross, z, (-1, 0, 0))
+            _inertial(ElementTree.SubElement(robot, "link", name=cross), 0.0, 0.0, (0.0, 0.0, 0.0))
+            parent, z = cross, 0.0
+        own, axis = (theta, (-1, 0, 0)) if rod.turns == "x" else (phi, (0, -1, 0))
+        _joint(robot, own, parent, link, z, axis)
         _rod(ElementTree.SubElement(robot, "link", name=link), rod)
-        parent, z = link, -rod.length
     ElementTree.indent(robot)
     return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
 

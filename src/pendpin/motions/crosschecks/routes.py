@@ -11,11 +11,12 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, loads_at, reactions
 from pendpin.engines import LongChain, Revolute
-from pendpin.equations import balances, lagrange, newton_euler, recursion
+from pendpin.equations import balances, lagrange, newton_euler, recursion, rod_tree
 from pendpin.equations.base import RodInertia, exact
+from pendpin.equations.rod_tree import RodTree
 from pendpin.ground.arrays import TINY, Array, applied, cross, skew, transposed
 from pendpin.model.bodies import in_mass_unit, pinocchio, tree_of, with_gravity
-from pendpin.model.build import Model
+from pendpin.model.build import SIGNS, Model
 
 Answer = Mapping[str, Array]
 Route = Callable[[Array, Array], Answer]  # q, v (n, nv) -> quantities (n, places)
@@ -25,12 +26,14 @@ REFERENCE = "50 digits"
 
 
 def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
-    """Every route that covers the model: Pinocchio, the chain equations, the recursion."""
+    """Every route that covers the model: Pinocchio, the equations of chains or of trees of rods, the recursion."""
     model, loads = dynamics.model, dynamics.loads
     routes: dict[str, Route] = {}
     for name, engine, covers in (("pinocchio", Revolute, model.pin), ("chain", LongChain, model.chain)):
         if covers is not None:
             routes[name] = _engine_route(dynamics, engine(model, loads))
+    if model.chain is None and model.rod_tree is not None:
+        routes["tree"] = _tree_route(dynamics, model.rod_tree)
     if model.pin is not None:
         routes["recursion"] = recursion_route(dynamics, np)
     return routes
@@ -38,6 +41,24 @@ def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
 
 def _engine_route(dynamics: Dynamics, engine: Revolute | LongChain) -> Route:
     return lambda q, v: _named(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
+
+
+def _tree_route(dynamics: Dynamics, tree: RodTree) -> Route:
+    """The balances of a tree of rods. Of a universal joint the wrench on the rod stands for that on its massless cross."""
+    model, field = dynamics.model, dynamics.loads.field(0.0) * SIGNS
+    last = [rod.last for rod in model.rods]
+
+    def route(q: Array, v: Array) -> Answer:
+        tau, external = loads_at(dynamics, q, v)
+        force = moment = None
+        if external is not None:  # at the joints, in the links' frames
+            force, moment = external[:, last, :3] * SIGNS, external[:, last, 3:] * SIGNS
+            moment = moment - cross(tree.h[:, None] * np.array([0.0, 0.0, 1.0]), force)
+        solved, wrench = rod_tree.solve(tree, q, v, field, tau, force, moment), np.zeros((*q.shape, 6))
+        wrench[:, last] = np.concatenate([solved.force * SIGNS, solved.moment * SIGNS], -1)
+        return _named(dynamics, q, solved.acceleration, wrench)
+
+    return route
 
 
 def recursion_route(dynamics: Dynamics, xp) -> Route:
