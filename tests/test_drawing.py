@@ -163,6 +163,9 @@ def test_a_hinge_is_a_pin_along_its_axis(tmp_path: Path) -> None:
         assert shapes == [("sphere", 0.0) if joint == "slide" else ("cylinder", 1.0)]
     rod = drawing_of(pp.simulate(pp.Scene(duration=0.0, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]))))
     assert [x.geometry for x in rod.shapes] == ["box", "cylinder", "sphere", "sphere"]
+    about_y = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, joint="hinge", axis="y")])
+    pin = drawing_of(pp.simulate(pp.Scene(duration=0.0, model=about_y))).shapes[2]
+    assert (pin.geometry, abs(pin.placement[1, 2])) == ("cylinder", 1.0)
 
 
 def _distance(stick: Shape, place: np.ndarray) -> float:

@@ -29,8 +29,8 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
     many = len(model.bodies) > MANY
     hinges = dict[int, Array]()
     if model.chain is None:
-        turning = set(range(len(model.joints))) - {rod.phi for rod in model.rods} - set(np.flatnonzero(model.slides))
-        hinges = {joint: axis for joint, axis in enumerate(model.tree.axes) if joint in turning}
+        others = {rod.phi for rod in model.rods if rod.kind == "universal"} | set(np.flatnonzero(model.slides).tolist())
+        hinges = {joint: axis for joint, axis in enumerate(model.tree.axes) if joint not in others}
     yield Shape("box", (12 * thick, 12 * thick, thick), _at((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
     for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
         radius = max(body.radius, thick * (0.4 if many else 1.0))

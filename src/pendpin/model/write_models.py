@@ -23,7 +23,7 @@ _PAYLOAD_RADIUS = 0.03  # of the rod's length, as drawn
 
 
 def chain_urdf(chain: Chain) -> str:
-    """The URDF of rods on each other, along -z: a hinge is a revolute joint, a universal one two, a massless link between."""
+    """The URDF of rods, along -z: a hinge is a revolute joint, a universal one two with a massless link between."""
     robot = Element("robot", name="chain")
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", boundmass="1e-15", boundinertia="1e-15")
     for name, rgba in _COLORS.items():
