@@ -23,7 +23,7 @@ Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
 _VECTORS = (Vector, Vector | None)
-_KEYED = re.compile(r"[a-z_]+(\[\d+\])?(\.[a-z_]+)*: ")
+_KEYED = re.compile(r"([a-z_]+)(\[\d+\])?(\.[a-z_]+)*: ")
 _DEGREES = re.compile(r"\d *(deg|°)")
 
 
@@ -183,7 +183,9 @@ def fault_text(faults: list[Any], record: type) -> str:
     count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
     more = f"; {count}: {shown_paths}" if others else ""
     reason = _reason(fault, record)
-    if _KEYED.match(reason):  # a check of a whole record names the place in it
+    keyed = _KEYED.match(reason)
+    if keyed and any(keyed[1] in kind.model_fields for kind in _records_at(record, fault["loc"])):
+        # a check of a whole record names the place in it
         return f"{f'{path}.' if fault['loc'] else ''}{reason}{more}"
     return f"{path}: {reason}{more}"
 
