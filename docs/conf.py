@@ -17,7 +17,7 @@ sys.path[:0] = [str(HERE.parent / "src"), str(HERE / "_extensions")]
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # tutorials call `pendpin`
 os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, [sys.path[0], os.environ.get("PYTHONPATH", "")]))
 os.environ["PENDPIN_CHECKOUT"] = str(HERE.parent)  # tutorials use its examples
-os.environ |= {"COLUMNS": "92", "NO_COLOR": "1", "TTY_COMPATIBLE": "0", "TTY_INTERACTIVE": "0"}  # no progress bars
+os.environ |= {"COLUMNS": "79", "NO_COLOR": "1", "TTY_COMPATIBLE": "0", "TTY_INTERACTIVE": "0"}  # no progress bars
 os.environ.setdefault("MPLBACKEND", "agg")
 
 from pendpin.ground.libraries import VERSION  # noqa: E402

@@ -56,3 +56,32 @@ def test_the_example_runs(example: Path, checkout: Path) -> None:
 def test_every_public_name_has_an_example() -> None:
     """On its page of the reference, and no example is of a name that is gone."""
     assert {example.stem for example in EXAMPLES} == set(pp.__all__)
+
+
+# A page's column shows 79 characters. A printed equation is one line, and so is a robot written as XML.
+COLUMN = 79
+CODE = {"python", "sh", "console", "toml", "{code-cell}"}
+LONG_LINES = {"pinocchio_notes.md": "<", "derivation.md": "\\[", "doctor.md": '"balance'}
+PAGES = [path for path in sorted((TOP / "docs").rglob("*.md")) if "gallery" not in path.parts]
+
+
+@pytest.mark.parametrize("page", PAGES, ids=[page.stem for page in PAGES])
+def test_code_fits_its_column(page: Path) -> None:
+    """Blocks of code and of commands on a page of the documentation."""
+    for language, block in re.findall(r"^```(\S+)[^\n]*\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE):
+        if language in CODE:
+            kept = LONG_LINES.get(page.name)
+            long = [line for line in block.splitlines() if len(line) > COLUMN and not (kept and kept in line)]
+            assert not long, long
+
+
+SCRIPTS = [*sorted((TOP / "docs" / "gallery_scripts").glob("*.py")), *EXAMPLES]
+
+
+@pytest.mark.parametrize("script", SCRIPTS, ids=[script.stem for script in SCRIPTS])
+def test_a_shown_script_fits_its_column(script: Path) -> None:
+    """Scripts of the gallery and examples of the reference; the prose between blocks is wrapped by the page."""
+    text = script.read_text()
+    prose = r'\A"""[^"]*"""|^# %%.*\n(?:#.*\n)*'
+    code = re.sub(prose, "", text, flags=re.MULTILINE)
+    assert not [line for line in code.splitlines() if len(line) > COLUMN]

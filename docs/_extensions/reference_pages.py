@@ -129,7 +129,7 @@ def output(said: dict[str, Any], top: Path) -> str:
         return ""
     with tempfile.TemporaryDirectory() as folder:
         (Path(folder) / "examples").symlink_to(top / "examples")
-        environment = os.environ | {"COLUMNS": "96", "NO_COLOR": "1", "TERM": "dumb"}
+        environment = os.environ | {"COLUMNS": "79", "NO_COLOR": "1", "TERM": "dumb"}
         done = subprocess.run(said["example"], shell=True, cwd=folder, env=environment, capture_output=True, text=True)
     if done.returncode != said.get("status", 0):
         log.warning("`%s` ends with status %d: %s", said["example"], done.returncode, done.stderr.strip())
@@ -143,7 +143,7 @@ def command_page(name: str, said: dict[str, Any], printed: str) -> str:
     if "example" in said:
         text += said["text"] + "\n\n" + block("console", "\n".join(f"$ {line}" for line in said["example"].split("\n")))
         text += block("text", printed) if printed else ""
-    directive = f".. typer:: pendpin.cli.app:app:{name}\n   :prog: pendpin {name}\n   :width: 92\n   :preferred: text\n"
+    directive = f".. typer:: pendpin.cli.app:app:{name}\n   :prog: pendpin {name}\n   :width: 79\n   :preferred: text\n"
     return text + heading("Help", "-") + directive
 
 

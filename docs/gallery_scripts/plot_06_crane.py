@@ -11,7 +11,9 @@ import numpy as np
 import pendpin as pp
 
 run = pp.simulate("../../examples/crane.toml", samples=451)
-figure, (above, below) = plt.subplots(2, 1, figsize=(7, 5), sharex=True, layout="constrained")
+figure, (above, below) = plt.subplots(
+    2, 1, figsize=(7, 5), sharex=True, layout="constrained"
+)
 above.plot(run.t, np.degrees(run["swing"]))
 above.set(ylabel="swing (degrees)")
 below.plot(run.t, run["R3_1"] / 1000)

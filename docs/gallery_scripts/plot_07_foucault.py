@@ -18,6 +18,5 @@ axes.set(xlabel="east / m", ylabel="north / m", aspect="equal")
 last = run.t > 10800 - 17
 x, y = run["tip_x"][last], run["tip_y"][last]
 turned = np.degrees(np.arctan2(*np.array([y, x])[:, np.argmax(x)]))
-print(
-    f"turned by {-turned:.1f} degrees; 45 sin(latitude) is {3 * 15.04 * np.sin(np.radians(48.85)):.1f} degrees in an hour"
-)
+expected = 3 * 15.04 * np.sin(np.radians(48.85))  # degrees, in three hours
+print(f"turned by {-turned:.1f} degrees; 45 sin(latitude) is {expected:.1f}")

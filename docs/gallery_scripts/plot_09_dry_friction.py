@@ -10,7 +10,9 @@ import matplotlib.pyplot as plt
 import pendpin as pp
 
 run = pp.simulate("../../examples/friction.toml", energy_balance=True)
-figure, (left, right) = plt.subplots(1, 2, figsize=(8, 3), width_ratios=(2, 1), layout="constrained")
+figure, (left, right) = plt.subplots(
+    1, 2, figsize=(8, 3), width_ratios=(2, 1), layout="constrained"
+)
 left.plot(run.t, run["theta"], run.t, run["phi"])
 left.set(xlabel="t / s", ylabel="theta, phi / rad")
 for t, _, kind in run.events:

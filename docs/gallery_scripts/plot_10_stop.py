@@ -14,7 +14,12 @@ scene = pp.Scene(
     duration=4.0,
     model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02)]),
     start=pp.Start(positions={"theta": 1.2}),
-    effects=[pp.effects.Gravity(), pp.effects.Stop(lower=0.3, upper=2.0, restitution=0.7, joints=["theta"])],
+    effects=[
+        pp.effects.Gravity(),
+        pp.effects.Stop(
+            lower=0.3, upper=2.0, restitution=0.7, joints=["theta"]
+        ),
+    ],
 )
 run = pp.simulate(scene, tolerance=1e-10, samples=801)
 hits = [t for t, joint, kind in run.events if kind == "stop"]

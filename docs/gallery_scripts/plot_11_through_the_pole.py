@@ -18,11 +18,14 @@ scene = pp.Scene(
     effects=[pp.effects.Gravity()],
 )
 run = pp.simulate(scene, accuracy=1e-10)
-figure, (above, below) = plt.subplots(2, 1, figsize=(7, 4.5), sharex=True, layout="constrained")
+figure, (above, below) = plt.subplots(
+    2, 1, figsize=(7, 4.5), sharex=True, layout="constrained"
+)
 above.plot(run.t, run["phi"])
 above.axhline(np.pi / 2, color="grey", linewidth=0.5)
 above.set(ylabel="phi / rad")
-exact = 0.5 * run.v[:, 1] ** 2 + 9.81 * np.cos(run["phi"])  # N: m l/2 phi'^2 + m g cos(phi)
+# N: m l/2 phi'^2 + m g cos(phi)
+exact = 0.5 * run.v[:, 1] ** 2 + 9.81 * np.cos(run["phi"])
 below.plot(run.t, run["R3"], label="R3")
 below.plot(run.t, exact, "--", label="exact")
 below.set(xlabel="t / s", ylabel="tension / N")

@@ -18,6 +18,8 @@ for aim in (0.3, 0.1, 0.03):  # rad/s of theta at the start
         start=pp.Start(velocities={"theta": aim, "phi": 4.0}),
     )
     run = pp.simulate(scene, tolerance=1e-11, samples=1001)
-    axes.plot(run.t, run["theta_rate"], label=f"theta' = {aim} rad/s at the start")
+    axes.plot(
+        run.t, run["theta_rate"], label=f"theta' = {aim} rad/s at the start"
+    )
 axes.set(xlabel="t / s", ylabel="theta' / (rad/s)")
 axes.legend()

@@ -7,8 +7,14 @@ A steady cone of a thin rod: the tip runs round a circle, and the tension is con
 
 import pendpin as pp
 
-one = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()], duration=5.0)
-run = pp.simulate(one.replace(start=pp.Start.conical(one, angle=0.9)), accuracy=1e-9)
+one = pp.Scene(
+    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]),
+    effects=[pp.effects.Gravity()],
+    duration=5.0,
+)
+run = pp.simulate(
+    one.replace(start=pp.Start.conical(one, angle=0.9)), accuracy=1e-9
+)
 figure = run.plot("theta", "phi", "R3")
 print("tension from", run["R3"].min(), "to", run["R3"].max(), "N")
 

@@ -19,12 +19,22 @@ scene = pp.Scene(
     effects=[pp.effects.Gravity()],
     solver=pp.Solver(samples=16),
 )
-reduced = (1 / 3 + 0.05**2 / 4) / 0.5  # m: inertia about the joint over the first moment
+# m: inertia about the joint over the first moment
+reduced = (1 / 3 + 0.05**2 / 4) / 0.5
 exact = planar(1.0, 0.0, reduced, 9.81, np.linspace(0.0, 1.5, 16))  # rad
 steps = [0.01 / 2**k for k in range(6)]
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 for name in ("euler", "gauss2", "rk4", "gauss4", "gauss6"):
-    errors = [abs(pp.simulate(scene, method=name, step=step)["theta"] - exact).max() for step in steps]
-    axes.loglog(steps, errors, ".-", color=METHODS[name].color, label=f"{name}, order {METHODS[name].order:g}")
+    errors = [
+        abs(pp.simulate(scene, method=name, step=step)["theta"] - exact).max()
+        for step in steps
+    ]
+    axes.loglog(
+        steps,
+        errors,
+        ".-",
+        color=METHODS[name].color,
+        label=f"{name}, order {METHODS[name].order:g}",
+    )
 axes.set(xlabel="step / s", ylabel="error of theta / rad")
 axes.legend()

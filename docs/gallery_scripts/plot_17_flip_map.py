@@ -11,10 +11,15 @@ import numpy as np
 
 import pendpin as pp
 
-scene = pp.load_scene("../../examples/double_pendulum.toml").replace(duration=8.0)
+scene = pp.load_scene("../../examples/double_pendulum.toml").replace(
+    duration=8.0
+)
 angles = np.linspace(-3.1, 3.1, 60)
 found = pp.sweep(
-    scene, {"start.positions.theta_1": angles, "start.positions.theta_2": angles}, ["flip_time"], tolerance=1e-8
+    scene,
+    {"start.positions.theta_1": angles, "start.positions.theta_2": angles},
+    ["flip_time"],
+    tolerance=1e-8,
 )
 figure, axes = plt.subplots(figsize=(5.5, 4.5), layout="constrained")
 image = axes.pcolormesh(angles, angles, found["flip_time"].T, cmap="viridis")

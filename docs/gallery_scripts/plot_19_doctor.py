@@ -12,9 +12,11 @@ from scipy.integrate import solve_ivp
 import pendpin as pp
 
 report = pp.diagnose(
-    r"\theta'' = \frac{2 \theta' \phi' \sin\phi - \frac{3 g}{2 l} \sin\theta}{\cos\phi}"
+    r"\theta'' = \frac{2 \theta' \phi' \sin\phi"
+    r" - \frac{3 g}{2 l} \sin\theta}{\cos\phi}"
     "\n\n"
-    r"\phi'' = \theta'^2 \sin\phi \cos\phi - \frac{3 g}{2 l} \cos\theta \sin\phi",
+    r"\phi'' = \theta'^2 \sin\phi \cos\phi"
+    r" - \frac{3 g}{2 l} \cos\theta \sin\phi",
     rod="thin",
 )
 print(report)
@@ -30,8 +32,10 @@ def wrong(t, y):
     return [
         theta_rate,
         phi_rate,
-        (2 * theta_rate * phi_rate * np.sin(phi) - g * np.sin(theta)) / np.cos(phi),
-        theta_rate**2 * np.sin(phi) * np.cos(phi) - g * np.cos(theta) * np.sin(phi),
+        (2 * theta_rate * phi_rate * np.sin(phi) - g * np.sin(theta))
+        / np.cos(phi),
+        theta_rate**2 * np.sin(phi) * np.cos(phi)
+        - g * np.cos(theta) * np.sin(phi),
     ]
 
 

@@ -15,7 +15,10 @@ for rate in (0.0, 0.3, 1.5):  # rad/s
         duration=8.0,
         model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]),
         start=pp.Start(positions={"phi": 0.6}),
-        effects=[pp.effects.Gravity(), pp.effects.Rotation(rate=(0.0, 0.0, rate))],
+        effects=[
+            pp.effects.Gravity(),
+            pp.effects.Rotation(rate=(0.0, 0.0, rate)),
+        ],
     )
     run = pp.simulate(scene, accuracy=1e-7)
     axes.plot(run["tip_x"], run["tip_y"], linewidth=0.9, label=f"{rate} rad/s")

@@ -11,7 +11,17 @@ import pendpin as pp
 
 scene = pp.Scene(
     duration=8.0,
-    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.05, com=0.55, inertia=(0.09, 0.09, 0.001))]),
+    model=pp.Chain(
+        rods=[
+            pp.Rod(
+                length=1.0,
+                mass=1.0,
+                radius=0.05,
+                com=0.55,
+                inertia=(0.09, 0.09, 0.001),
+            )
+        ]
+    ),
     start=pp.Start(positions={"theta": 0.8}),
     effects=[pp.effects.Gravity(), pp.effects.Viscous(coefficient=0.05)],
 )

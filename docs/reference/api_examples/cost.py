@@ -2,7 +2,8 @@ import pendpin as pp
 
 scene = pp.Scene(
     duration=5.0,  # s
-    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)]),  # m, kg, m
+    # m, kg, m
+    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)]),
     start=pp.Start(positions={"theta": 0.7, "phi": 0.4}),  # rad
     effects=[pp.effects.Gravity()],
 )

@@ -1,4 +1,8 @@
 import pendpin as pp
 
-fit = pp.fit("examples/lab/single.toml", "examples/lab/single.csv", free=["effects[1].kinetic"])
+fit = pp.fit(
+    "examples/lab/single.toml",
+    "examples/lab/single.csv",
+    free=["effects[1].kinetic"],
+)
 print(fit.values, fit.errors)

@@ -6,7 +6,8 @@ scene = pp.Scene(
     effects=[
         pp.effects.Gravity(),
         pp.effects.Viscous(coefficient=0.1),
-        pp.effects.Motor(joint="theta", amplitude=0.5, frequency=2.0),  # N m, rad/s
+        # N m, rad/s
+        pp.effects.Motor(joint="theta", amplitude=0.5, frequency=2.0),
     ],
 )
 orbit = pp.periodic_orbit(scene)  # the period is that of the motor

@@ -1,4 +1,5 @@
 import pendpin as pp
 
-model = pp.linearize("examples/double_pendulum.toml")  # about the rest that hangs down
+# about the rest that hangs down
+model = pp.linearize("examples/double_pendulum.toml")
 print(model)

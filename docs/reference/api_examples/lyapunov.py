@@ -1,4 +1,6 @@
 import pendpin as pp
 
-exponents = pp.lyapunov("examples/double_pendulum.toml", count=1, duration=20.0)
+exponents = pp.lyapunov(
+    "examples/double_pendulum.toml", count=1, duration=20.0
+)
 print(exponents)
