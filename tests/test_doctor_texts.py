@@ -343,3 +343,47 @@ def test_an_equation_without_gravity_beside_gravity_does_not_hold():
     text = r"$$ V = -m g l\cos\theta $$ $$ T = \frac12 m l^2\dot\theta^2 $$ $$ m l^2\ddot\theta = 0 $$"
     assert verdicts(text)[:2] == ["holds", "holds"]
     assert verdicts(text)[2] not in ("holds", "holds if")
+
+
+DAMPED = r"""# A string with friction
+A bob on a string of length $L$ turns by $\theta$:
+$$\ddot\theta + \frac{g}{L}\sin\theta = 0$$
+With the damping coefficient $b$ this becomes
+$$\ddot\theta + b\,\dot\theta + \frac{g}{L}\sin\theta = 0$$
+and for small angles
+$$\ddot\theta + b\,\dot\theta + \frac{g}{L}\theta = 0$$
+"""
+
+
+def test_a_letter_that_no_other_law_confirms_may_be_a_damping():
+    """b would mean a length, as in a bob's distance; without its term both equations hold, so it is not accused."""
+    findings = pp.diagnose(DAMPED).findings
+    assert [finding.verdict for finding in findings] == ["holds", "holds if", "holds if"]
+    assert [finding.condition.split()[:3] for finding in findings[1:]] == [["b", "=", "0"]] * 2
+    wrong = pp.diagnose(DAMPED.replace(r"{L}\sin\theta = 0", r"{L}\cos\theta = 0", 2)).findings
+    assert not any(finding.verdict.startswith("holds") for finding in wrong[:2])
+
+
+GENERAL = r"""# Two rods in a plane
+Masses $m_1, m_2$ hang on massless rods $l_1, l_2$ with the angles $\theta_1, \theta_2$.
+$$T = \frac12 (m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2^2\dot\theta_2^2
++ m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2)$$
+$$V = -(m_1+m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
+The motion follows from $L = T - V$ and
+$$\frac{d}{dt}\frac{\partial L}{\partial\dot\theta_i} - \frac{\partial L}{\partial\theta_i} = 0 \dots(1)$$
+"""
+
+
+def test_a_law_for_any_coordinate_holds_in_every_system():
+    """Euler and Lagrange's equation for theta_i, with a number behind it; with the other sign it is not said to hold."""
+    assert [finding.verdict for finding in pp.diagnose(GENERAL).findings] == ["holds"] * 4
+    reversed_ = GENERAL.replace(r"_i} - \frac{\partial L}", r"_i} + \frac{\partial L}")
+    assert pp.diagnose(reversed_).findings[-1].verdict == "not checked"
+    driven = GENERAL.replace(r"= 0 \dots(1)", "= Q_i")
+    assert pp.diagnose(driven).findings[-1].verdict == "holds"
+
+
+def test_a_sum_of_names_is_not_accused_for_what_its_names_stand_for():
+    """L = T - V is right in general, though V is wrong where it is defined."""
+    wrong = pp.diagnose(GENERAL.replace("- m_2 g l_2", "+ m_2 g l_2")).findings
+    assert [finding.latex for finding in wrong if finding.verdict == "fails"] == [wrong[1].latex]

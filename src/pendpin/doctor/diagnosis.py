@@ -5,11 +5,12 @@ from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import islice
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.check import check
+from pendpin.doctor.checking.check import check, is_general
 from pendpin.doctor.checking.circumstances import when
 from pendpin.doctor.checking.conditions import (
     SAID_SMALL,
@@ -36,8 +37,9 @@ from pendpin.doctor.mending.mends import (
 from pendpin.doctor.mending.writing import Printer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
+from pendpin.doctor.reading.names import Written
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.recognition import Reading, read
 from pendpin.doctor.reports.text import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
@@ -111,6 +113,8 @@ class _Doctor:
         found = Finding(one.number, one.latex, one.statement.place, "unread", "not checked", remark=one.reason)
         if one.reason:
             return found, []
+        if any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS)):
+            return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
         if one.defines and (quantity := answers(one, self.system)):
             words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
             equation = Equation((one.sides[1], one.sides[1]), definitions=one.definitions)
@@ -151,6 +155,8 @@ class _Doctor:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it, or others hold."""
         readings = sorted(readings, key=lambda candidate: -_agreement(candidate[0], neighbours))[:MOST_READINGS]
         for equation, _ in readings:
+            if condition := self._holds_without_loads(equation, neighbours):
+                return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
             if condition := holds_if(equation, self.system, neighbours, self.reading.chosen):
                 healed = mends(self._patient(one, equation), False)
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
@@ -182,6 +188,21 @@ class _Doctor:
             words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
             return replace(found, verdict="not checked", remark=_joined(words, found.remark), proved=False)
         return found
+
+    def _holds_without_loads(self, equation: Equation, neighbours: list[Equation]) -> str:
+        """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
+        known = {part.written for other in neighbours for part in parts(other.sides)}
+        letters = {
+            node.written: equation.meaning(str(node.value)) for node in parts(equation.sides) if node.kind == "symbol"
+        }
+        for written, meaning in letters.items():
+            if written and written not in known and meaning in self.system.spec.still:
+                letter = f"{written.letter}_{written.index}".rstrip("_")
+                own = replace(equation, sides=tuple(_unnamed(side, written, letter) for side in equation.sides))
+                sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
+                if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
+                    return condition
+        return ""
 
     def _is_likely(self, mend: Mend) -> bool:
         """Whether a mend is one change, or two with which the dimensions agree."""
@@ -312,6 +333,13 @@ class _Doctor:
                 if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
                     return f"it holds if {convention.words}"
         return ""
+
+
+def _unnamed(node: Node, written: Written, letter: str) -> Node:
+    """An expression in which a letter has no meaning."""
+    if node.written == written:
+        return replace(node, value=f"?{letter}")
+    return replace(node, children=tuple(_unnamed(child, written, letter) for child in node.children))
 
 
 def _names(equation: Equation) -> set[str]:

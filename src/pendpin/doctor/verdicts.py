@@ -51,6 +51,9 @@ class _Evidence:
             return "it says what a name stands for"
         if one.latex.lstrip(" &").startswith("+"):
             return "it goes on from what stands before it"
+        names = all(_is_of_names(side) for side in one.sides) and any(side.kind == "sum" for side in one.sides)
+        if names and not (finding.mends and "sign" in finding.mends[0].words):
+            return "it is a formula in general"
         energies = [side for side in one.sides if side.value in ("T", "V", "E", "L")]
         if energies and all(symbols(side) <= spec.still for side in one.sides if side not in energies):
             return "it is a formula in general"
@@ -63,6 +66,19 @@ class _Evidence:
         if len(strange) > MOST_STRANGE and spec.kind not in RODS:
             return f"it does not hold, but no equation that holds confirms what {', '.join(sorted(strange))} is"
         return ""
+
+
+def _is_of_names(node: Node) -> bool:
+    """Whether an expression is a sum of names, as T - V."""
+    return node.kind == "symbol" or (node.kind == "sum" and all(part.kind == "symbol" for part in node.children))
+
+
+def _is_law(equation: Equation, spec: Spec) -> bool:
+    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity is in it."""
+    names = equation.names
+    return bool(names & {*spec.parameters}) and any(
+        name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names
+    )
 
 
 def _quantities(equation: Equation, spec: Spec) -> frozenset[str]:
@@ -81,7 +97,7 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             f.equation for f in here if f.verdict in ("holds", "holds if") and f.kind != "definition" and f.equation
         ]
         spec = next(reading.system.spec for reading in found.chosen if reading.system.kind == kind)
-        telling = [names for one in laws if (names := _quantities(one, spec)) & {*spec.parameters}]
+        telling = [_quantities(one, spec) for one in laws if _is_law(one, spec)]
         accused = {f.mends[0].words if f.mends else f.latex for f in here if f.verdict == "fails"}
         evidence[kind] = _Evidence(len(telling), frozenset().union(*telling), len(accused))
     answers, few = [], sum(1 for one in found.equations if one.ways) < FEW
@@ -216,7 +232,7 @@ def _unsupported(findings: list[Finding], found: Recognition) -> list[Finding]:
                 words = f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
                 finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
             elif _is_entry(one) and not entries:
-                words = "it is no entry of the mass matrix as it stands; its row may be multiplied by something"
+                words = "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
                 finding = replace(finding, verdict="not checked", remark=words, mends=(), proved=False)
         answers.append(finding)
     return answers

@@ -1,6 +1,7 @@
 """The verdict on an equation: at random states first, then by proof; and Lagrangians that give the same motion."""
 
-from dataclasses import dataclass
+import re
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -14,7 +15,7 @@ from pendpin.doctor.checking.residuals import (
     residuals_and_sizes,
     slopes,
 )
-from pendpin.doctor.reading.tree import Node
+from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import Quantities, Spec, System, Values, free_states, random_base, random_states
 
 EXACT_STATES = 60
@@ -102,6 +103,43 @@ def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
         Node("sum", lagrangian.span, (1, -1), (by(by(lagrangian, f"d{q}"), "t"), by(lagrangian, q)), (place, place))
         for q in spec.coordinates
     ]
+
+
+def is_general(equation: Equation, system: System) -> bool:
+    """Whether an equation is Euler and Lagrange's or Hamilton's for any coordinate q_i, or with a force Q of its own."""
+    spec, nodes = system.spec, [*parts(equation.sides)]
+    by = {str(node.value).lstrip("?") for node in nodes if node.kind == "derivative" and node.value != "t"}
+    lone = [side for side in equation.sides if side.kind == "symbol" and str(side.value).startswith("?")]
+    sides = [side for side in equation.sides if side not in lone]
+    known = equation.names & {*spec.parameters, "q_i"}  # of a rod q_i is known, and the equation is proved
+    if not by or len(equation.sides) != 2 or not sides or known:
+        return False
+    named = [name for name in spec.coordinates if {name, f"d{name}"} & by]
+    if named and not lone:  # one coordinate: checked as any other equation
+        return False
+    bases = {name.removeprefix("d") for name in by if name not in spec.state and name[0] != "p"}
+    momenta = {name.lstrip("?") for name in {str(node.value) for node in nodes} if re.match(r"\??d?p", name)}
+    states, free = random_states(system), free_states(system)
+    try:
+        for name in named or spec.coordinates:
+            own = next((one for one in (f"p{name}", f"p{name[-1]}", "p") if one in spec.formulas), "")
+            meanings = {f"{mark}{d}{base}": f"{d}{name}" for base in bases for d in ("", "d") for mark in ("?", "")}
+            meanings |= {f"{mark}{one}": "d" * (one[0] == "d") + own for one in momenta if own for mark in ("?", "")}
+            here = replace(equation, meanings=equation.meanings | meanings)
+            off, true = (
+                sum(
+                    np.asarray(evaluate(side, here.context(q))) * sign
+                    for side, sign in zip(sides, (1, -1), strict=False)
+                )
+                for q in (free, states)
+            )
+            law = _motion(Node("symbol", (0, 0), "L"), here, free)[spec.coordinates.index(name)]
+            is_law = min(np.abs(off - law).max(), np.abs(off + law).max()) <= TOLERANCE * np.abs(law).max()
+            if not is_law and (lone or not momenta or np.abs(true).max() > TOLERANCE):
+                return False
+    except (Unread, KeyError):
+        return False
+    return True
 
 
 def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:

@@ -256,18 +256,23 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | zeros)
 
 
-def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
-    """The unknown symbols without which an equation holds, such as a torque or a damping, in words; empty for none."""
-    if not any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names) or not all(
-        map(_may_be_load, unknown)
+def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
+    """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
+
+    An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
+    """
+    if not any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names) or not (
+        sure or all(map(_may_be_load, unknown))
     ):
         return ""
     bare = without(equation, unknown)
     try:
         here = random_states(system)
         sides = sum(1 for rows, size in residuals_and_sizes(bare, here) if np.abs(size).min() > 0)
-        if sides and relative_error(bare, here) < TOLERANCE:
-            return " and ".join(f"{name.lstrip('?')} = 0" for name in sorted(unknown))
+        small = "" if relative_error(bare, here) < TOLERANCE else small_angles(bare, system)
+        if sides and (small or relative_error(bare, here) < TOLERANCE):
+            words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
+            return " and ".join([*words, small] if small else words)
     except Unread:
         pass
     return ""

@@ -7,10 +7,10 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.reading.tree import Node
 from pendpin.doctor.systems.base import Spec
 
-Dimension = tuple[Fraction, ...]  # powers of kg, m, s
-NONE: Dimension = (Fraction(0), Fraction(0), Fraction(0))
+Dimension = tuple[float, ...]  # powers of kg, m, s: multiples of 1/2 or 1/4, which floats hold exactly
+NONE: Dimension = (0, 0, 0)
 
-WHOLE = {"sqrt": Fraction(1, 2), "norm": Fraction(1), "transpose": Fraction(1)}  # functions of quantities with a unit
+WHOLE = {"sqrt": 0.5, "norm": 1, "transpose": 1}  # functions of quantities with a unit
 
 
 class Disagreement(Exception):
@@ -26,8 +26,7 @@ def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: in
         case "symbol":
             if node.value in definitions and depth < 20:
                 return dimension(definitions[node.value], definitions, spec, depth + 1)
-            powers = spec.dimensions.get(node.value)
-            return None if powers is None else tuple(map(Fraction, powers))
+            return spec.dimensions.get(node.value)
         case "sum" | "matrix":
             return common(parts)
         case "product":
@@ -38,7 +37,7 @@ def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: in
                 total = tuple(a - b if operator == "/" else a + b for a, b in zip(total, part, strict=True))
             return total
         case "power":
-            return _times(parts[0], node.value)
+            return _times(parts[0], float(node.value))
         case "function" if node.value in WHOLE:
             return _times(parts[0], WHOLE[node.value])
         case "function":
@@ -48,7 +47,7 @@ def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: in
             return None
 
 
-def _times(of: Dimension | None, factor: Fraction) -> Dimension | None:
+def _times(of: Dimension | None, factor: float) -> Dimension | None:
     return None if of is None else tuple(factor * power for power in of)
 
 
@@ -71,9 +70,10 @@ def unit(dimension: Dimension) -> str:
     return " ".join(parts)
 
 
-def _raised(power: Fraction) -> str:
+def _raised(power: float) -> str:
+    whole = Fraction(power).limit_denominator(100)
     digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return "" if power == 1 else str(power).translate(digits) if power.denominator == 1 else f"^({power})"
+    return "" if whole == 1 else str(whole).translate(digits) if whole.denominator == 1 else f"^({whole})"
 
 
 def of_equation(equation: Equation, spec: Spec) -> tuple[Dimension | None, str]:

@@ -75,8 +75,8 @@ _CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, te
 _NOISE = re.compile(
     r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
     r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|obj|this|p)\.\s?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
-    r"|(?<=[\s.,])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
+    r"|\b(?:np|numpy|math|Math|sp|sympy|ca|cs|jnp|torch|self|params?|par|obj|this|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
+    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?<=[\s.,s])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
     r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
 _NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
@@ -157,7 +157,12 @@ def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
             if found[1] != "/":
                 yield Token("open", "{", end, end)
         case "html":
-            signs = {"minus": ("operator", "-"), "times": ("operator", "x"), "prime": ("prime", "'")}
+            signs = {
+                "plus": ("operator", "+"),
+                "minus": ("operator", "-"),
+                "times": ("operator", "x"),
+                "prime": ("prime", "'"),
+            }
             name = found[1:-1]
             if name not in signs and name not in GREEK:
                 raise Unread(f"{found} has no meaning in an equation here", start)
