@@ -85,3 +85,12 @@ def test_a_shown_script_fits_its_column(script: Path) -> None:
     prose = r'\A"""[^"]*"""|^# %%.*\n(?:#.*\n)*'
     code = re.sub(prose, "", text, flags=re.MULTILINE)
     assert not [line for line in code.splitlines() if len(line) > COLUMN]
+
+
+def test_no_property_begins_with_a_colon_sentence() -> None:
+    """On the reference's pages what stands before a colon in a property's first line is taken for its type."""
+    for name in pp.__all__:
+        for key, value in vars(getattr(pp, name)).items():
+            if isinstance(value, property) and not key.startswith("_"):
+                first = (value.__doc__ or "").split("\n")[0]
+                assert ":" not in first, f"{name}.{key}: {first}"

@@ -171,7 +171,7 @@ class Chain(Record):
 
     @property
     def in_a_row(self) -> bool:
-        """Whether every rod has a universal joint at the tip of the one before it: then its equations are a chain's."""
+        """Whether every rod has a universal joint at the tip of the one before it, so that its equations are a chain's."""
         return self.tip_to_tip and all(rod.joint == "universal" for rod in self.rods)
 
     @property

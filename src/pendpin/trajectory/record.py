@@ -159,7 +159,7 @@ class RunRecord:
 
     @property
     def title(self) -> str:
-        """The name of the run in figures and pages: its scene's title, or the model and its effects."""
+        """The name of the run in figures and pages, which is its scene's title, or else the model and its effects."""
         kinds = dict.fromkeys(str(effect.get("kind", "an effect")) for effect in self.scene.get("effects") or ())
         under = ", ".join(kind.replace("_", " ") for kind in kinds)
         said = str(self.scene.get("title") or "") or f"{model_in_words(self)}{under and f' under {under}'}"
