@@ -157,6 +157,22 @@ def test_tilts_and_their_rates(seed: int) -> None:
     assert (np.abs(rates - (ahead - behind) / 2e-6) <= slack).all()
 
 
+@pytest.mark.parametrize("phi", [0.0, 0.3])
+def test_the_swing_of_a_sweep_is_that_of_a_dense_run(phi: float) -> None:
+    """Of two rods in a plane, some of which pass over the top, beyond a turn at the start too, and in space."""
+    start = pp.Start(positions={"theta_1": 1.0, "phi_2": phi}, velocities={"theta_2": 2.0})
+    solver = pp.Solver(samples=181, tolerance=1e-11)
+    scene = pp.Scene(model=pp.Chain(rods=[ROD, ROD]), start=start, effects=[fx.Gravity()], duration=3.0, solver=solver)
+    starts = [0.2, 1.1, 2.4, 2.9, 0.2 + 2 * np.pi, 2.9 - 4 * np.pi]
+    found = pp.sweep(scene, {"start.positions.theta_1": starts}, "swing").swing.values
+    for theta, value in zip(starts, found, strict=True):
+        dense = pp.simulate(scene.replace({"start.positions.theta_1": theta}), samples=20_001)
+        largest_sample, turned = swings_of_chain(dense.q).max(), np.cumsum(dense.q[:, ::2], 1)
+        over = phi == 0 and np.abs(turned - 2 * np.pi * np.round(turned[0] / (2 * np.pi))).max() > np.pi
+        bound = 0.5 * np.abs(dense.a).sum(1).max() * (dense.t[1] / 2) ** 2  # a top may be so far above a sample
+        assert value == pytest.approx(np.pi, abs=1e-12) if over else -1e-7 < value - largest_sample < bound + 1e-7
+
+
 def test_the_largest_force_of_a_sweep_is_between_the_samples() -> None:
     """As run.maximum says it, of few samples."""
     scene = sprung(0.6, start=0.7)

@@ -6,7 +6,7 @@ Where a series rises at one sample and falls at the next, the polynomial through
 
 import numpy as np
 
-from pendpin.ground.arrays import TINY, Array, Indices
+from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.motions.resolved import strays
 
 POINTS = 6  # samples that a polynomial passes through
@@ -14,17 +14,18 @@ EXACT = 1e-10  # of a series' largest value: what its polynomials may leave out
 CORRECTIONS = 8  # of a top's place, by Newton's method: as many as double the digits from one to all, and some more
 
 
-def largest(t: Array, x: Array, rate: Array) -> tuple[Array, Array]:
+def largest(t: Array, x: Array, rate: Array, follows: Mask | None = None) -> tuple[Array, Array]:
     """The largest values (c,) of series x (c, n) with rates (c, n) per s at times t (n,) in s, and when they are reached.
 
-    NaN for a series whose samples do not tell it to EXACT.
+    NaN for a series whose samples do not tell it to EXACT, or do not follow it: as `follows` (c,) says, else by its rates.
     """
     value, when = x.max(1), t[x.argmax(1)]
-    told = np.zeros(len(x), bool)
-    if len(t) < POINTS:
-        return np.where(told, value, np.nan), np.where(told, when, np.nan)
     dt, size = np.diff(t), np.abs(x).max(1)
-    told = np.logical_not(strays(dt[:, None], x[..., None], rate[..., None]).any((1, 2)))
+    if follows is None:
+        follows = np.asarray(~strays(dt[:, None], x[..., None], rate[..., None]).any((1, 2)))
+    told = follows & (len(t) >= POINTS)
+    if not told.any():
+        return np.full(len(x), np.nan), np.full(len(x), np.nan)
     higher = np.maximum(x[:, :-1] + dt * rate[:, :-1], x[:, 1:] - dt * rate[:, 1:]) > value[:, None]
     row, i = np.nonzero((rate[:, :-1] > 0) & (rate[:, 1:] < 0) & higher & told[:, None])
     top, at, off = _tops(t, x, rate, row, i)

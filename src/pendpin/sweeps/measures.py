@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.equations.base import PHI, THETA
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
@@ -20,7 +21,7 @@ from pendpin.model.build import Model
 from pendpin.model.kinematics import evaluate_each, poses, tilts_of_chain, tip_distance, tips
 from pendpin.model.model_of_run import swings_of
 from pendpin.motions.continuation import Continuation
-from pendpin.motions.resolved import resolved
+from pendpin.motions.resolved import resolved, strays
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
@@ -39,6 +40,7 @@ SPREAD = ".spread"
 BELOW = (
     0.999  # sin²(angle / 2) of a swing: nearer to the top its rounding hides the angle, to 1e-8 rad at the top itself
 )
+TURN = 1.0  # rad, from sample to sample, that samples follow
 PIECES = 50  # of a run, for a Lyapunov exponent
 
 Function = Callable[[Trajectory], Any]  # a number; or an array, where the function says its `dims`
@@ -200,12 +202,31 @@ def swing(run: Trajectory) -> float:
 
 
 def _swing_of_motions(m: Motions) -> Array:
-    """`swing` of each of c motions of a chain, (c,); NaN where samples do not tell, as of a rod that passes over the top."""
+    """`swing` of each of c motions of a chain, (c,); NaN where samples do not tell it.
+
+    In a plane a rod is as far from straight down as its joints' angles add up to, or has passed over the top.
+    """
     if m.models[0].chain is None:
         return np.full(len(m.q), np.nan)
-    squares, rates = (np.moveaxis(x, -1, 0).reshape(-1, len(m.t)) for x in tilts_of_chain(m.q, m.v))
-    square = largest(m.t, squares, rates)[0].reshape(-1, len(m.q)).max(0)
+    for moving, still in ((THETA, PHI), (PHI, THETA)):
+        if not (m.q[..., still].any() or m.v[..., still].any()):
+            turned, rate = np.cumsum(m.q[..., moving], -1), np.cumsum(m.v[..., moving], -1)
+            turned -= 2 * np.pi * np.round(turned[:, :1] / (2 * np.pi))
+            x, dx = _by_series(turned), _by_series(rate)
+            both = [largest(m.t, sign * x, sign * dx)[0] for sign in (1.0, -1.0)]
+            return np.minimum(np.max(both, 0).reshape(-1, len(m.q)).max(0), np.pi)
+    turns = np.abs(m.v).sum(-1).max(1) * np.diff(m.t).max(initial=0.0)
+    follows = np.asarray(~strays(np.diff(m.t)[:, None], m.q, m.v).any((1, 2)) & (turns < TURN))
+    squares, rates = map(_by_series, tilts_of_chain(m.q, m.v))
+    square = (
+        largest(m.t, squares, rates, np.tile(follows, len(squares) // len(follows)))[0].reshape(-1, len(m.q)).max(0)
+    )
     return np.where(square < BELOW, 2 * np.arcsin(np.sqrt(np.minimum(square, BELOW))), np.nan)
+
+
+def _by_series(x: Array) -> Array:
+    """Series (rods c, n) of values (c, n, rods)."""
+    return np.moveaxis(x, -1, 0).reshape(-1, x.shape[1])
 
 
 def period(run: Trajectory) -> float:
