@@ -302,3 +302,15 @@ def test_the_force_of_a_load_that_is_stopped_is_not_that_of_a_sample(tmp_path: P
     dense = pp.simulate(scene, tolerance=1e-11, times=times)["R3_1"]
     assert largest.value == pytest.approx(dense.max(), rel=1e-4)
     assert run["R3_1"].max() < 0.5 * largest.value
+
+
+@pytest.mark.parametrize("rods", [1, 3])
+def test_a_run_that_dry_friction_holds_crosses_nothing(rods: int):
+    """Its accelerations are rounding, 1e-15, and no reason for samples between its own."""
+    joints = {"theta": 0.3, "phi": -0.2} if rods == 1 else {"theta_1": 0.3, "phi_1": -0.2, "theta_3": 0.1}
+    chain = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),) * rods)
+    held = (pp.effects.Gravity(), pp.effects.DryFriction(kinetic=40.0, static=90.0))
+    scene = pp.Scene(model=chain, duration=80.0, start=pp.Start(positions=joints), effects=held)
+    run = pp.simulate(scene)
+    assert not run.v.any()
+    assert len(run.crossings(run.joints[0]).t) == 0

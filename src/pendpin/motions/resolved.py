@@ -96,19 +96,24 @@ def find_coarse(run: RunRecord) -> Indices:
     if len(run.t) == 1:  # which may have events: of a run that was stopped before its second sample
         return np.arange(0)
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
-    for x, rate in ((run.q, run.v), (run.v, run.a)):
-        coarse |= strays(dt, x, rate).any(1)
+    # A rate that moves no position by more than its rounding is rounding itself, as in a run at rest.
+    least = ROUNDING * np.abs(run.q).max(initial=0.0) / dt
+    for x, rate, floor in ((run.q, run.v, 0.0), (run.v, run.a, least)):
+        coarse |= strays(dt, x, rate, floor).any(1)
     closed = _intervals_of(run, times_of_events(run))
     closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
     coarse[closed] = False
     return np.flatnonzero(coarse)
 
 
-def strays(dt: Array, x: Array, rate: Array) -> Mask:
-    """The intervals (..., n - 1, m), of dt (n - 1, 1) s, in which values (..., n, m) do not follow from their rates."""
+def strays(dt: Array, x: Array, rate: Array, floor: Array | float = 0.0) -> Mask:
+    """The intervals (..., n - 1, m), of dt (n - 1, 1) s, in which values (..., n, m) do not follow from their rates.
+
+    Differences up to a floor (n - 1, 1) are rounding, and so are those up to `ROUNDING` and `STILL`.
+    """
     off = np.abs(np.diff(x, axis=-2) - dt * (rate[..., 1:, :] + rate[..., :-1, :]) / 2)
     path = dt * np.maximum(np.abs(rate[..., 1:, :]), np.abs(rate[..., :-1, :]))
     beside = np.concatenate([path[..., :1, :], path, path[..., -1:, :]], -2)
     path = np.maximum(path, np.maximum(beside[..., :-2, :], beside[..., 2:, :]))
     moved, largest = np.ptp(x, -2, keepdims=True), np.abs(x).max((-2, -1), initial=0.0, keepdims=True)
-    return off > OFF * path + STILL * moved + ROUNDING * largest
+    return off > OFF * path + STILL * moved + ROUNDING * largest + floor

@@ -41,8 +41,8 @@ class Falls(NamedTuple):
 
     @property
     def rate(self) -> Array:
-        """The rates (nv,) of the impacts, rad/s."""
-        return np.sqrt(2 * self.acceleration * self.height)
+        """The rates (nv,) of the impacts, rad/s; 0 of joints that are not accelerated."""
+        return np.sqrt(2 * self.acceleration * np.where(self.acceleration > 0, self.height, 0.0))
 
     @property
     def time(self) -> Array:
