@@ -63,12 +63,12 @@ class Fit(Result):
 
     @property
     def follows(self) -> bool:
-        """Whether the model follows the motion at all: else its numbers mean nothing."""
+        """Whether the model follows the motion at all; if not, its numbers mean nothing."""
         return self.train.follows(np.array(list(self.noise.values())))
 
     @property
     def explained(self) -> bool:
-        """Whether the model explains the data: the rest is noise, white and no larger than the sensors', or correlated.
+        """Whether the model explains the data. The rest is noise, white and no larger than the sensors', or correlated.
 
         Correlated noise has one correlation time; what an effect leaves over goes with the motion, so that even its new part
         is correlated within a period.

@@ -84,7 +84,7 @@ class Rod(Record):
 
     @property
     def turns(self) -> JointKind:
-        """How the joint turns: universal, or a hinge about x or y."""
+        """How the joint turns, as a universal joint or as a hinge about x or y."""
         return "universal" if self.joint == "universal" else self.axis or "x"
 
     @cached_property
@@ -181,7 +181,7 @@ class Chain(Record):
 
     @property
     def bearing(self) -> tuple[int, ...]:
-        """The entries of `rods` at whose tips others hang: a motion shows their lengths."""
+        """The entries of `rods` at whose tips others hang; a motion shows their lengths."""
         entries = [i for i, rod in enumerate(self.rods) for _ in range(rod.copies)] * self.copies
         at_tips = [k for k, at in enumerate(self._given_places) if at is None]
         return tuple(sorted({entries[self.parents[k]] for k in at_tips if self.parents[k] >= 0}))

@@ -112,14 +112,14 @@ class Scene(Record):
 
     @property
     def clock(self) -> Array:
-        """The same times in the scene's own time, (n,) in s: from start.time."""
+        """The same times in the scene's own time, which begins at start.time, (n,) in s."""
         if self.solver.times is not None:
             return np.concatenate([[self.start.time] * self.extra_samples, self.solver.times])
         return self.start.time + self.times
 
     @property
     def extra_samples(self) -> int:
-        """How many of the times, at the start, are not among those asked for: 0 or 1."""
+        """How many of the times, at the start, are not among those asked for (0 or 1)."""
         return int(self.solver.times is not None and self.solver.times[0] != self.start.time)
 
     def replace(self, changes: Mapping[str, Any] | None = None, /, **fields: Any) -> Self:
