@@ -336,3 +336,16 @@ def test_nonsense_is_refused_in_one_line(text: str, tmp_path: Path, capfd, monke
     assert said.count("\n") == 1
     assert NONSENSE[text] in said
     assert [path.name for path in tmp_path.iterdir()] == ["scene.toml"]
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+@pytest.mark.filterwarnings("error::RuntimeWarning")
+def test_joints_that_nothing_accelerates_fall_at_no_rate(method: str) -> None:
+    """A planar pair bounces low while its phi stay at 0: inf m times 0 m/s² is no number, and nobody hears of it."""
+    stop = Stop(lower=-0.05, upper=0.9, restitution=0.3, joints=("theta_1",))
+    start = pp.Start(positions={"theta_1": 0.3, "theta_2": 0.1})
+    scene = pp.Scene(model=pp.Chain(rods=ROD.rods * 2), duration=3.0, start=start, effects=(Gravity(), stop))
+    run = pp.simulate(scene, method=method)
+    assert len(run.events) > 3
+    theta = run.at(np.linspace(0.3, 2.9, 301))["theta_1"]
+    assert theta.min() > -0.05 - 1e-9

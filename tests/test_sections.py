@@ -230,7 +230,14 @@ ON_ONE = sections.crossing("theta", of="theta_rate", count=2)
 
 
 def test_a_section_that_is_never_reached_says_so() -> None:
-    """A rod at rest crosses nothing; the message says how long it was waited for."""
+    """A rod at rest crosses nothing, one that turns never falls: how long was waited, and whether it is at rest."""
     still = PLANAR.replace(start=pp.Start(), duration=0.5)
-    with pytest.raises(pp.RunError, match=r"theta_1 rises through 1 0 times of 1, and not once in the last"):
+    waited = r"theta_1 rises through 1: 0 of 1 points, none in the last .* s"
+    with pytest.raises(pp.RunError, match=waited + "; the motion has come to rest$"):
         sections.crossing("theta_1", 1.0, of="theta_2", count=1)(still)
+    held = PLANAR.replace(effects=[GRAVITY, fx.DryFriction(kinetic=40.0, static=90.0)])
+    with pytest.raises(pp.RunError, match=waited + "; the motion has come to rest$"):
+        sections.crossing("theta_1", 1.0, of="theta_2", count=1)(held)
+    turning = pp.Scene(model=POINT, effects=[GRAVITY], start=pp.Start(velocities={"theta": 9.0}), duration=1.0)
+    with pytest.raises(pp.RunError, match=r"theta falls through 0: 0 of 1 points, none in the last .* s$"):
+        sections.crossing("theta", 0.0, -1, of="theta", count=1)(turning)

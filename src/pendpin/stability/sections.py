@@ -34,6 +34,7 @@ __all__ = ["Bifurcation", "Crossing", "Portrait", "Strobe", "bifurcation", "cros
 
 PATIENCE = 30  # durations of the scene without a crossing, until there is none
 LONGEST = 16  # durations of the scene in one piece of a motion
+STILL = 1e-9  # rad or m: a motion whose joints move less in a whole piece is at rest
 TRIES = 20_000  # random angles for one start: as many are looked at until the energy is too small for all of them
 MOST_POINTS, MOST_STARTS = 10_000_000, 100_000
 
@@ -73,18 +74,25 @@ class Section(ABC):
 
         Raises InputError for names that are none, RunError where the motion has too few points.
         """
-        return self.collect(scene_of(motion) if isinstance(motion, RunRecord) else chosen_scene(motion))[0]
+        scene = scene_of(motion) if isinstance(motion, RunRecord) else chosen_scene(motion)
+        self.check(scene)
+        return self.collect(scene)[0]
 
     @abstractmethod
     def collect(self, scene: Scene) -> tuple[Array, Start]:
-        """The values (count, len(of)) in the motion of a scene, and the state with which they end, to go on from."""
+        """The values (count, len(of)) in the motion of a scene that was checked, and the state with which they end."""
 
-    def check(self, scene: Scene, *names: str) -> dict[str, str]:
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The quantities that it needs of a run."""
+        return self.of
+
+    def check(self, scene: Scene) -> dict[str, str]:
         """The units of the quantities. Raises InputError where the scene has no section, and for unknown names."""
         if not scene.duration:
             raise InputError("duration: a motion of 0 s has no section; give the scene a duration in s")
         at_start = Trajectory.of(run_to_setting(_lasting(scene, 0.0)))
-        return {name: unit_of(at_start, name) for name in (*names, *self.of)}
+        return {name: unit_of(at_start, name) for name in self.names}
 
     def values(self, rows: RunRecord) -> Array:
         """The quantities (n, len(of)) of n samples."""
@@ -109,9 +117,13 @@ class Crossing(Section):
         if self.direction not in {-1, 0, 1} or isinstance(self.direction, bool):
             raise InputError(f"direction: {shown(self.direction)} is not 1 (rising), -1 (falling) or 0 (both)")
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """The quantity that crosses, and those that are noted."""
+        return (self.name, *self.of)
+
     def collect(self, scene: Scene) -> tuple[Array, Start]:
         """The values (count, len(of)) at the crossings, and the state at the end of the motion."""
-        self.check(scene, self.name)
         rows, points, since, wanted = list[Array](), 0, 0.0, self.skip + self.count
         for run in _pieces(scene):
             here = self.crossings(run)
@@ -122,8 +134,9 @@ class Crossing(Section):
             since = 0.0 if len(here.t) else since + float(run.t[-1] - run.t[0])
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
+                rests = "; the motion has come to rest" if np.ptp(run.q, 0).max() < STILL else ""
                 raise RunError(
-                    f"{self.name} {how} {self.level:g} {points} times of {wanted}, and not once in the last {since:.4g} s"
+                    f"{self.name} {how} {self.level:g}: {points} of {wanted} points, none in the last {since:.4g} s{rests}"
                 )
         raise AssertionError  # the pieces have no end
 
@@ -159,7 +172,6 @@ class Strobe(Section):
 
     def collect(self, scene: Scene) -> tuple[Array, Start]:
         """The values (count, len(of)) once a period, and the state at the last."""
-        self.check(scene)
         period = self.period
         if period is None:
             if not (frequency := drive_of(scene)):
@@ -318,7 +330,7 @@ def portrait(
         raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
     if energy is None and starts > 1:
         raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
-    units, dynamics = section.check(scene, section.name), bind(scene)
+    units, dynamics = section.check(scene), bind(scene)
     q, v = start_state(dynamics.model, scene.start)
     if energy is None:
         drawn, total = [scene.start], sum(dynamics.energy(q, v))
