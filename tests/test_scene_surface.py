@@ -309,3 +309,12 @@ def test_the_public_names_and_nothing_else() -> None:
     """What completion shows."""
     assert dir(pp) == sorted(pp.__all__)
     assert all(getattr(pp, name) for name in pp.__all__)
+
+
+def test_the_built_in_scene_is_the_one_that_the_readme_runs() -> None:
+    """README's Python lines write the same scene on a rod of their own: one start, gravity, 10 s, to rounding one motion."""
+    start = pp.Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8})
+    rod = pp.Rod(length=1.0, mass=1.0, radius=0.01)
+    scene = pp.Scene(duration=10.0, model=pp.Chain(rods=[rod]), start=start, effects=[pp.effects.Gravity()])
+    one, other = (pp.simulate(x, tolerance=1e-12, samples=11) for x in (scene, builtin_scene()))
+    np.testing.assert_allclose(other.q, one.q, rtol=0, atol=1e-10)
