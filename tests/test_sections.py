@@ -108,6 +108,25 @@ def test_a_strobe_is_the_run_once_a_period() -> None:
     np.testing.assert_array_equal(sections.strobe(period, of="theta", count=3, skip=2)(scene)[:, 0], points[:, 0])
 
 
+def test_two_sections_of_one_sweep_have_two_names() -> None:
+    """The second is a function with a name and dimensions of its own; the same name twice says how to give another."""
+    pytest.importorskip("xarray")
+    one, other = (sections.crossing("theta_1", 0.0, way, of="theta_2", count=3) for way in (1, -1))
+
+    def falling(run: pp.Trajectory) -> np.ndarray:
+        return other(run)
+
+    falling.dims = {"fall": 3, "rate": 1}  # type: ignore[attr-defined]
+    vary = {"start.positions.theta_2": [0.1]}
+    data = pp.sweep(PLANAR, vary, [one, falling])
+    assert data["falling"].dims == ("theta_2", "fall", "rate")
+    np.testing.assert_allclose(
+        data["falling"].values[0], other(PLANAR.replace({"start.positions.theta_2": 0.1})), atol=1e-7
+    )
+    with pytest.raises(pp.InputError, match="section is given twice; give one of them as a function of another name"):
+        pp.sweep(PLANAR, vary, [one, other])
+
+
 def test_a_section_is_a_measure_of_a_sweep(tmp_path) -> None:
     """With dimensions of its own, in memory, in a store that is resumed, and in a table; each case as it is alone."""
     pytest.importorskip("zarr")
@@ -192,18 +211,39 @@ def test_the_commands(tmp_path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
     [
         (lambda: sections.crossing("theta_1", np.nan, of="theta_2"), "level: nan is not a finite number"),
         (lambda: sections.crossing("theta_1", 0.0, 2, of="theta_2"), "direction: 2 is not 1"),
+        (lambda: sections.crossing("theta_1", "a", of="theta_2"), "level: 'a' is not a finite"),  # type: ignore[arg-type]
+        (lambda: sections.crossing("theta_1", True, of="theta_2"), "level: True is not a finite number"),
+        (lambda: sections.crossing("theta_1", 0.0, "up", of="theta_2"), "direction: 'up' is not"),  # type: ignore[arg-type]
+        (lambda: sections.crossing("theta_1", 0.0, [1], of="theta_2"), r"direction: \[1\] is not"),  # type: ignore[arg-type]
+        (lambda: sections.crossing("theta_1", 0.0, np.nan, of="theta_2"), "direction: nan"),  # type: ignore[arg-type]
         (lambda: sections.crossing("theta_1", of=()), "are not names of quantities"),
-        (lambda: sections.crossing("theta_1", of=(3,)), "are not names of quantities"),
+        (lambda: sections.crossing("theta_1", of=(3,)), "are not names of quantities"),  # type: ignore[arg-type]
         (lambda: sections.crossing("theta_1", of="theta_2", count=0), "count: 0 is not a whole number from 1"),
         (lambda: sections.crossing("theta_1", of="theta_2", count=True), "count: True is not a whole number"),
         (lambda: sections.crossing("theta_1", of="theta_2", skip=-1), "skip: -1 is not a whole number from 0"),
         (lambda: sections.crossing(3, of="theta_2"), "name: 3 is not the name of a quantity"),  # type: ignore[arg-type]
         (lambda: sections.strobe(0.0, of="theta_1"), "period: 0.0 is not a number of seconds above 0"),
         (lambda: sections.strobe(np.inf, of="theta_1"), "period: inf is not"),
+        (lambda: sections.strobe("2", of="theta_1"), "period: '2' is not"),  # type: ignore[arg-type]
+        (
+            lambda: sections.strobe(1e-20, of="theta")(driven(1.0).replace({"start.time": 5.0})),
+            "does not come after 5 s",
+        ),
+        (lambda: sections.strobe(1e300, of="theta")(driven(1.0)), r"times\[0\]: .* is above 1e\+150"),
         (lambda: sections.strobe(of="theta_1")(PLANAR), "strobe: nothing drives this scene"),
         (lambda: sections.crossing("theta_1", of="theta_3")(PLANAR), "'theta_3' is not a quantity"),
         (lambda: sections.crossing("tehta_1", of="theta_2")(PLANAR), "did you mean 'theta_1'"),
         (lambda: sections.crossing("theta_1", of="theta_2")(PLANAR.replace(duration=0.0)), "a motion of 0 s"),
+        (lambda: sections.crossing("theta_1", of="tips")(PLANAR), "'tips' is not a quantity"),
+        (lambda: ON_THETA(None), "scene: None is not a Scene"),  # type: ignore[arg-type]
+        (lambda: ON_THETA("nowhere.toml"), "nowhere.toml: cannot be read"),
+        (lambda: sections.portrait(PLANAR, None), "section: None is not a pp.sections.crossing"),  # type: ignore[arg-type]
+        (lambda: sections.portrait(PLANAR, sections.strobe(of="theta_1")), "section: Strobe"),  # type: ignore[arg-type]
+        (lambda: sections.portrait(PLANAR, ON_THETA, 2, -5.0, seed=-1), "seed: -1 is not a whole number from 0"),
+        (lambda: sections.portrait(PLANAR, ON_THETA, 2, -5.0, "a"), "seed: 'a' is not"),  # type: ignore[arg-type]
+        (lambda: sections.portrait(PLANAR, ON_THETA, 2, "-5"), "energy: '-5' is not"),  # type: ignore[arg-type]
+        (lambda: sections.portrait(PLANAR, ON_THETA, 2, 1e300), "is above 1e\\+150"),
+        (lambda: sections.portrait(PLANAR, ON_THETA).plot(ax=3), "ax: 3 is not a matplotlib Axes"),
         (lambda: sections.portrait(PLANAR, ON_THETA, 0), "starts: 0 is not a whole number"),
         (lambda: sections.portrait(PLANAR, ON_THETA, 2), "energy: 2 starts are drawn at one energy"),
         (lambda: sections.portrait(PLANAR, ON_THETA, 2, np.inf), "energy: inf is not a finite number"),
@@ -216,6 +256,11 @@ def test_the_commands(tmp_path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
         ),
         (lambda: sections.bifurcation(driven(1.0), "effects[2].amplitude", [2, 1], ON_ONE), "in rising order"),
         (lambda: sections.bifurcation(driven(1.0), "effects[2].amplitude", [], ON_ONE), "in rising order"),
+        (lambda: sections.bifurcation(driven(1.0), "duration", [0, 1], ON_ONE), "a motion of 0 s has no section"),
+        (lambda: sections.bifurcation(driven(1.0), None, [1], ON_ONE), "None is not a key path"),  # type: ignore[arg-type]
+        (lambda: sections.bifurcation(driven(1.0), "effects[2].amplitude", [1, np.nan], ON_ONE), "nan is not a finite"),
+        (lambda: sections.bifurcation(driven(1.0), "effects[2].amplitude", "a", ON_ONE), "values: 'a' are not numbers"),
+        (lambda: sections.bifurcation(driven(1.0), "effects[2].amplitude", [1], "theta"), "section: 'theta' is not"),  # type: ignore[arg-type]
         (lambda: sections.bifurcation(driven(1.0), "effects[5].amplitude", [1], ON_ONE), r"effects\[5\]"),
         (lambda: sections.bifurcation(driven(1.0), "effects[1].coefficient", [-1], ON_ONE), "coefficient"),
     ],

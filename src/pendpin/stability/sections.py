@@ -114,7 +114,7 @@ class Crossing(Section):
             raise InputError(f"name: {shown(self.name)} is not the name of a quantity, such as 'theta_1'")
         if not is_number(self.level) or not np.isfinite(self.level):
             raise InputError(f"level: {shown(self.level)} is not a finite number")
-        if self.direction not in {-1, 0, 1} or isinstance(self.direction, bool):
+        if not is_number(self.direction) or self.direction not in {-1, 0, 1}:
             raise InputError(f"direction: {shown(self.direction)} is not 1 (rising), -1 (falling) or 0 (both)")
 
     @property
@@ -321,13 +321,17 @@ def portrait(
         seed: of the starts.
 
     Raises:
-        InputError: for numbers that cannot be, and where no such start is found.
+        InputError: for a section or numbers that cannot be, and where no such start is found.
     """
     scene = chosen_scene(scene)
+    if not isinstance(section, Crossing):
+        raise InputError(f"section: {shown(section)} is not a pp.sections.crossing(...)")
     if type(starts) is not int or not 1 <= starts <= MOST_STARTS:
         raise InputError(f"starts: {shown(starts)} is not a whole number from 1 to {MOST_STARTS:,}")
     if energy is not None and not (is_number(energy) and np.isfinite(energy)):
         raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
+    if type(seed) is not int or seed < 0:
+        raise InputError(f"seed: {shown(seed)} is not a whole number from 0 on")
     if energy is None and starts > 1:
         raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
     units, dynamics = section.check(scene), bind(scene)
@@ -483,10 +487,12 @@ MOST_CYCLE, SAME = (
 def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section: Section) -> Bifurcation:
     """A section at each value of a number of the scene, each motion begun where the last one ended: up, then down.
 
-    Raises InputError for a key or values that cannot be. A motion that cannot be run is NaN; the next begins at the scene's
-    own start.
+    Raises InputError for a key, values or a section that cannot be. A motion that cannot be run is NaN; the next begins
+    at the scene's own start.
     """
     scene = chosen_scene(scene)
+    if not isinstance(section, Section):
+        raise InputError(f"section: {shown(section)} is not a pp.sections.strobe(...) or crossing(...)")
     at = numbers("values", values)
     if at.ndim != 1 or not len(at) or (np.diff(at) <= 0).any():
         raise InputError("values: give the values of the number in rising order, at least one")

@@ -82,14 +82,20 @@ def checked(task: Task) -> Task:
     units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
         if name in names[:i] or name in RESERVED or name in varied:
-            why = "given twice" if name in names[:i] else "a name of the result itself"
+            why = (
+                "given twice; give one of them as a function of another name"
+                if name in names[:i]
+                else "a name of the result"
+            )
             raise InputError(f"measure: {name} is {why}")
         if not name or name.startswith((".", "__")) or "/" in name:
             raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
     lengths = dict[str, int]()
     for dimension, length in (pair for m in task.chosen for pair in m.dims):
         if lengths.setdefault(dimension, length) != length or dimension in varied or dimension in RESERVED:
-            raise InputError(f"measure: two dimensions are called {dimension}; give one section another name or count")
+            raise InputError(
+                f"measure: two dimensions are called {dimension}; give one of them another name, or both one length"
+            )
     if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:
