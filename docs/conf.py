@@ -35,7 +35,6 @@ extensions = [
     "sphinx_design",
     "sphinx_gallery.gen_gallery",
     "sphinx-mathjax-offline",
-    "sphinxcontrib.typer",
     "reference_pages",
     "docstrings",
     "console",

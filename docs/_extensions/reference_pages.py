@@ -5,7 +5,9 @@ each, reference/scene_file.md from the JSON schema, reference/effects.md from th
 each, reference/methods.md from the table of methods. None of these files is kept in the repository.
 """
 
+import inspect
 import os
+import re
 import subprocess
 import tempfile
 import tomllib
@@ -14,6 +16,8 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
+from command_tables import options_table, usage
+from docstrings import escaped
 from effect_pages import effects_page
 from schema_pages import scene_page
 from sphinx.util import logging
@@ -77,8 +81,6 @@ def write_api(folder: Path) -> None:
 
 def summary(thing: Any) -> str:
     """The first sentence of a docstring, ready for reStructuredText."""
-    from docstrings import escaped
-
     return escaped(" ".join((thing.__doc__ or "").split("\n\n")[0].split()))
 
 
@@ -106,21 +108,16 @@ def write_commands(folder: Path, top: Path) -> None:
     from pendpin.cli.app import app
 
     said = tomllib.loads((folder / "commands.toml").read_text(encoding="utf-8"))["commands"]
-    names = [command.name or command.callback.__name__ for command in app.registered_commands]
+    commands = {command.name or command.callback.__name__: command.callback for command in app.registered_commands}
+    names = list(commands)
     with ThreadPoolExecutor(2) as pool:
         outputs = dict(zip(names, pool.map(lambda name: output(said.get(name, {}), top), names), strict=True))
     for name in names:
-        save(folder / "commands" / f"{name}.rst", command_page(name, said.get(name, {}), outputs[name]))
-    table = [f"   * - :doc:`pendpin {name} <commands/{name}>`\n     - {first_line(app, name)}" for name in names]
+        save(folder / "commands" / f"{name}.rst", command_page(name, commands[name], said.get(name, {}), outputs[name]))
+    table = [f"   * - :doc:`pendpin {name} <commands/{name}>`\n     - {summary(commands[name])}" for name in names]
     lines = [heading("Commands"), "Each command explains itself: ``pendpin run --help``.", ""]
     lines += [".. list-table::", "   :widths: 30 70", "", *table, "", ".. toctree::", "   :hidden:", ""]
     save(folder / "commands.rst", "\n".join([*lines, *(f"   commands/{name}" for name in names)]) + "\n")
-
-
-def first_line(app: Any, name: str) -> str:
-    """What a command is for."""
-    found = {command.name or command.callback.__name__: command.callback for command in app.registered_commands}
-    return summary(found[name])
 
 
 def output(said: dict[str, Any], top: Path) -> str:
@@ -137,14 +134,18 @@ def output(said: dict[str, Any], top: Path) -> str:
     return "\n".join(lines[:MOST_LINES] + (["..."] if len(lines) > MOST_LINES else []))
 
 
-def command_page(name: str, said: dict[str, Any], printed: str) -> str:
-    """The page of one command."""
+def command_page(name: str, command: Any, said: dict[str, Any], printed: str) -> str:
+    """The page of one command: an example with its output, and the table of its options."""
     text = heading(f"pendpin {name}")
     if "example" in said:
-        text += said["text"] + "\n\n" + block("console", "\n".join(f"$ {line}" for line in said["example"].split("\n")))
+        text += said["text"] + "\n\n" + block("console", "$ " + re.sub(r"(?<!\\)\n", "\n$ ", said["example"]))
         text += block("text", printed) if printed else ""
-    directive = f".. typer:: pendpin.cli.app:app:{name}\n   :prog: pendpin {name}\n   :width: 79\n   :preferred: text\n"
-    return text + heading("Help", "-") + directive
+    lead = "\n\n".join(
+        escaped(" ".join(part.split())) for part in inspect.cleandoc(command.__doc__ or "").split("\n\n")
+    )
+    return (
+        text + heading("Options", "-") + block("console", usage(name, command)) + lead + "\n\n" + options_table(command)
+    )
 
 
 def block(language: str, text: str) -> str:
