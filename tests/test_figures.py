@@ -14,7 +14,8 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of, swings_of
 from pendpin.graphics.style import STYLE
-from pendpin.stability.sections import bifurcation, portrait, read_crossing, strobe
+from pendpin.stability.sections import bifurcation, portrait, strobe
+from pendpin.stability.sections.points import read_crossing
 from pendpin.sweeps.figure import draw_map
 from pendpin.verification.agreement.validate import draw_motions
 from pendpin.verification.work_precision.figure import draw_all, draw_cost
@@ -98,7 +99,8 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
     "graphics/figure.py plot": [lambda: run_figure("theta_1")],
     "stability/lyapunov.py plot": [lambda: pp.lyapunov(double(), duration=1.0).plot().figure],
     "stability/modes.py draw_modes": [lambda: pp.modes(double()).plot()],
-    "stability/sections.py plot": [section, diagram],
+    "stability/sections/portraits.py plot": [section],
+    "stability/sections/diagrams.py plot": [diagram],
     "stability/branches.py plot": [
         lambda: pp.follow(pp.periodic_orbit(driven()), "effects[2].frequency", 3.1).plot().figure
     ],

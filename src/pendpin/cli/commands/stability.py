@@ -126,7 +126,8 @@ def section(
 ) -> None:
     """Print and draw a Poincaré section: a motion, or many of one energy, where a quantity crosses a level."""
     from pendpin.graphics.style import write_figure
-    from pendpin.stability.sections import portrait, read_crossing
+    from pendpin.stability.sections import portrait
+    from pendpin.stability.sections.points import read_crossing
 
     refuse_outputs(chosen.files, plot=plot)
     with naming_options("at", "of", "count", "skip", "starts", "energy"):
