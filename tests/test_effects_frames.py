@@ -74,3 +74,20 @@ def test_a_chain_of_rigid_rods(Omega: tuple, support: tuple, engine: str) -> Non
     pin = pinocchio()
     M = np.triu(pin.crba(dynamics.model.pin, dynamics.model.pin.createData(), q))
     assert np.abs(np.linalg.solve(M + np.triu(M, 1).T, left)).max() < 1e-12 * np.abs(a).max()
+
+
+@pytest.mark.parametrize("rods", [1, 3])
+def test_a_tracked_rate_at_all_samples_is_that_at_each(rods: int, tmp_path) -> None:
+    """Samples are taken all at once, at times (k, 1, 1): accelerations and wrenches are those of each state alone."""
+    times = np.linspace(0.0, 3.0, 31)
+    lines = [f"{t:.17g},{0.4 + 0.3 * np.sin(2 * t):.17g}" for t in times]
+    path = tmp_path / "rate.csv"
+    path.write_text("\n".join(["t,rate", *lines]) + "\n")
+    turning = fx.Rotation(csv=str(path), axis=(0.1, 0.2, 1.0))
+    chain = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),) * rods)
+    positions = (0.7, 0.4) + (0.1,) * (2 * rods - 2)
+    scene = pp.Scene(model=chain, start=pp.Start(positions=positions), effects=(fx.Gravity(), turning), duration=0.5)
+    run, bound = pp.simulate(scene, samples=9), pp.bind(scene)
+    states = list(zip(run.t, run.q, run.v, strict=True))
+    np.testing.assert_allclose(run.a, [bound.acceleration(*state) for state in states], atol=1e-11)
+    np.testing.assert_allclose(run.wrench, [bound.wrenches(*state) for state in states], atol=1e-11)
