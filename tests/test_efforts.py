@@ -71,7 +71,7 @@ def test_efforts_are_quantities_by_name(tmp_path: Path) -> None:
         for joint, column in zip(run.joints, values.T, strict=True):
             assert np.array_equal(run[f"effort_{kind}_{joint}"], column)
     assert not [each for each in run.names if each.startswith("effort_")]
-    assert run.plot(name).axes[0].get_ylabel() == "N m"
+    assert run.plot(name).axes[0].get_ylabel() == f"{name} (N m)"
     assert run.to_csv(tmp_path / "two.csv", name, "R3_1").read_text().splitlines()[0] == f"t,{name},R3_1"
     frame = run.to_pandas(name)
     assert np.array_equal(frame[name], found["spring"][:, 1])
