@@ -387,3 +387,19 @@ def test_a_sum_of_names_is_not_accused_for_what_its_names_stand_for():
     """L = T - V is right in general, though V is wrong where it is defined."""
     wrong = pp.diagnose(GENERAL.replace("- m_2 g l_2", "+ m_2 g l_2")).findings
     assert [finding.latex for finding in wrong if finding.verdict == "fails"] == [wrong[1].latex]
+
+
+POINTS = r"""# Two bobs
+Masses $m_1, m_2$ on massless rods $L_1, L_2$ with the angles $\theta_1, \theta_2$.
+$$x_1 = L_1\sin\theta_1$$ $$y_1 = -L_1\cos\theta_1$$
+$$x_2 = x_1 + L_2\sin\theta_2$$ $$y_2 = y_1 - L_2\cos\theta_2$$
+$$\dot x_1 = L_1\cos\theta_1$$ $$\dot y_1 = L_1\sin\theta_1$$
+$$\dot x_2 = \dot x_1 + L_2\cos\theta_2$$ $$\dot y_2 = \dot y_1 + L_2\sin\theta_2$$
+$$V = m_1 g y_1 + m_2 g y_2$$
+"""
+
+
+def test_how_points_move_confirms_how_others_do():
+    """Four velocities lack a rate. Four positions and one energy hold: that is enough to accuse a velocity."""
+    said = [finding.verdict for finding in pp.diagnose(POINTS).findings]
+    assert said == ["holds"] * 4 + ["fails"] * 4 + ["holds"]

@@ -39,9 +39,13 @@ def _dropped(finding: Finding, words: str) -> Finding:
 
 @dataclass(frozen=True)
 class _Evidence:
-    """The laws of a document that hold for one system, the quantities in them, and how many equations are accused."""
+    """The laws of a document that hold for one system, with how its points move, the quantities, and who is accused.
+
+    How points move confirms how others do, and no balance or energy.
+    """
 
     laws: int
+    motions: int  # the laws and the equations on how points move
     names: frozenset[str]
     accused: int
 
@@ -57,11 +61,12 @@ class _Evidence:
         energies = [side for side in one.sides if side.value in ("T", "V", "E", "L")]
         if energies and all(symbols(side) <= spec.still for side in one.sides if side not in energies):
             return "it is a formula in general"
+        assert finding.equation is not None
+        support = self.laws if _is_law(finding.equation, spec) else self.motions
         if not self.laws:
             return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
-        if self.accused > 2 * self.laws + 1:
+        if self.accused > 2 * support + 1:
             return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
-        assert finding.equation is not None
         strange = _quantities(finding.equation, spec) - self.names
         if len(strange) > MOST_STRANGE and spec.kind not in RODS:
             return f"it does not hold, but no equation that holds confirms what {', '.join(sorted(strange))} is"
@@ -97,9 +102,11 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             f.equation for f in here if f.verdict in ("holds", "holds if") and f.kind != "definition" and f.equation
         ]
         spec = next(reading.system.spec for reading in found.chosen if reading.system.kind == kind)
-        telling = [_quantities(one, spec) for one in laws if _is_law(one, spec)]
+        telling = [one for one in laws if _quantities(one, spec) & {*spec.parameters}]
+        names = frozenset().union(*(_quantities(one, spec) for one in telling))
+        count = sum(_is_law(one, spec) for one in telling)
         accused = {f.mends[0].words if f.mends else f.latex for f in here if f.verdict == "fails"}
-        evidence[kind] = _Evidence(len(telling), frozenset().union(*telling), len(accused))
+        evidence[kind] = _Evidence(count, len(telling), names, len(accused))
     answers, few = [], sum(1 for one in found.equations if one.ways) < FEW
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         spec = reading.system.spec
