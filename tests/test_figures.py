@@ -130,6 +130,7 @@ def test_every_figure_is_here() -> None:
             if isinstance(node, ast.ImportFrom) and node.module in ("matplotlib.figure", "matplotlib.pyplot"):
                 makers.add(name)
     assert styled == set(FIGURES)
+    makers = {name for name in makers if not name.startswith("examples/")}  # which a wheel holds beside the package
     assert makers == {"graphics/style.py", "graphics/animation.py"}
 
 

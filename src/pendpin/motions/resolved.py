@@ -97,7 +97,8 @@ def find_coarse(run: RunRecord) -> Indices:
         return np.arange(0)
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
     # A rate that moves no position by more than its rounding is rounding itself, as in a run at rest.
-    least = ROUNDING * np.abs(run.q).max(initial=0.0) / dt
+    with np.errstate(over="ignore"):  # infinite where the interval is 5e-324 s
+        least = ROUNDING * np.abs(run.q).max(initial=0.0) / dt
     for x, rate, floor in ((run.q, run.v, 0.0), (run.v, run.a, least)):
         coarse |= strays(dt, x, rate, floor).any(1)
     closed = _intervals_of(run, times_of_events(run))
