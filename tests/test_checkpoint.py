@@ -13,11 +13,10 @@ import pytest
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.errors import Interrupted
-from pendpin.runs import checkpoint, motion_without_events
-from pendpin.runs.integration import IntegrationLoop
+from pendpin.runs import checkpoint, integration
+from pendpin.runs.checkpoint import RunState
+from pendpin.runs.integration import IntegrationLoop, SmoothLoop
 from pendpin.runs.motion_with_events import LoopWithEvents
-from pendpin.runs.motion_without_events import SmoothLoop
-from pendpin.runs.state import RunState
 from scenes import scene_of
 
 THICK = (pp.Rod(length=1.0, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.5, radius=0.03))
@@ -69,9 +68,9 @@ class Killed(BaseException):
 @pytest.fixture(autouse=True)
 def short_segments(monkeypatch: pytest.MonkeyPatch) -> None:
     """Segments of a few dozen evaluations, so that short runs have many."""
-    monkeypatch.setattr(motion_without_events, "EVALUATIONS", 160)
-    monkeypatch.setattr(motion_without_events, "LEAST_EVALUATIONS", 16)
-    monkeypatch.setattr(motion_without_events, "NUMBERS", 600)
+    monkeypatch.setattr(integration, "EVALUATIONS", 160)
+    monkeypatch.setattr(integration, "LEAST_EVALUATIONS", 16)
+    monkeypatch.setattr(integration, "NUMBERS", 600)
 
 
 def killing(loop: type[IntegrationLoop], after: int) -> Any:
@@ -128,8 +127,8 @@ def test_a_segment_may_be_shorter_than_a_step(library: str, monkeypatch: pytest.
     """The step that is proposed for it fits into it, which both libraries insist on."""
     if library == "scipy":
         monkeypatch.setitem(sys.modules, "CyRK", None)
-    monkeypatch.setattr(motion_without_events, "EVALUATIONS", 1)
-    monkeypatch.setattr(motion_without_events, "LEAST_EVALUATIONS", 1)
+    monkeypatch.setattr(integration, "EVALUATIONS", 1)
+    monkeypatch.setattr(integration, "LEAST_EVALUATIONS", 1)
     assert len(pp.simulate(scene(samples=401, duration=1.0), tolerance=1e-3).t) == 401
 
 

@@ -14,7 +14,7 @@ import pytest
 import pendpin as pp
 from bad_input import ROD as URDF
 from bad_input import SCENE, URDF_SCENE, run_main
-from pendpin.runs import motion_without_events
+from pendpin.runs import integration
 from pendpin.runs.checkpoint import FORMAT
 from run_files import Trap
 from test_checkpoint import assert_same, scene
@@ -213,7 +213,7 @@ def test_kill_9(folder: Path) -> None:
         assert subprocess.run(command, env=environment, stdout=subprocess.DEVNULL, check=False).returncode == 0
     assert not Path("run.ckpt").exists()
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(motion_without_events, "EVALUATIONS", 20_000)
-        patch.setattr(motion_without_events, "LEAST_EVALUATIONS", 2_000)
+        patch.setattr(integration, "EVALUATIONS", 20_000)
+        patch.setattr(integration, "LEAST_EVALUATIONS", 2_000)
         assert run_main("run", "scene.toml", "--out", "whole.npz") == 0
     assert_same(pp.Trajectory.load("run.npz"), pp.Trajectory.load("whole.npz"))

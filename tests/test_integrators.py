@@ -16,10 +16,10 @@ from pendpin.integrators.base import Integrator, StepPlan
 from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
+from pendpin.runs.checkpoint import Shifts
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import run_prepared
-from pendpin.runs.state import Shifts
 from pendpin.scene import FIXED_METHODS, METHODS, method_of
 from scenes import scene_of
 

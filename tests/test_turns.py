@@ -12,7 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
 from pendpin.equations.chain.angles import refined
-from pendpin.runs import motion_without_events
+from pendpin.runs import integration
 
 METHODS: tuple[dict[str, Any], ...] = (
     {"tolerance": 1e-11},
@@ -84,12 +84,12 @@ def test_segments_may_end_between_samples(how: dict[str, Any], monkeypatch: pyte
     start = pp.Start(positions=(0.4, 1.2, -0.3, 0.2), velocities=(9.0, 3.0, -4.0, 12.0))
     ends = []
     for numbers, samples in (
-        (motion_without_events.NUMBERS, 41),
-        (motion_without_events.NUMBERS, 2),
+        (integration.NUMBERS, 41),
+        (integration.NUMBERS, 2),
         (600, 2),
         (600, 41),
     ):
-        monkeypatch.setattr(motion_without_events, "NUMBERS", numbers)
+        monkeypatch.setattr(integration, "NUMBERS", numbers)
         scene = pp.Scene(duration=1.0, model=thin(2), start=start, effects=(fx.Gravity(),))
         run = pp.simulate(scene, samples=samples, **how)
         assert run.t.tolist() == np.linspace(0, 1, samples).tolist()

@@ -12,8 +12,7 @@ from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.integrators import Run
 from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.run import loop_of
-from pendpin.runs.samples import fill_in
+from pendpin.runs.run import fill_in, loop_of
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
 

@@ -27,7 +27,7 @@ from pendpin.integrators.machine import Call, available, block_stepper
 from pendpin.model.build import build, start_state
 from pendpin.motions.continuation import at
 from pendpin.runs.preparation import bind_for_run
-from pendpin.runs.samples import fill_in
+from pendpin.runs.run import fill_in
 from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord
 

@@ -1,30 +1,120 @@
-"""The state of a run in a file, so that the run can be continued after its process has ended."""
+"""The state of a run: its samples so far, and where its integration continues; and the file from which it continues."""
 
 import json
 import os
 import time
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from hashlib import sha256
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.ground.arguments import seconds
+from pendpin.ground.arrays import Array
 from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_whole
 from pendpin.ground.libraries import VERSION, installed
-from pendpin.runs.state import RunState
+from pendpin.integrators import Memory
 from pendpin.scene import Scene
-from pendpin.trajectory import event_arrays, read_array, read_events
+from pendpin.trajectory import Event, event_arrays, read_array, read_events
 
 FORMAT = 4  # of the file: another one is refused, as its arrays would be misread
 EVERY = 5.0  # s of wall time between two saves, unless another is given
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
 WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
+
+
+class SmoothState(NamedTuple):
+    """Where a motion without events continues. Shapes do not change during a run."""
+
+    t: float  # s since the start
+    q: Array  # (nv,) the angles from which turns are counted
+    y: Array  # (size,) the engine's state
+    work: Array  # (accounts,) J
+    most: int  # output times of the next segment
+    first_step: float  # s, a proposal; 0 without one
+    density: float  # states per s, from which angles are read in the next segment; 0 where the state holds angles
+    memory: Memory  # of the integrator
+    held: tuple[Array, ...]  # the records of the sampled torques, which all states share
+
+
+class EventState(NamedTuple):
+    """Where a motion with events continues."""
+
+    t: float  # s since the start
+    y: Array  # (size,) positions, rates, work of the accounts
+    mode: Mode
+    at_once: int  # events at this instant, so far
+    held: tuple[Array, ...]  # as in SmoothState
+
+
+@dataclass(frozen=True, eq=False)
+class RunState:
+    """The motion at the first n output times, and the state with which its integration continues.
+
+    All states of a run share one array `room`; its first n rows do not change any more.
+    """
+
+    room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
+    n: int
+    last: SmoothState | EventState
+    steps: int = 0
+    evaluations: int = 0
+    events: int = 0
+    seconds: float = 0.0
+    log: list[Event] = field(default_factory=list)  # what happened at the events, shared as `room` is
+    logged: int = 0  # how many of these belong to the state
+
+    @classmethod
+    def at_start(cls, first: Array, count: int, last: SmoothState | EventState) -> "RunState":
+        """A state with the first of `count` samples, first (columns,)."""
+        room = np.empty((count, len(first)))
+        room[0] = first
+        return cls(room, 1, last)
+
+    @property
+    def samples(self) -> Array:
+        """The rows so far, (n, columns)."""
+        return self.room[: self.n]
+
+    @property
+    def complete(self) -> bool:
+        """Whether there is a sample for every output time."""
+        return self.n == len(self.room)
+
+    def grown(
+        self,
+        samples: Array,
+        last: SmoothState | EventState,
+        steps: int,
+        evaluations: int,
+        happened: Sequence[Event] | None = None,
+    ) -> "RunState":
+        """The state with more samples (k, columns), the counts increased, and what happened if there was an event."""
+        n = self.n + len(samples)
+        self.room[self.n : n] = samples
+        self.log[self.logged :] = happened or ()
+        counts = (self.steps + steps, self.evaluations + evaluations, self.events + (happened is not None))
+        return RunState(self.room, n, last, *counts, self.seconds, self.log, len(self.log))
+
+
+@dataclass(frozen=True)
+class Shifts:
+    """Shifts of a motion without events: every few samples, each number of its state by a part of its largest so far.
+
+    All are away from 0, so that they add up. With a size of 0 they only cut the run into segments.
+    """
+
+    size: float  # relative to the largest value
+    samples: int  # from one shift to the next, at most
+
+
+# --- its file -------------------------------------------------------------------------------------------------------
 
 
 @dataclass(frozen=True)
@@ -72,8 +162,7 @@ class Saver:
         counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
         meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
         arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
-        arrays |= _arrays_of(state.last)
-        arrays |= event_arrays(state.log[: state.logged])
+        arrays |= _arrays_of(state.last) | event_arrays(state.log[: state.logged])
         try:
             write_whole(self._path, lambda file: np.savez(file, **arrays))
         except InputError as error:
@@ -109,9 +198,8 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
             if os.path.isfile(str(table[key])):
                 table[key] = "sha256 " + sha256(Path(table[key]).read_bytes()).hexdigest()[:32]
     versions = {"pendpin": VERSION} | installed(*LIBRARIES)
-    return json.loads(
-        json.dumps({"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions})
-    )
+    whole = {"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions}
+    return json.loads(json.dumps(whole))
 
 
 def _read(file: ArrayFile, first: RunState) -> RunState:
@@ -125,19 +213,18 @@ def _read(file: ArrayFile, first: RunState) -> RunState:
     counts = read_array(file, "counts", (4,))
     if (counts < 0).any() or (counts[:3] % 1).any():
         raise ValueError("array 'counts' holds no counts")
-    steps, evaluations, events = map(int, counts[:3])
-    log = list(read_events(file))
-    return RunState(first.room, n, last, steps, evaluations, events, float(counts[3]), log, len(log))
+    log, (steps, evaluations, events, seconds) = list(read_events(file)), counts.tolist()
+    return RunState(first.room, n, last, int(steps), int(evaluations), int(events), seconds, log, len(log))
 
 
 def _arrays_of(record: Any, name: str = "last") -> dict[str, Any]:
     """The arrays of a record of arrays, numbers and such records, by the names of its fields."""
     if not isinstance(record, tuple):
         return {name: np.asarray(record, float)}
-    names = getattr(record, "_fields", range(len(record)))
-    return {
-        k: x for part, value in zip(names, record, strict=True) for k, x in _arrays_of(value, f"{name}.{part}").items()
-    }
+    names, arrays = getattr(record, "_fields", range(len(record))), dict[str, Any]()
+    for part, value in zip(names, record, strict=True):
+        arrays |= _arrays_of(value, f"{name}.{part}")
+    return arrays
 
 
 def _restored(like: Any, read: Callable[[str, tuple[int, ...]], Any], name: str = "last") -> Any:

@@ -1,5 +1,6 @@
 """A run is integrated segment by segment, from its start to its end or to where it stops; it can be saved after each.
 
+Without contacts a segment is a number of output times (`SmoothLoop`); with them it ends at events (motion_with_events.py).
 A segment that fails or halts loses what it has integrated. It is integrated again from its start, in parts that end ever
 closer to the place where it stopped: errors name that place.
 """
@@ -8,20 +9,33 @@ import time
 from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
 from pendpin.effects.pace import Pace
-from pendpin.engines import ProgressCallback
+from pendpin.engines import Derivative, ProgressCallback
 from pendpin.errors import Halted, Interrupted, PendpinError, RunError
-from pendpin.ground.arrays import Array
-from pendpin.integrators import Run, Stop, integrator_for
-from pendpin.runs.checkpoint import Saver
+from pendpin.ground.arrays import EPS, Array, Indices, subdivided
+from pendpin.integrators import Memory, Run, Segment, StepPlan, Stop, integrator_for
+from pendpin.integrators.base import SHORTEST
+from pendpin.integrators.fixed import count_equal_steps
+from pendpin.runs.checkpoint import EventState, RunState, Saver, Shifts, SmoothState
 from pendpin.runs.limits import SamplesTooFew, Stalled
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.state import EventState, RunState, Shifts, SmoothState
 
 LEVELS, PARTS = 6, 16  # the place of a stop is then known to a 10,000,000th of the time between two samples
+EVALUATIONS = 20_000  # in a segment, about: an interrupt loses at most these
+LEAST_EVALUATIONS = 2_000  # of a large model, whose evaluations take longer
+SMALL = 2  # joints: those of a model with EVALUATIONS in a segment
+FIRST_STEPS = 2  # that it takes at least, the first of them a small one
+FIRST_CHANGE = 0.2  # rad, or rad/s, from state to state at the start, before it is measured how fast rods turn
+GROWTH = 256  # of the output times of a segment, where the states that it needs are not known
+MARGIN = 1.25  # of the density of states in the next segment, over that which this one needed
+NUMBERS = 100_000  # in the states of a segment: a processor's fast memory holds what is computed while angles are read
+MOST_STATES = 1e9  # between two output times, from which turns are counted; a hundred thousand swings take 1e6
+MOST_PARTS = 1e12  # of an interval: a segment ends before there are as many
+BESIDE = 4 * EPS  # of the time: so far from a corner its side is certain in spite of rounding
 
 
 class IntegrationLoop(ABC):
@@ -52,9 +66,9 @@ class IntegrationLoop(ABC):
         Raises RunError or LinAlgError if the segment cannot be integrated.
         """
 
-    def sampled_at(self, t: float) -> bool:
-        """Whether t in s is an instant of a sampled torque."""
-        return any(sampled.is_instant(t) for sampled in self.held)
+    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
+        """The state, shifted unless it is the first one; `largest` holds the largest numbers so far. Not with events."""
+        return done
 
     def sample(self, t: float, y: Array) -> bool:
         """Evaluate the sampled torques whose instant t in s is; whether there are any. y begins with q, v (2 nv,)."""
@@ -73,121 +87,265 @@ class IntegrationLoop(ABC):
         for sampled, record in zip(self.held, last.held, strict=True):
             sampled.recall(last.t, record)
 
-    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
-        """The state, shifted unless it is the first one; `largest` holds the largest numbers so far. Not with events."""
-        return done
-
-    def outcome(self, done: RunState, error: RunError | None) -> Run:
-        """The run as far as it was integrated, and why it ended early, if it did."""
+    def outcome(self, done: RunState, error: RunError | None, stop: Stop | None) -> Run:
+        """The run as far as it was integrated, and why and where it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
         rows, nv, end = done.samples, self.nv, 2 * self.nv + self.accounts
         torque = rows[:, end:].copy() if rows.shape[1] > end else None
-        arrays = (
-            self.times[: done.n],
-            rows[:, :nv].copy(),
-            rows[:, nv : 2 * nv].copy(),
-            torque,
-            rows[:, 2 * nv : end].copy(),
-        )
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
-        counts = (done.steps, done.evaluations, done.events, done.seconds)
-        run = Run(*arrays, *counts, self.library, self.version, compiling)
-        return replace(run, failure=error, happened=tuple(done.log[: done.logged]))
+        return Run(
+            *(
+                self.times[: done.n],
+                rows[:, :nv].copy(),
+                rows[:, nv : 2 * nv].copy(),
+                torque,
+                rows[:, 2 * nv : end].copy(),
+            ),
+            *(
+                done.steps,
+                done.evaluations,
+                done.events,
+                done.seconds,
+                self.library,
+                self.version,
+                compiling,
+                error,
+                stop,
+            ),
+            happened=tuple(done.log[: done.logged]),
+        )
+
+
+class SmoothLoop(IntegrationLoop):
+    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took.
+
+    Where angles are read from directions, a segment may end between two output times: it holds so many states and no more.
+    """
+
+    def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
+        super().__init__(prepared, pace, progress)
+        self.library, self.version = self.integrator.library, self.integrator.version
+        self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
+        if self.balance is not None:
+            size = len(self.engine.pack(*np.zeros((2, self.nv))))
+            self._derivative = self.balance.with_work(self._derivative, size)
+        self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
+
+    def begin(self, q: Array, v: Array) -> RunState:
+        """The first sample, from q, v (nv,)."""
+        y, work = self.engine.pack(q, v), np.zeros(self.accounts)
+        self.sample(float(self.times[0]), y)
+        first = SmoothState(
+            t=float(self.times[0]),
+            q=q,
+            y=y,
+            work=work,
+            most=self.first_segment,
+            first_step=0.0,
+            density=0.0 if self.engine.on_angles else self._first_density(y),
+            memory=self.integrator.memory(np.concatenate([y, work])),
+            held=self.records,
+        )
+        return RunState.at_start(np.concatenate([q, v, work]), len(self.times), first)
+
+    def _first_density(self, y: Array) -> float:
+        """The states per second from which the first angles should be read, from the state (size,) at the start."""
+        if len(self.times) < 2:
+            return 0.0
+        rate = np.zeros(len(y) + self.accounts)
+        self._derivative(rate, float(self.times[0]), np.concatenate([y, np.zeros(self.accounts)]))
+        change = float(np.nan_to_num(np.abs(rate[: len(y)])).max()) / FIRST_CHANGE
+        return max(
+            self.engine.density(y[None]), change, FIRST_STEPS / max(float(self.times[1] - self.times[0]), SHORTEST)
+        )
+
+    def go_on(self, done: RunState) -> tuple[RunState, str | None]:
+        """One segment; its number of output times follows from the evaluations of the last one."""
+        last = done.last
+        assert isinstance(last, SmoothState)
+        self.recall(last)
+        n, due = len(last.y), self.times[done.n :][: last.most]
+        span = np.concatenate([[last.t], due])
+        self.progress(last.t)
+        before = self._evaluations()
+        segment, times, at, density = self._read_closely(span, last)
+        took = self._evaluations() - before
+        states, work = segment.y[:, :n], segment.y[:, n:]
+        q, v = self.engine.unpack(times[: len(states)], states, last.q)
+        at = at[at < len(states)]
+        ahead = max(1, len(at)) * self._budget // max(took, 1)
+        next_one = SmoothState(
+            t=float(times[len(states) - 1]),
+            q=q[-1],
+            y=states[-1] if self.integrator.step else self.engine.project(states[-1]),
+            work=work[-1],
+            most=max(1, min(ahead, GROWTH * len(due) if density else len(self.times))),
+            first_step=float(times[-1] - times[0]) / segment.steps if segment.steps else last.first_step,
+            density=MARGIN * density,
+            memory=segment.memory,
+            held=self.records,
+        )
+        rows = np.concatenate([q[at], v[at], work[at]], 1)
+        return done.grown(rows, next_one, segment.steps, took), segment.failure
+
+    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
+        """The state with every number of the motion shifted, those of the integrator's memory too."""
+        last = done.last
+        assert isinstance(last, SmoothState)
+
+        def shift(name: str, x: Array) -> Array:
+            largest[name] = np.maximum(largest.get(name, 0.0), np.abs(x))
+            return x + shifts.size * largest[name] * np.where(x < 0, -1.0, 1.0) * (done.n > 1)
+
+        memory = self.integrator.shift_memory(last.memory, partial(shift, "memory"))
+        most = min(last.most, shifts.samples)
+        return replace(done, last=last._replace(y=shift("y", last.y), memory=memory, most=most))
+
+    def _read_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
+        """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
+
+        Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
+        """
+        start, density = np.concatenate([last.y, last.work]), last.density
+        if self.engine.on_angles:
+            segment = self._integrate(start, span, last.first_step or None, last.memory)
+            return segment, span, np.arange(1, len(span)), 0.0
+        first_step, room = last.first_step or None, NUMBERS // len(start) + 1
+        while True:
+            parts = self._parts(span, density)
+            at = np.cumsum(parts)
+            if at[0] > room:
+                times = span[0] + (span[1] - span[0]) * (np.arange(room + 1) / at[0])
+            else:
+                count = np.searchsorted(at, room, "right")
+                times = subdivided(span[: count + 1], parts[:count])
+            segment = self._integrate(start, times, first_step, last.memory)
+            needed = self.engine.density(segment.y[:, : len(last.y)])  # states per s, and at least one a step
+            if needed * float(np.diff(span).max()) > MOST_STATES:
+                raise SamplesTooFew("thin rods turn too far between samples to count their turns: take more samples")
+            needed = max(needed, segment.steps / max(float(times[-1] - times[0]), SHORTEST))
+            if segment.failure or (self._parts(span, needed) <= parts).all():
+                return segment, times, at, needed
+            density = MARGIN * needed
+
+    def _parts(self, span: Array, density: float) -> Indices:
+        """How many parts each interval of `span` (n,) is cut into, (n - 1,): one, or all its steps where these are fixed."""
+        if not density:
+            return np.ones(len(span) - 1, int)
+        step, intervals = self.integrator.step, np.diff(span)
+        parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
+        if step:
+            parts = np.array(
+                [count_equal_steps(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)]
+            )
+        return parts
+
+    def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
+        """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
+        if not len(self.pace.corners) and not self.held:
+            plan = StepPlan(first_step, float(self.pace.shortest[0]), memory)
+            return self.integrator.states_at(self._derivative, y, span, plan)
+        rows, steps, first_step = y[None], 0, None if span[0] in self.pace.corners else first_step
+        for times, due, longest in self.pace.pieces(span):
+            begin, end = times[[0, -1]]
+            plan = StepPlan(first_step, longest, memory, anew=bool(begin in self.pace.corners))
+            part = self.integrator.states_at(self._one_sided(begin, end), y, times, plan)
+            rows, steps = np.concatenate([rows, part.y[1 : due + 1]]), steps + part.steps
+            if not part.failure:
+                self.sample(float(end), part.y[-1])
+            if part.failure or end == span[-1]:
+                return replace(part, y=rows, steps=steps)
+            y, memory, first_step = part.y[-1], part.memory, None
+        raise AssertionError
+
+    def _one_sided(self, begin: float, end: float) -> Derivative:
+        """The derivative between two times in s; at one that is a corner of the pace, as on this side of it.
+
+        An effect may jump there. What it does on the other side would spoil the order of a method with fixed steps.
+        """
+        corners = self.pace.corners
+        at_begin, at_end = (corners.searchsorted(t, "left") < corners.searchsorted(t, "right") for t in (begin, end))
+        if not (at_begin or at_end):
+            return self._derivative
+        margin = BESIDE * (abs(self.dynamics.start) + abs(end))
+        low, high = begin + at_begin * margin, end - at_end * margin
+        derivative = self._derivative
+        return lambda dy, t, y: derivative(dy, max(low, min(t, high)), y)
 
 
 def integrate_to_end(
     loop: IntegrationLoop, q: Array, v: Array, saver: Saver | None, shifts: Shifts | None = None
 ) -> Run:
     """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
-    done, error, largest = loop.begin(q, v), None, dict[str, Array]()
+    done, error, stop, largest = loop.begin(q, v), None, None, dict[str, Array]()
     if saver:
         done = saver.resume(done)
 
     def clock() -> float:
         return time.thread_time() - loop.engine.compile_seconds  # which is counted apart
 
-    before, begin = done.seconds, clock()
-
-    def timed(state: RunState) -> RunState:
-        return replace(state, seconds=before + clock() - begin)
-
+    before = done.seconds - clock()
     while error is None and not done.complete:
         try:
             done, failure = loop.go_on(loop.shifted(done, shifts, largest) if shifts else done)
             error = RunError(failure) if failure else None
             if error is None and saver and saver.due:
-                saver.save(timed(done))
+                saver.save(replace(done, seconds=before + clock()))
         except KeyboardInterrupt:
             error = Interrupted("stopped by the user")
         except np.linalg.LinAlgError as fault:
             error = RunError(f"{fault}; give the rod a radius, or remove the torque about theta")
         except RunError as fault:
             error = fault
-    done = timed(done)
+    done = replace(done, seconds=before + clock())
     if saver and (error is None or isinstance(error, Halted)):
         with suppress(Halted):  # the previous save remains
             saver.save(done)
-    stop = None
     if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and shifts is None:
-        done, stop = _locate_stop(loop, done, error)
-    return replace(loop.outcome(done, error), stop=stop)
+        times = loop.times
+        try:
+            done, stop = _locate_stop(loop, done, error)
+        finally:
+            loop.times = times
+    return loop.outcome(done, error, stop)
 
 
 def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:
-    """The run with the samples that its last segment has lost, and the last state before it stopped, where there is sampled.
+    """The run with the samples that its last segment has lost, and the last state before it stopped, where that is known.
 
-    The error is that of the segment. A method with a fixed step has a sample there. Too few samples stop nothing: nearer
-    ones would pass.
+    A run that stalls is integrated again up to where it still advanced. One that fails between two samples is approached
+    in ever smaller parts; a method with a fixed step has a sample there, and too few samples stop nothing.
     """
-    times = loop.times
-    try:
-        if isinstance(error, Stalled):
-            return _recover(loop, done, error.t)
-        if loop.integrator.step is not None or done.complete or isinstance(error, SamplesTooFew):
+
+    def integrate(state: RunState) -> RunState:
+        failure = None
+        while state.n < len(loop.times) and failure is None:
+            try:
+                state, failure = loop.go_on(state)
+            except (PendpinError, np.linalg.LinAlgError):
+                break
+        return state
+
+    def stop_at(state: RunState) -> Stop:
+        return Stop(float(loop.times[state.n - 1]), *np.split(state.samples[-1][: 2 * loop.nv], 2))
+
+    if isinstance(error, Stalled):
+        if error.t <= done.last.t:
             return done, None
-        return done, _approach(loop, done)
-    finally:
-        loop.times = times
-
-
-def _recover(loop: IntegrationLoop, done: RunState, t: float) -> tuple[RunState, Stop | None]:
-    """The run up to a time in s at which it still advanced."""
-    if t <= done.last.t:
+        loop.times = np.append(loop.times[loop.times < error.t], error.t)
+        again = integrate(done)
+        return (again, None) if again.n < len(loop.times) else (replace(again, n=again.n - 1), stop_at(again))
+    if loop.integrator.step is not None or done.complete or isinstance(error, SamplesTooFew):
         return done, None
-    loop.times = np.append(loop.times[loop.times < t], t)
-    again = _integrate(loop, done, len(loop.times))
-    if again.n < len(loop.times):
-        return again, None
-    return again.cut(again.n - 1), _state_of(loop, again)
-
-
-def _approach(loop: IntegrationLoop, done: RunState) -> Stop | None:
-    """The last state before the place, between the last sample and the next, at which the integration fails."""
     end, state, stop = loop.times[done.n], done, None
     for _ in range(LEVELS):
         loop.times = np.linspace(state.last.t, end, PARTS + 1)
-        state = _integrate(loop, RunState.at_start(state.samples[-1], PARTS + 1, state.last), PARTS + 1)
+        state = integrate(RunState.at_start(state.samples[-1], PARTS + 1, state.last))
         if state.n > 1:
-            stop = _state_of(loop, state)
+            stop = stop_at(state)
         if state.complete:
             break
         end = loop.times[state.n]
-    return stop
-
-
-def _integrate(loop: IntegrationLoop, state: RunState, count: int) -> RunState:
-    """The state with up to `count` samples, as far as they can be integrated."""
-    failure = None
-    while state.n < count and failure is None:
-        try:
-            state, failure = loop.go_on(state)
-        except (PendpinError, np.linalg.LinAlgError):
-            break
-    return state
-
-
-def _state_of(loop: IntegrationLoop, state: RunState) -> Stop:
-    q, v = np.split(state.samples[-1][: 2 * loop.nv], 2)
-    return Stop(float(loop.times[state.n - 1]), q, v)
+    return done, stop

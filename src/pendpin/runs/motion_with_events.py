@@ -15,15 +15,14 @@ from pendpin.ground.libraries import version
 from pendpin.integrators.events import (
     AtRest,
     EventIntegrator,
-    SegmentToEvent,
     StateScales,
     Stepper,
     instant,
     integrate_to_event,
 )
+from pendpin.runs.checkpoint import EventState, RunState
 from pendpin.runs.integration import IntegrationLoop
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.state import EventState, RunState
 from pendpin.trajectory import Event
 
 SAMPLES_A_SEGMENT = 64  # output times of a segment
@@ -44,7 +43,7 @@ class LoopWithEvents(IntegrationLoop):
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
-        self._guards_by_ways = dict[bytes, Guards]()
+        self._guards_by_ways = dict[bytes, Guards]()  # where no joint is held, only the ways that joints slide matter
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,), after the impacts that are due at the start."""
@@ -71,14 +70,17 @@ class LoopWithEvents(IntegrationLoop):
         self.progress(t)
         times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
         if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
-            rows = self._rows(y[None], times[:1], mode)
-            return done.grown(rows, last, 0, 0), None
-        corner = int(self.pace.corners.searchsorted(t, "right"))
+            return done.grown(self._rows(y[None], times[:1], mode), last, 0, 0), None
+        corner, fall = int(self.pace.corners.searchsorted(t, "right")), None
         end = float(min(times[-1:].tolist() + self.pace.corners[corner : corner + 1].tolist()))
-        fall = self._low_fall(t, y, mode)
+        if self.contacts.stops and not all(mode.held.tolist()):
+            q, v = self._angles(y)
+            fall = falls_of(self.contacts, t, q, v, mode).low(t, q, self.scales, self._method.step_tolerance)
         end = end if fall is None else min(end, t + LANDED * fall.longest)
         guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
-        due = times if not self.sampled_at(end) else times[times < end - instant(t, end - t)]  # the next segment's
+        due = times
+        if any(sampled.is_instant(end) for sampled in self.held):  # what is at the end belongs to the next segment
+            due = times[times < end - instant(t, end - t)]
         segment = integrate_to_event(stepper, guards.values, guards.floor, t, y, end, due)
         happened: list[Event] | None = None
         rows, failure = self._rows(segment.samples, times[: len(segment.samples)], mode), segment.failure
@@ -87,12 +89,13 @@ class LoopWithEvents(IntegrationLoop):
             failure = f"{t:g} s after the start there are more than {MOST_AT_ONCE:g} events at once"
         if not failure:
             try:
-                y, mode = self._begin_next(segment, guards)
+                y, mode = segment.y.copy(), guards.mode
                 if segment.fired is not None:
-                    changes = guards.changes(y[: self.nv], segment.fired, mode.held)
-                    happened = [
-                        Event(float(segment.t), self.dynamics.model.joints[joint], kind) for joint, kind in changes
-                    ]
+                    mode = self._meet(segment.t, y, guards.land(*self._angles(y), segment.fired))
+                y[self.nv : 2 * self.nv][mode.held] = 0.0
+                if segment.fired is not None:
+                    changes, names = guards.changes(y[: self.nv], segment.fired, mode.held), self.dynamics.model.joints
+                    happened = [Event(float(segment.t), names[joint], kind) for joint, kind in changes]
                 if self.sample(segment.t, y):
                     mode = self._meet(segment.t, y)
             except (RunError, np.linalg.LinAlgError) as error:
@@ -101,7 +104,6 @@ class LoopWithEvents(IntegrationLoop):
         return done.grown(rows, following, segment.steps, self._evaluations() - before, happened), failure
 
     def _evaluations(self) -> int:
-        """The evaluations of the equations so far."""
         return self._block.calls if self._block else self._calls
 
     @property
@@ -110,28 +112,17 @@ class LoopWithEvents(IntegrationLoop):
         assert self._scales is not None
         return self._scales
 
-    def _low_fall(self, t: float, y: Array, mode: Mode) -> LowFall | None:
-        """The falls of joints near their stops; None if there are none."""
-        if not self.contacts.stops or all(mode.held.tolist()):
-            return None
-        q, v = self._angles(y)
-        return falls_of(self.contacts, t, q, v, mode).low(t, q, self.scales, self._method.step_tolerance)
-
     def _guards(self, y: Array, mode: Mode, fall: LowFall | None) -> Guards:
         """The guards of a mode from the state y (size,) on."""
-        if fall is None and not mode.holds:
-            return self._guards_of_ways(mode.sign.tobytes())
-        scales = self.scales if fall is None else fall.scales
-        return guards_of(self.contacts, y[: self.nv], mode, scales, self._method.tolerance)
-
-    def _guards_of_ways(self, ways: bytes) -> Guards:
-        """The guards where no joint is held, for the ways (nv,) that joints slide: nothing else matters to them."""
-        if ways not in self._guards_by_ways:
+        tolerance = self._method.tolerance
+        if fall is not None or mode.holds:
+            scales = self.scales if fall is None else fall.scales
+            return guards_of(self.contacts, y[: self.nv], mode, scales, tolerance)
+        if (ways := mode.sign.tobytes()) not in self._guards_by_ways:
             if len(self._guards_by_ways) == WAYS:
                 self._guards_by_ways.clear()
-            mode = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
-            of_ways = guards_of(self.contacts, np.zeros(self.nv), mode, self.scales, self._method.tolerance)
-            self._guards_by_ways[ways] = of_ways
+            free = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
+            self._guards_by_ways[ways] = guards_of(self.contacts, np.zeros(self.nv), free, self.scales, tolerance)
         return self._guards_by_ways[ways]
 
     def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
@@ -155,15 +146,6 @@ class LoopWithEvents(IntegrationLoop):
         work = np.full(self.accounts, (scales.torque * scales.position).max())
         size = np.concatenate([scales.position, scales.rate, work])
         return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
-
-    def _begin_next(self, segment: SegmentToEvent, guards: Guards) -> tuple[Array, Mode]:
-        """The state (size,) and the mode at the start of the next segment."""
-        y, mode = segment.y.copy(), guards.mode
-        if segment.fired is not None:
-            loose = guards.land(*self._angles(y), segment.fired)
-            mode = self._meet(segment.t, y, loose)
-        y[self.nv : 2 * self.nv][mode.held] = 0.0
-        return y, mode
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
         """Positions and rates (nv,) of a state y (size,)."""

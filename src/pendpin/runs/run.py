@@ -1,12 +1,11 @@
 """The run of a scene by its solver: prepared once, integrated, completed by wrenches and energies, and checked."""
 
 import time
-from collections.abc import Callable
 from dataclasses import replace
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.dynamics import Dynamics, reactions
 from pendpin.effects.pace import Pace, join_paces
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
@@ -14,23 +13,24 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.integrators.choice import notes_on_stiffness
-from pendpin.integrators.grid import count_whole_steps
+from pendpin.integrators.grid import count_whole_steps, largest_step
+from pendpin.model import kinematics
 from pendpin.model.build import start_state
-from pendpin.runs.checkpoint import Checkpoint, Saver, identity
-from pendpin.runs.integration import IntegrationLoop, integrate_to_end
-from pendpin.runs.limits import Deadline, Patience, balanced
+from pendpin.runs.checkpoint import Checkpoint, Saver, Shifts, identity
+from pendpin.runs.integration import IntegrationLoop, SmoothLoop, integrate_to_end
+from pendpin.runs.limits import Deadline, Patience
 from pendpin.runs.motion_with_events import LoopWithEvents
-from pendpin.runs.motion_without_events import SmoothLoop
 from pendpin.runs.preparation import MACHINE_CODE, EnergyBalance, Prepared, bind_for_run
-from pendpin.runs.samples import fill_in
-from pendpin.runs.state import Shifts
 from pendpin.scene import Scene
-from pendpin.trajectory import RunRecord
+from pendpin.trajectory import Derived, RunRecord, Stats, exchanged
+from pendpin.trajectory.parts import ROUNDING
 
 SHORTER = 3.0  # times: at a corner between two samples steps err as their square, so a run in shorter ones shows it
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 SLACK = 1.2  # margin on that time
+PART, LEAST = 1 << 12, 64  # rods, and samples, completed at once: what they need stays in a processor's fast memory
+OFF = 0.1  # of the energy exchanged: largest energy error of a valid run
 START_OVERFLOWS = f"start: positions, rates, forces or energies beyond {LARGEST:g}, too large to compute with"
 TOO_LARGE = f"its numbers grow beyond {LARGEST:g}"
 ENERGY_ERROR = "the energy is off by over a tenth of the energy exchanged: take a smaller tolerance or step"
@@ -45,12 +45,11 @@ def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
     """
     compiles = scene.solver.method == "auto" and scene.solver.engine in MACHINE_CODE  # what the choice is made by
     try:
-        prepared = deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
+        return deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
     except Halted as error:
         dynamics = bind_for_run(scene)
-        _finished(scene, dynamics, None, _start_alone(*start_state(dynamics.model, scene.start), error), None)
+        _finish(scene, dynamics, None, _start_alone(*start_state(dynamics.model, scene.start), failure=error), None)
         raise
-    return prepared
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")
@@ -80,21 +79,26 @@ def run_prepared(
         InputError: for a scene that its method cannot run.
         RunError: for a run that ends early; `partial` is the run up to there.
     """
-    scene, dynamics, saver = prepared.scene, prepared.dynamics, None
+    scene, dynamics, saver, reserve = prepared.scene, prepared.dynamics, None, 0.0
     if checkpoint:
         saver = Saver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
-    reserve = (lambda t: 0.0) if deadline.limit is None else _measure_reserve(prepared)
-    patience = Patience(scene.duration, deadline, reserve, progress)
+    if deadline.limit is not None:
+        reserve = SLACK * _measure_completion(prepared)
+
+    def reserved(t: float) -> float:
+        return reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))
+
+    patience = Patience(scene.duration, deadline, reserved, progress)
     try:
         loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
     except Halted as error:
-        return _finished(scene, dynamics, None, _start_alone(prepared.q, prepared.v, error), saver)
+        return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), saver)
     run = integrate_to_end(loop, prepared.q, prepared.v, saver, shifts)
     run = replace(run, notes=(*prepared.notes, *notes_on_stiffness(scene, run.steps)))
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
-    trajectory = _finished(scene, dynamics, prepared.balance, run, saver, guarded)
+    trajectory = _finish(scene, dynamics, prepared.balance, run, saver, guarded)
     if not anyway or (count := balanced(trajectory)) == len(trajectory.t):
         return trajectory
     note = f"from t = {trajectory.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
@@ -114,31 +118,62 @@ def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.
     return kind(prepared, pace, progress)
 
 
-def _start_alone(q: Array, v: Array, failure: Halted | None = None) -> Run:
-    """The start q, v (nv,) as a run that was not integrated."""
-    return replace(Run.at_states(np.zeros(1), q[None], v[None]), failure=failure)
+def _start_alone(q: Array, v: Array, count: int = 1, failure: Halted | None = None) -> Run:
+    """The start q, v (nv,) as a run that was not integrated, `count` times."""
+    return replace(Run.at_states(np.zeros(count), np.tile(q, (count, 1)), np.tile(v, (count, 1))), failure=failure)
 
 
-def _finished(
+def _measure_completion(prepared: Prepared) -> float:
+    """The measured processor time in s to complete one sample of a run."""
+    count, seconds, most = 0, 0.0, len(prepared.scene.times)
+    while seconds < LONG_ENOUGH and count < most:
+        count, begin = max(1, 4 * count), time.thread_time()  # other processes make no difference
+        fill_in(prepared.scene, prepared.dynamics, None, _start_alone(prepared.q, prepared.v, count))
+        seconds = time.thread_time() - begin
+    return seconds / count
+
+
+def _finish(
     scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, saver: Saver | None, guarded: bool = True
 ) -> RunRecord:
     """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
 
     `guarded`: the run ends where the energies do not add up.
     """
+
+    def cut(count: int, why: str) -> Run:  # with the fixed steps up to there; others are not counted by samples
+        step, short = scene.solver.step, run.cut(count, why)
+        return (
+            short
+            if step is None
+            else replace(short, steps=min(run.steps, count_whole_steps(scene.times[count - 1], step)))
+        )
+
+    def fill(some: Run) -> RunRecord:
+        return fill_in(scene, dynamics, balance, some)
+
     try:
-        trajectory = fill_in(scene, dynamics, balance, run)
-    except np.linalg.LinAlgError as error:
-        run = _solvable(scene, dynamics, balance, run, str(error))
-        trajectory = fill_in(scene, dynamics, balance, run)
+        trajectory = fill(run)
+    except np.linalg.LinAlgError as error:  # the equations have no solution at a sample: the run ends before it
+        why, good, bad = str(error), 0, len(run.t)
+        while bad - good > 1:
+            middle = (good + bad) // 2
+            try:
+                fill(run.cut(middle, why))
+            except np.linalg.LinAlgError:
+                bad = middle
+            else:
+                good = middle
+        if good == 0:
+            raise InputError(f"start: {why}") from None
+        run = cut(good, why)
+        trajectory = fill(run)
     if (count := trajectory.sound) == 0:
         raise InputError(START_OVERFLOWS)
     if count < len(run.t):
-        run = _cut(scene, run, count, TOO_LARGE)
-        trajectory = fill_in(scene, dynamics, balance, run)
+        trajectory = fill(run := cut(count, TOO_LARGE))
     if guarded and (count := balanced(trajectory)) < len(run.t):
-        run = _cut(scene, run, count, ENERGY_ERROR)
-        trajectory = fill_in(scene, dynamics, balance, run)
+        trajectory = fill(run := cut(count, ENERGY_ERROR))
     if run.failure is None:
         return trajectory
     end = scene.start.time + scene.duration
@@ -146,30 +181,6 @@ def _finished(
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     more = _remedy(dynamics, run) + (saver.note if saver and isinstance(run.failure, Halted) else "")
     raise run.failure.said(reason + more, trajectory)
-
-
-def _cut(scene: Scene, run: Run, count: int, why: str) -> Run:
-    """The run up to so many samples, with the fixed steps up to there; others are not counted by samples."""
-    step, short = scene.solver.step, run.cut(count, why)
-    return (
-        short if step is None else replace(short, steps=min(run.steps, count_whole_steps(scene.times[count - 1], step)))
-    )
-
-
-def _solvable(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, why: str) -> Run:
-    """The run before the first sample at which the equations have no solution. Raises InputError if that is the start."""
-    good, bad = 0, len(run.t)
-    while bad - good > 1:
-        middle = (good + bad) // 2
-        try:
-            fill_in(scene, dynamics, balance, run.cut(middle, why))
-        except np.linalg.LinAlgError:
-            bad = middle
-        else:
-            good = middle
-    if good == 0:
-        raise InputError(f"start: {why}")
-    return _cut(scene, run, good, why)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
@@ -186,14 +197,89 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"
 
 
-def _measure_reserve(prepared: Prepared) -> Callable[[float], float]:
-    """The measured time in s to complete the samples of a run up to a time t."""
-    scene, start = prepared.scene, _start_alone(prepared.q, prepared.v)
-    count, seconds, times = 0, 0.0, scene.times
-    while seconds < LONG_ENOUGH and count < len(times):
-        count = max(1, 4 * count)
-        rows = {name: np.repeat(getattr(start, name), count, axis=0) for name in ("t", "q", "v", "work")}
-        begin = time.thread_time()  # other processes make no difference
-        fill_in(scene, prepared.dynamics, None, replace(start, **rows))
-        seconds = time.thread_time() - begin
-    return lambda t: SLACK * seconds * max(1.0, np.searchsorted(times, t, "right") / count)
+# --- what a run holds beside positions and rates ---------------------------------------------------------------------
+
+
+def fill_in(
+    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, lazily: bool = False
+) -> RunRecord:
+    """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for.
+
+    `lazily`: the others too, where no work is integrated.
+    """
+    model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
+
+    def derive() -> Derived:
+        size = len(run.t) if model.chain is None else max(LEAST, PART // len(model.rods))
+        states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
+        parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
+        columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        a, wrench, kinetic, potentials, tips = columns
+        works.update({} if balance is None else balance.close(run.work, potentials))
+        return Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench))
+
+    derived = derive if lazily and balance is None else derive()
+    return RunRecord(
+        joints=model.joints,
+        t=scene.start.time + run.t if solver.times is None else scene.clock[: len(run.t)],
+        q=q,
+        v=run.v,
+        derived=derived,
+        stats=Stats(
+            method=solver.method,
+            tolerance=solver.tolerance,
+            step=solver.step and largest_step(scene.times, solver.step),
+            steps=run.steps,
+            evaluations=run.evaluations,
+            events=run.events,
+            seconds=run.seconds,
+            compile_seconds=run.compile_seconds,
+            engine=dynamics.engine.name,
+            library=run.library,
+            version=run.version,
+            conservative=dynamics.conservative,
+            stopped=None if run.failure is None else str(run.failure),
+            notes=run.notes,
+        ),
+        events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
+        held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
+        work=works,
+        scene=scene.recorded(),
+        source=scene,
+    )
+
+
+def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
+    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials and tips.
+
+    In machine code where it serves; where that finds no finite number, the engine's own equations say why.
+    """
+    model, sampler = dynamics.model, dynamics.sampler
+    parts = None if sampler is None else sampler(t, q, v, torque)
+    if parts is None:
+        parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
+    a, wrench, poses, kinetic = parts
+    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses)
+
+
+def balanced(trajectory: RunRecord) -> int:
+    """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
+
+    That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
+    A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
+    """
+    so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J
+    kinetic, potential = trajectory.kinetic, trajectory.potential
+    if trajectory.stats.conservative:
+        total = kinetic + potential
+        errors.append((so_far(np.abs(total - total[0])), exchanged(kinetic, potential)))
+    if works := trajectory.work.values():
+        errors.append((so_far(np.abs(trajectory.unbalanced)), exchanged(kinetic, *works)))
+    if not any((error > OFF * scale).any() for error, scale in errors):
+        return len(trajectory.t)
+    # Where nothing is exchanged, rounding counts: that of the terms of a potential energy, which round also where they
+    # cancel, as in a horizontal rod. Its scale takes longer than all the rest.
+    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
+    least = ROUNDING * so_far(moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0))
+    bad = np.any([error > OFF * np.maximum(scale, least) for error, scale in errors], 0)
+    return int(np.flatnonzero(~bad)[-1]) + 1

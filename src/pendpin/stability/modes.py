@@ -24,7 +24,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import Model, build
 from pendpin.motions.small_motions import small_motions
 from pendpin.motions.trajectory import Trajectory
-from pendpin.runs.samples import fill_in
+from pendpin.runs.run import fill_in
 from pendpin.scene import Scene, chosen_scene
 from pendpin.stability.linearize import place_of, remarks
 

@@ -18,10 +18,9 @@ from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.model.build import FARTHEST, Model, build, start_state
 from pendpin.runs.accuracy.thresholds import VECTOR
-from pendpin.runs.batches.series import Cases, Motions, Series, takes
+from pendpin.runs.batches.series import Cases, Motions, Series, ends_well, takes
 from pendpin.runs.batches.side_by_side import Ladder
-from pendpin.runs.limits import ends_well
-from pendpin.runs.samples import fill_in
+from pendpin.runs.run import fill_in
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene
 from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure

@@ -36,9 +36,7 @@ from pendpin.model.build import Model
 from pendpin.model.urdf_joints import WrittenJoint, homes
 
 MOST = 5_000_000  # instants of a run: 40 MB for each joint
-NEAR = (
-    2 * EPS
-)  # of a time: closer to an instant it is at it. Steps end twice as far from corners (motion_without_events)
+NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice as far from corners (runs/integration.py)
 
 
 class HeldTorque(Torque):

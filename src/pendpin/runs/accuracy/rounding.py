@@ -19,8 +19,8 @@ from pendpin.ground.arrays import EPS, Array
 from pendpin.model.kinematics import marks_at, tip_distance
 from pendpin.runs.accuracy.runs import Attempt, Ruler, Runs
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING
-from pendpin.runs.samples import complete
-from pendpin.runs.state import Shifts
+from pendpin.runs.checkpoint import Shifts
+from pendpin.runs.run import complete
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord
 

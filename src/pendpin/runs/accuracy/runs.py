@@ -10,10 +10,10 @@ from pendpin.ground.arrays import TINY, Array, Indices
 from pendpin.model.build import Model
 from pendpin.model.kinematics import chain_length, marks_at, tip_distance
 from pendpin.runs.accuracy.thresholds import SAMPLE
-from pendpin.runs.limits import Deadline, balanced
+from pendpin.runs.checkpoint import Shifts
+from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.run import ENERGY_ERROR, prepare, run_prepared
-from pendpin.runs.state import Shifts
+from pendpin.runs.run import ENERGY_ERROR, balanced, prepare, run_prepared
 from pendpin.scene import FIXED_METHODS, Scene
 from pendpin.trajectory import RunRecord, samples_of
 

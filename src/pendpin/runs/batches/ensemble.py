@@ -26,8 +26,7 @@ from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
 from pendpin.runs.batches.pools import cores, in_processes, in_threads
-from pendpin.runs.batches.series import MOST_JOINTS, Motions, Series
-from pendpin.runs.limits import ends_well
+from pendpin.runs.batches.series import MOST_JOINTS, Motions, Series, ends_well
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.trajectory import Counts, Stats

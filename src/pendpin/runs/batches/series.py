@@ -27,9 +27,13 @@ from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
 from pendpin.ground.libraries import heyoka, wait_for
+from pendpin.ground.records import LARGEST
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import Model, build, start_state
+from pendpin.runs.run import OFF
 from pendpin.scene import Scene
+from pendpin.trajectory import exchanged
+from pendpin.trajectory.parts import ROUNDING
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
 AT_ONCE = 128  # cases that are sorted into vectors
@@ -373,3 +377,17 @@ def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Eve
 def _passages(series: Any) -> list[_Passage]:
     """What notes the passages of its guards."""
     return [event.callback for event in series.nt_events] if series.with_events else []
+
+
+def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
+    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+    good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
+    if not dynamics.conservative or not good.any():
+        return good
+    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
+    elsewhere = dynamics.energies(ends[0] + 1.0, np.zeros_like(ends[1]))[1].reshape(-1, 2)
+    least = ROUNDING * np.abs(elsewhere).max(1)  # the potential at the ends may vanish, its rounding does not
+    off = np.abs(np.diff(kinetic + potential))[:, 0]
+    good[good] = off <= OFF * np.maximum(exchanged(kinetic.T, potential.T)[-1], least)
+    return good
