@@ -19,7 +19,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
-from pendpin.integrators.machine import AdaptiveInMachineCode
+from pendpin.integrators.adaptive import Adaptive
 from pendpin.scene import method_of
 
 REPETITIONS = 9
@@ -63,7 +63,7 @@ def in_a_run(given: pp.Scene) -> Callable[[], float]:
     """A function that returns the seconds of an evaluation in a run of dop853 on the compiled engine."""
     dynamics = Dynamics(pp.bind(given).model, given.effects, "compiled")
     assert isinstance(dynamics.engine, Compiled)
-    integrator = AdaptiveInMachineCode(method_of("dop853"), 1e-9)
+    integrator = Adaptive(method_of("dop853"), 1e-9, in_machine_code=True)
     derivative, count = integrator.equations(dynamics.engine, lambda t: None)
     y = dynamics.engine.pack(*start(given))
     times = np.array([0.0, given.duration])

@@ -29,7 +29,7 @@ from pendpin.engines.machine import llvm
 from pendpin.engines.machine.code import Block, Callback, Code, Function
 from pendpin.errors import Halted
 from pendpin.ground.libraries import version
-from pendpin.integrators import cyrk
+from pendpin.integrators import adaptive
 from pendpin.model.build import build
 from pendpin.runs.preparation import Prepared
 
@@ -63,22 +63,22 @@ def test_the_same_rates(model: str, effects: tuple) -> None:
 @pytest.fixture
 def libraries_are_looked_at_again() -> Iterator[None]:
     """What a process remembers of its libraries is forgotten, before and after."""
-    for known in (llvm.installed, cyrk.library):
+    for known in (llvm.installed, adaptive.cyrk):
         known.cache_clear()
     yield
-    for known in (llvm.installed, cyrk.library):
+    for known in (llvm.installed, adaptive.cyrk):
         known.cache_clear()
 
 
 @pytest.mark.usefixtures("libraries_are_looked_at_again")
-@pytest.mark.parametrize(("module", "name", "found"), [(llvm, "llvmlite", "0.49.1"), (cyrk, "CyRK", "0.21.0")])
+@pytest.mark.parametrize(("module", "name", "found"), [(llvm, "llvmlite", "0.49.1"), (adaptive, "CyRK", "0.21.0")])
 def test_another_series_is_noted_once(module, name: str, found: str, monkeypatch: pytest.MonkeyPatch) -> None:
     """Its functions may take other arguments: slower ways take over, and one note says what brings the fast ones."""
     monkeypatch.setattr(module, "version", lambda name: found)
     model, looks = build(MODELS["one rod"]), range(3)
     with warnings.catch_warnings(record=True) as notes:
         warnings.simplefilter("always")
-        seen = [compilable(model, [fx.Gravity()]) if module is llvm else cyrk.library() for _ in looks]
+        seen = [compilable(model, [fx.Gravity()]) if module is llvm else adaptive.cyrk() for _ in looks]
     assert not any(seen)
     (note,) = notes
     assert f"{name} {found} is not used, and runs take about 8 times as long" in str(note.message)
@@ -237,8 +237,8 @@ def test_methods_have_cyrks_numbers() -> None:
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
     from CyRK.cy.cysolver_api import ODEMethod
 
-    assert version("CyRK").startswith(cyrk.SERIES)
-    assert {name: int(ODEMethod[name.upper()]) for name in cyrk.METHODS} == cyrk.METHODS
+    assert version("CyRK").startswith(adaptive.SERIES)
+    assert {name: int(ODEMethod[name.upper()]) for name in adaptive.PLACES} == adaptive.PLACES
 
 
 def test_another_cyrk_is_called_from_python(monkeypatch: pytest.MonkeyPatch) -> None:
@@ -246,7 +246,7 @@ def test_another_cyrk_is_called_from_python(monkeypatch: pytest.MonkeyPatch) -> 
     scene = pp.Scene(model=MODELS["one rod"], start=pp.Start(positions={"theta_1": 0.5}), effects=SEVERAL[:2])
     scene = with_engine(scene, "compiled", samples=3)
     own = pp.simulate(scene, duration=1.0, method="dop853", tolerance=1e-9)
-    monkeypatch.setattr(cyrk, "library", lambda: None)
+    monkeypatch.setattr(adaptive, "cyrk", lambda: None)
     other = pp.simulate(scene, duration=1.0, method="dop853", tolerance=1e-9)
     assert own.stats.steps == other.stats.steps
     np.testing.assert_allclose(other.q, own.q, atol=1e-12)

@@ -17,7 +17,7 @@ import pendpin as pp
 import scenes
 from laws import law
 from pendpin.effects import DryFriction, Gravity, Motor, Spring, Stop
-from pendpin.integrators.first_crossing import first_crossing
+from pendpin.integrators.events import first_crossing
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint

@@ -1,12 +1,26 @@
-"""The adaptive integrator: embedded Runge-Kutta and multistep methods, on CyRK where installed, else on SciPy."""
+"""The adaptive methods, embedded Runge-Kutta and multistep: on CyRK where it is installed, else on SciPy.
+
+On compiled equations CyRK's C++ loop calls the machine code itself: no step calls Python.
+"""
+
+import ctypes
+from collections.abc import Callable, Generator, Iterator
+from contextlib import suppress
+from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
+from dataclasses import dataclass
+from functools import cache
+from importlib.util import find_spec
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.engines import Derivative
-from pendpin.ground.arrays import Array
-from pendpin.ground.libraries import version
-from pendpin.integrators import machine
+from pendpin.engines import Derivative, Engine, ProgressCallback
+from pendpin.engines.machine import llvm
+from pendpin.engines.machine.code import Block
+from pendpin.errors import say_note
+from pendpin.ground.arrays import Array, Mask, address
+from pendpin.ground.libraries import c_functions, version
 from pendpin.integrators.base import (
     FREE,
     LEAST_RTOL,
@@ -17,81 +31,390 @@ from pendpin.integrators.base import (
     finite_part,
     return_rates,
 )
-from pendpin.integrators.events import EventIntegrator
-from pendpin.scene import Method, Scene
+from pendpin.integrators.events import Stepper, Steps
+from pendpin.scene import METHODS, Method, Scene, method_of
+from pendpin.scene.methods import MULTISTEP
+
+OF_MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
+FEWEST = 2.0  # first steps
+WINDOW = 12_000.0  # first steps times operations: how far the first of the steps up to an event go
+GROWTH = 3.0  # from these steps to the next: a search costs as much as some steps
+_MEGABYTES = 2000  # that CyRK's output may take
+_NO_LIMIT = 1e300  # s, on the size of a step
 
 
-class Adaptive(EventIntegrator):
-    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike."""
+class StateScales(NamedTuple):
+    """What errors of the numbers of a state are compared with."""
+
+    size: Array  # (size,), of each number: what is of order one
+    relative: Mask  # (size,), whether errors may be larger where the number itself is: not of positions near a stop
+
+
+class Adaptive(Integrator):
+    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike.
+
+    Its steps can be searched for events. With `in_machine_code` its equations are those of a compiled engine, and CyRK's
+    loops call them directly.
+    """
+
+    def __init__(self, method: Method, setting: float, in_machine_code: bool = False) -> None:
+        super().__init__(method, setting)
+        self.tolerance, self._in_machine_code, self._progress = setting, in_machine_code, _Progress(lambda t: None)
+        self.library = "CyRK"
+        if not in_machine_code:
+            try:
+                from CyRK import pysolve_ivp
+            except ImportError:
+                self.library = "scipy"
+            else:
+                self._cyrk_solve = pysolve_ivp
+        self.version = version(self.library)
+        # the program that makes the steps up to events
+        self.event_library = "CyRK" if in_machine_code and method.family != MULTISTEP else "scipy"
 
     @classmethod
-    def for_scene(cls, scene: Scene, dynamics: Dynamics) -> Integrator:
+    def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Adaptive":
         """The method with the scene's tolerance; its loop in machine code where the equations are compiled."""
-        if dynamics.engine.compiles and machine.available():
-            return machine.AdaptiveInMachineCode.for_scene(scene, dynamics)
-        return super().for_scene(scene, dynamics)
+        assert scene.solver.tolerance is not None
+        in_machine_code = dynamics.engine.compiles and cyrk() is not None
+        return cls(method_of(scene.solver.method), scene.solver.tolerance, in_machine_code)
 
-    def __init__(self, method: Method, setting: float) -> None:
-        super().__init__(method, setting)
-        try:
-            import CyRK
-        except ImportError:
-            from scipy import integrate
-
-            self.library, self._solve = "scipy", self._scipy
-            self._scipy_method = getattr(integrate, method.library_name)
-        else:
-            self.library, self._solve, self._cyrk_solve = "CyRK", self._cyrk, CyRK.pysolve_ivp
-        self.version = version(self.library)
+    def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """The derivative of an engine, and a function that counts evaluations."""
+        block = self.compiled_for_events(engine, progress)
+        if block is None:
+            return engine.derivative(progress)
+        block.code()  # compiled here
+        return derivative_of(block), lambda: block.calls
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size) by CyRK or SciPy, within the tolerance a step."""
+        """The states (n, size) by CyRK or SciPy, within the tolerance a step; in machine code without `derivative`."""
+        times, tolerance = np.ascontiguousarray(times), self.tolerance
+        if self._in_machine_code:
+            self._progress.error, both = None, np.array([tolerance])
+            call = Call(self.method.library_name, self.block, both, both, plan.first or 0.0, plan.longest)
+            solution = call.solved(y, times[0], times[-1], times)
+            self._progress.raise_error()
+            return Segment(*finite_part(solution.states(y), solution.steps, solution.failure))
         first_step = plan.first and min(plan.first, (times[-1] - times[0]) / 2, plan.longest)
-        return self._solve(derivative, y, times, first_step, plan.longest)
-
-    def _cyrk(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
-    ) -> Segment:
-        """The states (n, size) by CyRK, from y (size,) at `times` (n,) in s."""
-        # Radau without a Jacobian: ABA's derivatives saved 25 % with SciPy and nothing with CyRK (docs/accuracy.md).
-        result = self._cyrk_solve(
-            derivative,
-            (times[0], times[-1]),
-            np.ascontiguousarray(y),
-            method=self.method.library_name,
-            t_eval=np.ascontiguousarray(times),
-            rtol=self.tolerance,
-            atol=self.tolerance,
-            first_step=first_step or 0.0,
-            max_step=longest,
-            pass_dy_as_arg=True,
-        )
-        states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
-        failure = None if result.success else result.message.rstrip(".")
-        return Segment(*finite_part(states, result.steps_taken, failure))
-
-    def _scipy(
-        self, derivative: Derivative, y: Array, times: Array, first_step: float | None, longest: float
-    ) -> Segment:
-        """The states (n, size) by SciPy, from y (size,) at `times` (n,) in s."""
-        states, steps, failure, function = [np.array(y)], 0, None, return_rates(derivative)
-        try:
-            solver = self._scipy_method(
-                function,
-                times[0],
-                y,
-                times[-1],
-                rtol=max(self.tolerance, LEAST_RTOL),
-                atol=self.tolerance,
-                first_step=first_step,
-                max_step=longest,
+        if self.library == "CyRK":
+            # Radau without a Jacobian: ABA's derivatives saved 25 % with SciPy and nothing with CyRK (docs/accuracy.md).
+            result = self._cyrk_solve(
+                derivative,
+                (times[0], times[-1]),
+                np.ascontiguousarray(y),
+                method=self.method.library_name,
+                t_eval=times,
+                rtol=tolerance,
+                atol=tolerance,
+                first_step=first_step or 0.0,
+                max_step=plan.longest,
+                pass_dy_as_arg=True,
             )
-            while solver.status == "running":
-                failure = solver.step()
-                steps += 1
-                due = times[len(states) : np.searchsorted(times, solver.t, side="right")]
-                if len(due) and not failure:
-                    states.extend(solver.dense_output()(due).T)
-        except FloatingPointError:
-            failure = NOT_FINITE
+            states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
+            failure = None if result.success else result.message.rstrip(".")
+            return Segment(*finite_part(states, result.steps_taken, failure))
+        scales = StateScales(np.ones(len(y)), np.ones(len(y), bool))
+        stepper = OnSciPy(self.method, tolerance, scales, first_step, plan.longest, derivative)
+        states, steps, failure = [np.array(y)], 0, None
+        for part in stepper.steps(times[0], y, times[-1]):
+            steps, failure = steps + 1, part.failure
+            due = times[len(states) : np.searchsorted(times, part.bounds[-1], side="right")]
+            if len(due) and not failure:
+                states.extend(part.inside(due))
         return Segment(*finite_part(np.array(states), steps, failure))
+
+    # --- up to events -----------------------------------------------------------------------------------------------
+
+    def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block | None:
+        """The equations of a compiled engine; None if the method calls them from Python."""
+        if not self._in_machine_code:
+            return None
+        self.block, self._progress = engine.block(), _Progress(progress)
+        answers = self._progress.answers()
+        next(answers)
+        self.block.on_progress(answers.send)
+        return self.block
+
+    def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales: by CyRK where a method of one step runs in machine code."""
+        if self.event_library == "scipy":
+            return OnSciPy(self.method, self.step_tolerance, scales, first_step, longest, derivative)
+        self._progress.error = None
+        atol, rtol = self.tolerance * scales.size, np.maximum(self.tolerance * scales.relative, LEAST_RTOL)
+        call = Call(self.method.library_name, self.block, rtol, atol, first_step, longest)
+        return InMachineCode(call, self._progress.raise_error)
+
+    @property
+    def step_tolerance(self) -> float:
+        """The tolerance of the steps up to an event."""
+        if self.method.family == MULTISTEP:
+            return max(OF_MULTISTEP * self.tolerance, min(self.tolerance, LEAST_RTOL))
+        return self.tolerance
+
+    def first_step(self, rate: float) -> float:
+        """The first step in s for a motion with this rate in 1/s."""
+        return self.tolerance ** (1 / (self.method.restart_order + 1)) / rate
+
+
+@dataclass
+class _Progress:
+    """The progress callback of a run, and what it raised.
+
+    It stands apart from the method: a block that refers to the method which refers to the block would stay in memory, and
+    Pinocchio's data with it.
+    """
+
+    callback: ProgressCallback
+    error: BaseException | None = None
+
+    def raise_error(self) -> None:
+        """Raise what the callback has raised."""
+        if self.error is not None:
+            raise self.error
+
+    def answers(self) -> Generator[bool, float, None]:
+        """Call the callback with each t that is sent; an exception is raised after CyRK has returned.
+
+        A function that CyRK calls would begin outside its `try`, and Python raises there what Ctrl-C left pending.
+        """
+        while True:
+            try:
+                while True:
+                    t = yield self.error is not None
+                    if self.error is None:
+                        self.callback(t)
+            except GeneratorExit:
+                return
+            except BaseException as error:
+                self.error = error
+
+
+def derivative_of(block: Block) -> Derivative:
+    """The equations of a block, called from Python."""
+
+    def derivative(dy: Array, t: float, y: Array) -> None:
+        dy[:] = block.evaluated(np.array([t]), y[None])[0][0]
+
+    return derivative
+
+
+# --- the steps of a method on the equations of one mode -------------------------------------------------------------
+
+
+@dataclass(frozen=True, eq=False)
+class OnSciPy(Stepper):
+    """A method of SciPy; its first step follows from the rates of the motion.
+
+    SciPy has one relative tolerance. Where it must not count for some number, the change of the state since the
+    start is integrated.
+    """
+
+    method: Method
+    tolerance: float
+    scales: StateScales
+    first_step: float | None  # s; SciPy chooses one if it is None
+    longest: float  # s, of a step
+    derivative: Derivative
+
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """The steps of SciPy's solver from y (size,), one at a time."""
+        try:
+            solver, origin = self._solver(t, y, end)
+        except FloatingPointError:  # the rates at the start are not finite
+            yield Steps(np.array([t]), y[None], lambda s: np.empty((0, len(y))), NOT_FINITE)
+            return
+        while solver.status == "running":
+            begin, before = solver.t, origin + solver.y
+            try:
+                failure = solver.step()
+            except FloatingPointError:
+                failure = NOT_FINITE
+            if failure:
+                yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
+                return
+            states, dense = np.stack([before, origin + solver.y]), solver.dense_output()
+            yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense(s).T)
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The state (size,) at the end of the solver's steps."""
+        if end <= t:
+            return y
+        solver, origin = self._solver(t, y, end)
+        while solver.status == "running":
+            solver.step()
+        return origin + solver.y
+
+    def _solver(self, t: float, y: Array, end: float) -> tuple[Any, Array]:
+        """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
+        from scipy import integrate  # late: it takes 0.2 s
+
+        (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
+        if not relative.all():
+            size, origin = size + np.where(relative, np.abs(y), 0.0), y
+        solver = getattr(integrate, self.method.library_name)(
+            lambda t, change: rates(t, origin + change),
+            t,
+            y - origin,
+            end,
+            rtol=max(self.tolerance, LEAST_RTOL),
+            atol=self.tolerance * size,
+            max_step=self.longest,
+            first_step=self.first_step and min(self.first_step, self.longest, end - t),
+        )
+        return solver, origin
+
+
+@dataclass(frozen=True, eq=False)
+class InMachineCode(Stepper):
+    """A method of CyRK on equations in machine code, in their present mode."""
+
+    call: "Call"
+    raised: Callable[[], None]  # raises what the progress callback raised
+
+    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
+        """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
+        call, span = self.call, max(FEWEST, WINDOW / self.call.block.operations) * self.call.first_step
+        while t < end:
+            stop = end if end - t < 2 * span else t + span
+            solution = call.solved(y, t, stop, dense=True)
+            self.raised()
+            states, _, failure = finite_part(solution.states(y), 0, solution.failure)
+            bounds = solution.times(t)[: len(states)]
+            if failure and len(bounds) > 1:  # the good ones again: after a failure CyRK does not interpolate
+                solution = call.solved(y, t, bounds[-1], dense=True)
+            yield Steps(bounds, states, solution.inside, failure)
+            if failure:
+                return
+            call, span = call._replace(first_step=float(np.diff(bounds).max())), GROWTH * span
+            t, y = float(bounds[-1]), states[-1]
+
+    def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The last state (size,)."""
+        return self.call.solved(y, t, end).states(y)[-1] if end > t else y
+
+
+def block_stepper(
+    block: Block, rtol: float, atol: Array, first_step: float, longest: float, raised: Callable[[], None]
+) -> Stepper:
+    """The steps of DOP853 on the equations of a block up to events, within rtol and atol (size,): by CyRK, else by SciPy.
+
+    `raised` raises what the block's progress callback wants to raise.
+    """
+    if cyrk() is not None:
+        return InMachineCode(Call("DOP853", block, np.array([rtol]), atol, first_step, longest), raised)
+    scales = StateScales(atol / rtol, np.ones(len(atol), bool))
+    return OnSciPy(METHODS["dop853"], rtol, scales, first_step, longest, derivative_of(block))
+
+
+# --- CyRK's solver in C++, without importing CyRK: that imports Numba, 0.17 to 0.3 s where a first run takes 0.1 s ---
+#
+# CyRK documents nbsolve2_ivp, which Numba compiles for each caller, and no way to its solver without that import (0.20: the
+# module that holds the addresses imports the package). So its functions are found by their C++ names, which spell out the
+# types of the arguments: a CyRK with another interface is not used, and a note says so. The numbers of the methods are
+# those of the versions named in SERIES.
+
+SERIES = "0.20."
+# The places of CyRK's enum ODEMethod, which no exported function tells: a new series has to be looked at before it is used.
+PLACES = {"RK23": 3, "RK45": 4, "DOP853": 5, "BDF": 6, "LSODA": 7, "Radau": 8}
+
+_RATE_TIMES_STATE = (c_void_p, c_double, c_double, c_void_p, c_size_t)
+_SIZES = (c_int, c_size_t, c_size_t, c_void_p, c_size_t, c_size_t, c_size_t, c_bool)
+_OUTPUT_EVENTS = (c_void_p, c_size_t, c_void_p, c_void_p, c_size_t)
+_TOLERANCES_STEPS = (c_void_p, c_size_t, c_void_p, c_size_t, c_double, c_double, c_bool)
+# As `nm -D --defined-only` prints them for CyRK's nb/numba_c_api*.so. The letters behind a function's name are the types of
+# its arguments (c++filt writes them out), so that a changed argument changes the name, and the symbol is not found.
+_NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the result, types of the arguments
+    "solve": (
+        "_Z17numba_cysolve_ivpPFvPddS_PcPFvS0_dS_S0_EEddS_m9ODEMethodmmS0_mmmbS_mS2_P5EventmS_mS_mddb",
+        c_void_p,
+        _RATE_TIMES_STATE + _SIZES + _OUTPUT_EVENTS + _TOLERANCES_STEPS,
+    ),
+    "free": ("_Z13cysolver_freePv", None, (c_void_p,)),
+    "success": ("_Z20cysolver_get_successPv", c_bool, (c_void_p,)),
+    "steps": ("_Z24cysolver_get_steps_takenPv", c_size_t, (c_void_p,)),
+    "size": ("_Z17cysolver_get_sizePv", c_size_t, (c_void_p,)),
+    "times": ("_Z18cysolver_get_t_ptrPv", c_void_p, (c_void_p,)),
+    "states": ("_Z18cysolver_get_y_ptrPv", c_void_p, (c_void_p,)),
+    "inside": ("_Z28cysolver_call_call_vectorizePvPKdmPd", c_int, (c_void_p, c_void_p, c_size_t, c_void_p)),
+    "message": ("_Z27cysolver_get_message_bufferPvPcm", None, (c_void_p, c_void_p, c_size_t)),
+}
+
+
+@cache
+def cyrk() -> Any:
+    """The functions by the names above; None if this CyRK, or this processor, does not have them: with a note, once."""
+    if find_spec("CyRK") is None:
+        return None
+    installed, reason = version("CyRK"), "this processor has no AVX2"
+    features = llvm.processor().features.split(b",")
+    if b"-avx2" not in features:  # which CyRK for x86 needs; others have no such feature to lack
+        reason = f"pendpin uses CyRK {SERIES}x: pip install 'CyRK=={SERIES}*'"
+        with suppress(OSError, AttributeError, ValueError):
+            if installed.startswith(SERIES):
+                return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
+    say_note(f"CyRK {installed} is not used, and runs take about 8 times as long: {reason}", stacklevel=3)
+    return None
+
+
+class Call(NamedTuple):
+    """The arguments of CyRK's solver that stay the same."""
+
+    method: str
+    block: Block
+    rtol: Array  # (1,) or (size,)
+    atol: Array  # (1,) or (size,)
+    first_step: float
+    longest: float
+
+    def solved(self, y: Array, t: float, end: float, times: Array | None = None, dense: bool = False) -> "Solution":
+        """The solution from y (size,) at t to `end`, at `times` (n,) or where the steps end."""
+        y = np.ascontiguousarray(y)
+        first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
+        at = (None, 0) if times is None else (times.ctypes.data, len(times))
+        pointer = cyrk().solve(
+            *(self.block.code().address, t, end, address(y), len(y), PLACES[self.method], 0, 0),
+            *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
+            *(*at, None, None, 0),
+            *(address(self.rtol), len(self.rtol), address(self.atol), len(self.atol)),
+            *(min(self.longest, _NO_LIMIT), first_step, False),
+        )
+        return Solution(pointer, len(y))
+
+
+class Solution:
+    """What CyRK returned; it lives as long as this object."""
+
+    def __init__(self, pointer: int, size: int) -> None:
+        self._pointer, self._api, self._size = pointer, cyrk(), size
+        self._count = self._api.size(pointer)  # of states
+        self.steps: int = self._api.steps(pointer)
+        self.failure: str | None = None
+        if not self._api.success(pointer):
+            text = ctypes.create_string_buffer(256)
+            self._api.message(pointer, ctypes.addressof(text), len(text))
+            self.failure = text.value.decode().rstrip(".")
+
+    def __del__(self) -> None:
+        self._api.free(self._pointer)
+
+    def times(self, start: float) -> Array:
+        """The times (n,) in s of the states; of the start alone where there are none."""
+        return self._copied(self._api.times, self._count) if self._count else np.array([start])
+
+    def states(self, y: Array) -> Array:
+        """The states (n, size); the start y (size,) alone where there are none."""
+        return self._copied(self._api.states, self._count, self._size) if self._count else y[None].copy()
+
+    def inside(self, t: Array) -> Array:
+        """The interpolation of the steps, (n, size) at times (n,)."""
+        t, out = np.ascontiguousarray(t), np.empty((len(t), self._size))
+        if len(t):
+            self._api.inside(self._pointer, address(t), len(t), address(out))
+        return out
+
+    def _copied(self, pointer: Callable[[int], int], *shape: int) -> Array:
+        """A copy of the array at a pointer."""
+        out = np.empty(shape)
+        ctypes.memmove(address(out), pointer(self._pointer), out.nbytes)
+        return out

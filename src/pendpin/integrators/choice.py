@@ -13,7 +13,6 @@ from pendpin.effects.cables import Anchor, Bending
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
 from pendpin.ground.arrays import EPS, Array
-from pendpin.integrators import cyrk
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import refuse_steps
 from pendpin.scene import EVENT_METHODS, Chain, Method, Scene, method_of
@@ -27,9 +26,8 @@ STEP = EPS**0.5  # of differences
 WIDER = 16.0  # times those steps, to tell a slope from a jump
 POWER_STEPS = 8  # of the power method: its rate is right within a few tenths
 MANY_STEPS = 10_000  # of a run: where an anchor or bending makes as many, a note says so
-STEPS_PER_RATE = (
-    0.6  # of dop853 for each radian, or e-fold, of the fastest rate: 0.55 to 1.2 by benchmarks/cables.py --stiff
-)
+# of dop853 for each radian, or e-fold, of the fastest rate: 0.55 to 1.2 by benchmarks/cables.py --stiff
+STEPS_PER_RATE = 0.6
 OVERDAMPED = 0.5  # decay over the fastest rate: what swings as fast as it decays has to be followed anyway
 
 
@@ -53,9 +51,9 @@ def integrator_class(method: Method) -> type[Integrator]:
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
     """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
-    smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)
     return (
-        smooth
+        built_in(dynamics.effects)
+        and all(effect.smooth for effect in dynamics.effects)
         and len(dynamics.model.joints) <= most
         and scene.solver.engine == "auto"
         and not energy_balance
@@ -74,33 +72,26 @@ def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balan
     solver, method = scene.solver, scene.solver.method
     if method != "auto" and (solver.engine != "auto" or not method_of(method).machine_code):
         return method, solver.engine
-    compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and cyrk.installed()
+    compiles = (
+        solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and find_spec("CyRK") is not None
+    )
     if method == "auto":
-        method = _automatic_method(scene, dynamics, compiles, q, v, energy_balance)
+        looked_at = dynamics
+        if compiles and dynamics.contacts is None:  # in machine code: no Pinocchio or SciPy is imported for that
+            looked_at = dynamics.in_motion(q, v, compiled=True)
+        decay, fastest = _rates(looked_at, looked_at.engine.pack(q, v), STEP)
+        method = "dop853"
+        if fastest * scene.duration > LONG and taylor_takes(scene, dynamics, energy_balance):
+            method = "taylor"
+        if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest:
+            slower, _ = _rates(looked_at, looked_at.engine.pack(q, v), WIDER * STEP)
+            if not slower < decay / 2:  # else it is the decay of a jump, which wider differences make slower
+                method = "radau"
     if solver.engine != "auto" or not method_of(method).machine_code:
         return method, solver.engine
-    if dynamics.contacts is not None and method_of(method).family == MULTISTEP:
-        return method, without_compiling(dynamics.engine)
-    return method, "compiled" if compiles else without_compiling(dynamics.engine)
-
-
-def _automatic_method(
-    scene: Scene, dynamics: Dynamics, compiles: bool, q: Array, v: Array, energy_balance: bool
-) -> str:
-    """The method of a run from q, v (nv,) that does not name one.
-
-    Where it `compiles` its equations, they are looked at in machine code: Pinocchio or SciPy is not imported for that.
-    """
-    if compiles and dynamics.contacts is None:
-        dynamics = dynamics.in_motion(q, v, compiled=True)
-    y = dynamics.engine.pack(q, v)
-    decay, fastest = _rates(dynamics, y, STEP)
-    if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest:
-        slower, _ = _rates(dynamics, y, WIDER * STEP)
-        if not slower < decay / 2:  # else it is the decay of a jump, which wider differences make slower
-            return "radau"
-    is_long = fastest * scene.duration > LONG
-    return "taylor" if is_long and taylor_takes(scene, dynamics, energy_balance) else "dop853"
+    if compiles and (dynamics.contacts is None or method_of(method).family != MULTISTEP):
+        return method, "compiled"
+    return method, without_compiling(dynamics.engine)
 
 
 def notes_on_stiffness(scene: Scene, steps: int) -> tuple[str, ...]:
@@ -150,12 +141,20 @@ def uncompiled(scene: Scene) -> Scene:
 def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
     """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only.
 
-    `step` is that of the differences, relative to the state.
+    By forward differences with a `step` relative to the state.
     """
     derivative, _ = dynamics.engine.derivative(lambda t: None)
     if len(y) > LARGE:
         return 0.0, _fastest(derivative, y)
-    slopes = _slopes(derivative, y, step)
+    steps = step * np.maximum(np.abs(y), 1.0)
+
+    def rate(y: Array) -> Array:
+        dy = np.empty_like(y)
+        derivative(dy, 0.0, y)
+        return dy
+
+    base = rate(y)
+    slopes = np.array([(rate(y + step) - base) / size for step, size in zip(np.diag(steps), steps, strict=True)]).T
     if not np.isfinite(slopes).all():
         return 0.0, 0.0
     rates = np.linalg.eigvals(slopes)
@@ -173,16 +172,3 @@ def _fastest(derivative: Derivative, y: Array) -> float:
         direction = (rate - base) / size
         growth.append(float(np.linalg.norm(direction)))
     return float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
-
-
-def _slopes(derivative: Derivative, y: Array, step: float) -> Array:
-    """d y'/d y at the start, (n, n), by forward differences with a step relative to y (n,)."""
-    steps = step * np.maximum(np.abs(y), 1.0)
-
-    def rate(y: Array) -> Array:
-        dy = np.empty_like(y)
-        derivative(dy, 0.0, y)
-        return dy
-
-    base = rate(y)
-    return np.array([(rate(y + step) - base) / size for step, size in zip(np.diag(steps), steps, strict=True)]).T

@@ -1,21 +1,22 @@
-"""Integration up to events: the steps of an adaptive method are searched for crossings of guards."""
+"""Integration up to events: the steps of an adaptive method are searched for the first zero crossing of guards.
+
+A guard is sampled at Chebyshev points. The coefficients of its interpolant bound its least value; most steps have no
+crossing by this test. Otherwise the interval is halved until the last coefficients vanish; the turning points of the
+interpolant then show whether it crosses zero, and where.
+"""
 
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
+from numpy.polynomial import chebyshev
 
-from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.engines.machine.code import Block
-from pendpin.ground.arrays import Array, Mask
-from pendpin.integrators.base import LEAST_RTOL, NOT_FINITE, ROUNDING, SHORTEST, Integrator, return_rates
-from pendpin.integrators.first_crossing import Crossing, first_crossing
-from pendpin.scene.methods import MULTISTEP, Method
+from pendpin.ground.arrays import Array
+from pendpin.integrators.base import ROUNDING, SHORTEST
 
-OF_MULTISTEP = 0.01  # of the tolerance: that of BDF and LSODA, which begin anew with order 1 at every event
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 NEAR = 1e-7  # of a step: a correction of the time so small is made without integrating anew
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
@@ -41,13 +42,6 @@ class Steps(NamedTuple):
     states: Array  # (k + 1, size) there
     inside: Callable[[Array], Array]  # t (n,) -> (n, size)
     failure: str | None = None  # of the step after these
-
-
-class StateScales(NamedTuple):
-    """What errors of the numbers of a state are compared with."""
-
-    size: Array  # (size,), of each number: what is of order one
-    relative: Mask  # (size,), whether errors may be larger where the number itself is: not of positions near a stop
 
 
 class Stepper(ABC):
@@ -78,97 +72,6 @@ class AtRest(Stepper):
         return y
 
 
-@dataclass(frozen=True, eq=False)
-class OnSciPy(Stepper):
-    """A method of SciPy; its first step follows from the rates of the motion.
-
-    SciPy has one relative tolerance. Where it must not count for some number, the change of the state since the
-    start is integrated.
-    """
-
-    method: Method
-    tolerance: float
-    scales: StateScales
-    first_step: float  # s
-    longest: float  # s, of a step
-    derivative: Derivative
-
-    def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """The steps of SciPy's solver from y (size,), one at a time."""
-        solver, origin = self._solver(t, y, end)
-        while solver.status == "running":
-            begin, before = solver.t, origin + solver.y
-            try:
-                failure = solver.step()
-            except FloatingPointError:
-                failure = NOT_FINITE
-            if failure:
-                yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
-                return
-            states = np.stack([before, origin + solver.y])
-            yield Steps(np.array([begin, solver.t]), states, _transposed(solver.dense_output(), origin))
-
-    def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The state (size,) at the end of the solver's steps."""
-        if end <= t:
-            return y
-        solver, origin = self._solver(t, y, end)
-        while solver.status == "running":
-            solver.step()
-        return origin + solver.y
-
-    def _solver(self, t: float, y: Array, end: float) -> tuple[Any, Array]:
-        """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
-        from scipy import integrate  # late: it takes 0.2 s
-
-        (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
-        if not relative.all():
-            size, origin = size + np.where(relative, np.abs(y), 0.0), y
-        solver = getattr(integrate, self.method.library_name)(
-            lambda t, change: rates(t, origin + change),
-            t,
-            y - origin,
-            end,
-            rtol=max(self.tolerance, LEAST_RTOL),
-            atol=self.tolerance * size,
-            max_step=self.longest,
-            first_step=min(self.first_step, self.longest, end - t),
-        )
-        return solver, origin
-
-
-class EventIntegrator(Integrator):
-    """A method with a tolerance whose steps can be searched for events."""
-
-    event_library = "scipy"  # that makes the steps up to events
-
-    def __init__(self, method: Method, setting: float) -> None:
-        self.method, self.tolerance = method, setting
-
-    def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block | None:
-        """The equations with contacts in machine code; None if the method calls them from Python."""
-        return None
-
-    def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
-        """The steps with tolerances relative to scales."""
-        return OnSciPy(self.method, self.step_tolerance, scales, first_step, longest, derivative)
-
-    @property
-    def step_tolerance(self) -> float:
-        """The tolerance of the steps up to an event."""
-        if self.method.family == MULTISTEP:
-            return max(OF_MULTISTEP * self.tolerance, min(self.tolerance, LEAST_RTOL))
-        return self.tolerance
-
-    def first_step(self, rate: float) -> float:
-        """The first step in s for a motion with this rate in 1/s."""
-        return self.tolerance ** (1 / (self.method.restart_order + 1)) / rate
-
-
-def _transposed(dense: Callable[[Array], Array], origin: Array) -> Callable[[Array], Array]:
-    return lambda t: origin + dense(t).T
-
-
 def integrate_to_event(
     stepper: Stepper, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
 ) -> SegmentToEvent:
@@ -180,16 +83,21 @@ def integrate_to_event(
     """
     samples, taken = np.empty((0, len(y))), 0
     for part in stepper.steps(t, y, end):
-        event = _event(guards, floor, part)
+        event = None
+        if len(floor) and len(part.bounds) > 1:
+            event = first_crossing(lambda t, part=part: guards(t, part.inside(t)), part.bounds, floor)
         count = event.place + 1 if event else len(part.bounds) - 1
         t = before = float(part.bounds[count])
         y, taken = part.states[count], taken + count
         if event:
-            t, y = _located(stepper, guards, part, event)
+            t, y = _locate(stepper, guards, part, event)
             before = t - instant(t, float(part.bounds[count] - part.bounds[count - 1]))
         due = times[len(samples) : times.searchsorted(before, "left" if event else "right")]
         if len(due):
-            samples = np.concatenate([samples, _states_at(part, due)])
+            states, place = part.inside(due), part.bounds.searchsorted(due)
+            exact = part.bounds[place] == due  # where steps begin and end, the states are those of the method itself
+            states[exact] = part.states[place[exact]]
+            samples = np.concatenate([samples, states])
         if event:
             return SegmentToEvent(t, y, samples, taken, event.fired)
         if part.failure:
@@ -202,23 +110,7 @@ def instant(t: float, length: float) -> float:
     return max(INSTANT * length, ROUNDING * math.ulp(t), SHORTEST)
 
 
-def _event(guards: Guards, floor: Array, part: Steps) -> Crossing | None:
-    """The first crossing of a guard (m,) in some steps."""
-    if not len(floor) or len(part.bounds) < 2:
-        return None
-    return first_crossing(lambda t: guards(t, part.inside(t)), part.bounds, floor)
-
-
-def _states_at(part: Steps, t: Array) -> Array:
-    """States (n, size) at times (n,) in some steps; where steps begin and end, those of the method itself."""
-    states = part.inside(t)
-    place = part.bounds.searchsorted(t)
-    exact = part.bounds[place] == t
-    states[exact] = part.states[place[exact]]
-    return states
-
-
-def _located(stepper: Stepper, guards: Guards, part: Steps, event: Crossing) -> tuple[float, Array]:
+def _locate(stepper: Stepper, guards: Guards, part: Steps, event: "Crossing") -> tuple[float, Array]:
     """The time of an event in some steps and the state (size,) there, by Newton's method and new integrations.
 
     The last correction is so small that the change of the interpolation serves.
@@ -234,3 +126,162 @@ def _located(stepper: Stepper, guards: Guards, part: Steps, event: Crossing) -> 
             break
         t, y = better, stepper.state_at(begin, start, better)
     return t, y
+
+
+# --- the first zero crossing of functions of time, from their signs and turning points ------------------------------
+
+DEGREE = 9  # of the interpolants: those of dop853 have degree 7, so that the last two coefficients vanish
+UNSEEN = 4.0  # times the larger of the last two coefficients: the bound on what the interpolant leaves out
+SHORTEST_SHARE = 2.0**-44  # of the interval searched: a function that is not resolved there jumps
+ROUNDING_SHARE = 2.0**-48  # of a function's size in an interval: a value less than this below 0 is rounding
+MOST = 2000  # parts of an interval examined; for a function that needs more, only the signs of its samples are used
+TOGETHER = 1e-12  # of the interval searched: crossings no farther apart happen at once
+CLOSE = 1e-9  # a correction of a root so small is the last: the next by Newton's method would be its square
+CLOSEST = 2.0**-52  # and by halving, this
+
+Functions = Callable[[Array], Array]  # times (n,) -> values (n, m)
+
+_NODES = -np.cos(np.pi * np.arange(DEGREE + 1) / DEGREE)  # rising, -1 to 1
+SHARES = (_NODES + 1) / 2  # of an interval
+STEEPEST = np.arange(DEGREE + 1) ** 2.0  # the largest slopes of Chebyshev's polynomials on -1 to 1
+_SUMS = np.stack([np.ones(DEGREE + 1), np.where(STEEPEST > 1, STEEPEST, 0.0)])
+_VALUES = chebyshev.chebvander(_NODES, DEGREE)  # at the nodes, of each polynomial
+COEFFICIENTS = np.linalg.inv(_VALUES)
+_SLOPE = chebyshev.chebder(np.eye(DEGREE + 1))  # of the coefficients, those of the derivative
+
+
+class Crossing(NamedTuple):
+    """The earliest crossing of several functions."""
+
+    t: float
+    place: int  # of the interval in which it is
+    which: int  # the function that crosses first
+    fired: list[int]  # those that cross then
+    slope: float  # of the first, per s; -inf if it jumps
+
+
+class _Interval(NamedTuple):
+    """A part of the times searched in which a function may fall below its floor."""
+
+    place: int  # of the interval of the caller that it belongs to
+    begin: float
+    end: float
+    series: Array  # (DEGREE + 1, m), the interpolants
+    floor: Array  # (m,)
+    reaching: list[int]  # the functions that may
+    resolved: bool  # whether the interpolants of these leave out less than the floor
+
+
+def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing | None:
+    """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
+
+    In the intervals between the rising times `bounds` (k + 1,): all are sampled at once, and those that may hold a
+    crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
+    out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
+    """
+    waiting, looks = _intervals(sample, bounds, floor), dict[int, int]()
+    while waiting:
+        part = waiting.pop()
+        looks[part.place] = looks.get(part.place, 0) + 1
+        a, b, whole = part.begin, part.end, float(bounds[part.place + 1] - bounds[part.place])
+        jumps = b - a <= SHORTEST_SHARE * whole or looks[part.place] > MOST
+        if not (part.resolved or jumps):
+            waiting += _intervals(sample, np.array([a, (a + b) / 2, b]), floor, part.place)
+        elif crossing := _crossing(part, jumps, TOGETHER * whole):
+            return crossing
+    return None
+
+
+def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
+    """The first crossing in an interval with those no more than `together` in s after it."""
+    seek, scale, floor = _drop if jumps else _root, 2 / (part.end - part.begin), part.floor.tolist()
+    roots = {k: seek(part.series[:, k], floor[k]) for k in part.reaching}
+    which = min(roots, key=lambda k: roots[k][0])
+    x, slope = roots[which]
+    if x == math.inf:
+        return None
+    t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
+    fired = [k for k, (place, _) in roots.items() if place <= x + scale * together]
+    return Crossing(t, part.place, which, fired, slope * scale)
+
+
+def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
+    """Those of the k intervals between bounds (k + 1,) that have to be searched for floor (m,), the last one first.
+
+    A function whose first term outweighs the slopes of all others has its least value at an end.
+    """
+    begin, end = bounds[:-1, None], bounds[1:, None]
+    times = begin + (end - begin) * SHARES
+    times[:, -1:] = end
+    values = sample(times.reshape(-1)).reshape(*times.shape, -1)
+    series = COEFFICIENTS @ values
+    sizes = np.abs(series)
+    unseen = UNSEEN * np.maximum(sizes[:, -1], sizes[:, -2])
+    whole, curved = (_SUMS @ sizes).swapaxes(0, 1)
+    inside = series[:, 0] + sizes[:, 0] - whole
+    least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
+    change = sizes[:, 1] + 4 * sizes[:, 2]  # of the function, where time changes by half an interval
+    floors = np.maximum(floor, np.maximum(ROUNDING_SHARE * whole, 2 * np.spacing(np.abs(end)) / (end - begin) * change))
+    reaching, intervals = least < unseen - floors, list[_Interval]()
+    for i in sorted(set(reaching.nonzero()[0].tolist()), reverse=True):
+        which = reaching[i].nonzero()[0].tolist()
+        resolved = all(unseen[i, k] <= floors[i, k] for k in which)
+        ends = float(bounds[i]), float(bounds[i + 1])
+        intervals.append(_Interval(i if place is None else place, *ends, series[i], floors[i], which, resolved))
+    return intervals
+
+
+def _root(coefficients: Array, floor: float) -> tuple[float, float]:
+    """Where a Chebyshev series (k,) on -1 to 1 falls through 0 and goes on below -floor, and its slope; inf if nowhere."""
+    series = coefficients.tolist()
+    places = turning_points(coefficients)
+    values = [_value(series, x) for x in places]
+    last = next((i for i, (value, _) in enumerate(values) if value < -floor), None)
+    if last is None:
+        return math.inf, 0.0
+    before = max(0, last - 1)
+    if last == before or values[before][0] <= 0:
+        return places[before], values[before][1]
+    return _zero(series, places[before], places[last])
+
+
+def _zero(series: list[float], a: float, b: float) -> tuple[float, float]:
+    """The zero of a Chebyshev series that falls from a to b, and its slope: by Newton's method, or halving."""
+    x, last = (a + b) / 2, math.inf
+    while True:
+        value, slope = _value(series, x)
+        a, b = (x, b) if value > 0 else (a, x)
+        newton = (
+            min(max(x - value / slope, a), b) if slope < 0 else a
+        )  # a zero at an end is rounded to either side of it
+        converges = abs(newton - x) < last / 2
+        better = newton if converges else (a + b) / 2
+        x, last = better, abs(better - x)
+        if last <= (CLOSE if converges else CLOSEST):
+            return x, slope
+
+
+def _value(series: list[float], x: float) -> tuple[float, float]:
+    """A Chebyshev series and its slope at x, by Clenshaw's recurrence: in floats, as one value takes numpy longer."""
+    one = two = slope = before = 0.0
+    for c in reversed(series[1:]):
+        slope, before = 2 * (one + x * slope) - before, slope
+        one, two = c + 2 * x * one - two, one
+    return series[0] + x * one - two, one + x * slope - before
+
+
+def turning_points(coefficients: Array) -> list[float]:
+    """-1, the zeros in between of the derivative of a Chebyshev series (k,), and 1; rising."""
+    slope = _SLOPE @ coefficients
+    sizes = np.abs(slope)
+    if 2 * sizes[0] >= sizes.sum():  # there is none
+        return [-1.0, 1.0]
+    roots = chebyshev.chebroots(slope[: np.flatnonzero(sizes > 1e-15 * sizes.max())[-1] + 1])
+    inside = roots.real[(np.abs(roots.imag) < 1e-3) & (np.abs(roots.real) < 1)]
+    return [-1.0, *np.sort(inside).tolist(), 1.0]
+
+
+def _drop(coefficients: Array, floor: float) -> tuple[float, float]:
+    """The first node where a function that jumps, a series (k,), is below -floor, and the slope; inf if there is none."""
+    below = _VALUES @ coefficients < -floor
+    return (float(_NODES[np.argmax(below)]), -math.inf) if below.any() else (math.inf, 0.0)

@@ -1,4 +1,9 @@
-"""The baseline of games and robot simulators: the classical Runge-Kutta method and semi-implicit Euler, fixed steps."""
+"""Methods with a fixed step, the baseline of games and robot simulators: classical Runge-Kutta and semi-implicit Euler.
+
+The step asked is the step made, wherever the samples are. A sample inside a step is computed by a shorter step of the same
+method from the end of the last full one, which then continues as if the sample had not been: it has the order of the method.
+The last step of a run may so be shorter.
+"""
 
 import math
 from abc import abstractmethod
@@ -11,14 +16,13 @@ from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
-from pendpin.integrators.grid import GridPlace, StepGrid
 from pendpin.scene import Method
 
 MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
+NEAR = 1e-9  # of a step: a sample so near to the end of a step is there
 
 Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state in place by `steps` steps of h
-Step = Callable[[float, float], None]  # the same for one step
 
 
 def count_equal_steps(interval: float, step: float) -> int:
@@ -28,10 +32,89 @@ def count_equal_steps(interval: float, step: float) -> int:
     return max(1, math.ceil(interval / step * (1 - 1e-9)))
 
 
+def count_whole_steps(interval: float, step: float) -> int:
+    """How many whole steps fit into an interval, both in s."""
+    return math.floor(interval / step + NEAR)
+
+
+def largest_step(times: Array, step: float | None) -> float | None:
+    """The largest step over output times (n,) in s: the one asked, or all of a shorter run; None if none is asked."""
+    return None if step is None else min(step, float(times[-1] - times[0]) or step)
+
+
 def refuse_steps(times: Array, step: float) -> None:
     """Raise InputError if times (n,) need more than MAX_STEPS steps."""
     if times[-1] - times[0] > MAX_STEPS * step:
         raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
+
+
+# --- where the steps end --------------------------------------------------------------------------------------------
+
+
+class EqualSteps(NamedTuple):
+    """Equal steps one after another."""
+
+    start: float  # s
+    steps: int
+    step: float  # s: the one asked, to the rounding of the times of samples, or a shorter one after a corner
+
+
+class Way(NamedTuple):
+    """From the last stored state to a sample: equal steps, and a shorter step from their end to the sample."""
+
+    blocks: tuple[EqualSteps, ...]
+    start: float  # s, of the shorter step
+    left: float  # s, its length; 0 where a step ends at the sample
+
+
+class GridPlace(NamedTuple):
+    """Where the stored state of a method with fixed steps is."""
+
+    origin: float = 0.0  # s, from which steps are counted
+    steps: int = -1  # whole ones since then; -1 before the first step of a run
+    offset: float = 0.0  # s, behind the origin
+
+
+class StepGrid:
+    """The ends of steps of one size in s, counted from an origin, and how far behind it the stored state is.
+
+    That state is at the end of a step; or inside one, behind a corner of what acts, from which it continues to that end.
+    """
+
+    def __init__(self, step: float, place: GridPlace, t: float, plan: StepPlan) -> None:
+        """The steps of the segment before, which ended at `place`, from t in s on; new ones where there was none."""
+        self._step = step
+        self.place = GridPlace(t, 0, 0.0) if place.steps < 0 else place
+        if plan.anew and self.inside(t):
+            self.place = self.place._replace(offset=t - self.place.origin)
+
+    def inside(self, t: float) -> bool:
+        """Whether t in s is behind the stored state, inside a step."""
+        return t != self.place.origin + self.place.offset
+
+    def go_to(self, t: float) -> Way:
+        """Move to a sample at t in s, and return the way there.
+
+        Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
+        """
+        (origin, done, offset), blocks = self.place, list[EqualSteps]()
+        elapsed = t - origin
+        count = max(done, count_whole_steps(elapsed, self._step))
+        at_end = count > done and abs(elapsed - count * self._step) <= NEAR * self._step
+        end = elapsed if at_end else count * self._step
+        if count > done and offset > done * self._step:  # behind a corner
+            first = end if count == done + 1 else (done + 1) * self._step
+            blocks.append(EqualSteps(origin + offset, 1, first - offset))
+            done, offset = done + 1, first
+        if steps := count - done:
+            step = (end - offset) / steps if at_end else self._step
+            blocks.append(EqualSteps(origin + offset, steps, step))
+            done, offset = count, end
+        self.place = GridPlace(t, 0, 0.0) if at_end else GridPlace(origin, done, offset)
+        return Way(tuple(blocks), origin + offset, 0.0 if at_end else max(elapsed - offset, 0.0))
+
+
+# --- the methods ----------------------------------------------------------------------------------------------------
 
 
 class FixedMemory(NamedTuple):
@@ -42,7 +125,7 @@ class FixedMemory(NamedTuple):
 
 
 class FixedStep(Integrator):
-    """A method with a fixed step; samples inside a step are computed by a shorter one (integrators/grid.py)."""
+    """A method with a fixed step; samples inside a step are computed by a shorter one."""
 
     def __init__(self, method: Method, setting: float) -> None:
         self.library, self.version = "numpy", np.__version__
@@ -77,19 +160,9 @@ class FixedStep(Integrator):
             states[sample] = part
         return Segment(*finite_part(states, steps, None), FixedMemory(grid.place, whole))
 
+    @abstractmethod
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """A function that advances y (size,), in place, by some steps from t."""
-        step = self.stepping(derivative, y)
-
-        def advance(t: float, h: float, steps: int) -> None:
-            for i in range(steps):
-                step(t + i * h, h)
-
-        return advance
-
-    @abstractmethod
-    def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A function that advances y (size,), in place, by one step from t to t + h."""
 
 
 class RungeKutta4(FixedStep):
@@ -106,37 +179,30 @@ class RungeKutta4(FixedStep):
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
-        block = self._block
-        if block is None or len(y) != block.size:
-            return super().advancing(derivative, y)
-        steps, work = block.code().steps, np.empty(5 * len(y))
+        """Classical Runge-Kutta steps of y (size,); unit vectors in it stay unit vectors, however a run is cut."""
+        block, normalise = self._block, self._normalise
+        k1, k2, k3, k4, inner = work = np.empty((5, len(y)))
 
-        def advance(t: float, h: float, count: int) -> None:
-            steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
+        def advance_in_machine_code(t: float, h: float, count: int) -> None:
+            assert block is not None
+            block.code().steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
             self._progress(t)
-
-        return advance
-
-    def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A classical Runge-Kutta step of y (size,); unit vectors in it stay unit vectors, however a run is cut."""
-        normalise = self._normalise
-        k1, k2, k3, k4, inner = (np.empty_like(y) for _ in range(5))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
             np.multiply(before, h, out=inner)
             np.add(y, inner, out=inner)
             derivative(k, t, inner)
 
-        def advance(t: float, h: float) -> None:
-            derivative(k1, t, y)
-            stage(k2, t + h / 2, k1, h / 2)
-            stage(k3, t + h / 2, k2, h / 2)
-            stage(k4, t + h, k3, h)
-            y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
-            normalise(y)
+        def advance(t: float, h: float, count: int) -> None:
+            for begin in (t + i * h for i in range(count)):
+                derivative(k1, begin, y)
+                stage(k2, begin + h / 2, k1, h / 2)
+                stage(k3, begin + h / 2, k2, h / 2)
+                stage(k4, begin + h, k3, h)
+                y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+                normalise(y)
 
-        return advance
+        return advance if block is None or len(y) != block.size else advance_in_machine_code
 
 
 class SemiImplicitEuler(FixedStep):
@@ -149,14 +215,15 @@ class SemiImplicitEuler(FixedStep):
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)
 
-    def stepping(self, derivative: Derivative, y: Array) -> Step:
-        """A step of y (size,): v, then q with the new v; further integrated quantities are advanced with v."""
+    def advancing(self, derivative: Derivative, y: Array) -> Advance:
+        """Steps of y (size,): v, then q with the new v; further integrated quantities are advanced with v."""
         dy, nv = np.empty_like(y), self._nv
         q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
 
-        def advance(t: float, h: float) -> None:
-            derivative(dy, t, y)
-            others[:] += h * rates
-            q[:] += h * v
+        def advance(t: float, h: float, count: int) -> None:
+            for i in range(count):
+                derivative(dy, t + i * h, y)
+                others[:] += h * rates
+                q[:] += h * v
 
         return advance

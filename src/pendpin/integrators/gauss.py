@@ -18,7 +18,7 @@ from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.libraries import version
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
-from pendpin.integrators.grid import GridPlace, StepGrid
+from pendpin.integrators.fixed import GridPlace, StepGrid
 from pendpin.scene import Method
 
 MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by then does not

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
-from pendpin.integrators.grid import NEAR
+from pendpin.integrators.fixed import NEAR
 from pendpin.motions.continuation import Continuation
 from pendpin.trajectory import RunRecord, joined, samples_of
 

@@ -14,7 +14,7 @@ from numpy.polynomial import chebyshev
 
 from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array, Indices, Mask
-from pendpin.integrators.first_crossing import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
+from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import BESIDE, ROUNDING, resolved, times_of_events
 from pendpin.trajectory import HingeReactions, RunRecord, samples_of

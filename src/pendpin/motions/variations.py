@@ -20,10 +20,10 @@ from pendpin.engines.machine.code import Block
 from pendpin.errors import InputError, RunError, choices, is_number, not_one_of, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.keypaths import number_at, parsed
-from pendpin.integrators import Run, cyrk
+from pendpin.integrators import Run
+from pendpin.integrators.adaptive import Call, block_stepper, cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
-from pendpin.integrators.machine import Call, available, block_stepper
 from pendpin.model.build import build, start_state
 from pendpin.motions.continuation import at
 from pendpin.runs.preparation import bind_for_run
@@ -195,8 +195,8 @@ def solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longes
     """The states (n, size) of a block's equations at times (n,), from y (size,) at the first; fewer where it stops."""
     if times[-1] == times[0]:
         return np.repeat(y[None], len(times), 0)
-    if available():
-        call = Call(cyrk.METHODS["DOP853"], block.code().address, block, np.array([rtol]), atol, 0.0, longest)
+    if cyrk() is not None:
+        call = Call("DOP853", block, np.array([rtol]), atol, 0.0, longest)
         solution = call.solved(y, times[0], times[-1], np.ascontiguousarray(times))
         return solution.states(y)
     from scipy.integrate import solve_ivp

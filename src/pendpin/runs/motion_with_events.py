@@ -12,14 +12,8 @@ from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import version
-from pendpin.integrators.events import (
-    AtRest,
-    EventIntegrator,
-    StateScales,
-    Stepper,
-    instant,
-    integrate_to_event,
-)
+from pendpin.integrators.adaptive import Adaptive, StateScales
+from pendpin.integrators.events import AtRest, Stepper, instant, integrate_to_event
 from pendpin.runs.checkpoint import EventState, RunState
 from pendpin.runs.integration import IntegrationLoop
 from pendpin.runs.preparation import Prepared
@@ -38,7 +32,7 @@ class LoopWithEvents(IntegrationLoop):
         super().__init__(prepared, pace, progress)
         integrator, contacts, self._calls = self.integrator, self.dynamics.contacts, 0
         assert contacts is not None
-        assert isinstance(integrator, EventIntegrator)  # others are refused where they are chosen
+        assert isinstance(integrator, Adaptive)  # others are refused where they are chosen
         self._block, self._method = integrator.compiled_for_events(self.engine, self.progress), integrator
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)

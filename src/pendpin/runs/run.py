@@ -13,7 +13,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.integrators.choice import notes_on_stiffness
-from pendpin.integrators.grid import count_whole_steps, largest_step
+from pendpin.integrators.fixed import count_whole_steps, largest_step
 from pendpin.model import kinematics
 from pendpin.model.build import start_state
 from pendpin.runs.checkpoint import Checkpoint, Saver, Shifts, identity

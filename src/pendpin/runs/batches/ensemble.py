@@ -21,7 +21,7 @@ from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arrays import Array, ArrayLike, Indices
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import automatic, integrator_for, taylor_takes
-from pendpin.integrators.grid import largest_step
+from pendpin.integrators.fixed import largest_step
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
 from pendpin.model.build import FARTHEST, Model, build
