@@ -98,7 +98,7 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
     ],
     "graphics/figure.py plot": [lambda: run_figure("theta_1")],
     "stability/lyapunov.py plot": [lambda: pp.lyapunov(double(), duration=1.0).plot().figure],
-    "stability/modes.py draw_modes": [lambda: pp.modes(double()).plot()],
+    "stability/modes.py plot": [lambda: pp.modes(double()).plot()],
     "stability/sections/portraits.py plot": [section],
     "stability/sections/diagrams.py plot": [diagram],
     "stability/branches.py plot": [

@@ -14,8 +14,9 @@ import numpy as np
 
 from pendpin.dynamics.timing import changes_with_time
 from pendpin.dynamics.vibrations import spectrum
-from pendpin.errors import InputError, RunError, brief, is_number, shown
+from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import EPS, Array
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
 from pendpin.motions.simulate import simulate
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
@@ -27,16 +28,15 @@ OFF = 100 * TIGHT  # of a transition over a period
 STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
-FLAT = (
-    1e-7  # of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way
-)
+# Of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way.
+FLAT = 1e-7
 MOST_RADIANS = 1e7  # of what is fastest, over a period: two million steps, some seconds for one rod
 NEAR = 0.2  # of the largest distance: a return so near is a first guess
 SAMPLES = 2000  # of the run in which a first guess of the period is looked for
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class PeriodicOrbit:
+class PeriodicOrbit(Result):
     """A periodic motion of a scene. `angles` turn by whole turns in a period where it goes round."""
 
     scene: Scene  # which starts on the orbit and lasts a period
@@ -57,16 +57,17 @@ class PeriodicOrbit:
         """Whether no multiplier is outside the unit circle by more than its own error."""
         return bool((np.abs(self.multipliers) <= 1 + self.errors).all())
 
-    def __repr__(self) -> str:
-        return brief(self.text())
-
-    def text(self) -> str:
-        """The period, the start and the multipliers."""
-        lines = [f"Periodic orbit of {self.period:.10g} s, {'stable' if self.stable else 'unstable'}"]
-        lines += [f"{'multiplier':>32} {'its size':>14} {'error':>9}"]
-        for value, error in zip(self.multipliers, self.errors, strict=True):
-            lines.append(f"{f'{value.real:.10g} {value.imag:+.10g}i':>32} {abs(value):14.10g} {error:9.1e}")
-        return "\n".join(lines)
+    def report(self) -> Report:
+        """The period and the multipliers."""
+        values = self.multipliers.tolist()
+        rows = [
+            (f"{value.real:.10g} {value.imag:+.10g}i", f"{abs(value):.10g}", f"{error:.1e}")
+            for value, error in zip(values, self.errors, strict=True)
+        ]
+        title = f"Periodic orbit of {self.period:.10g} s, {'stable' if self.stable else 'unstable'}"
+        parts = [[value.real, value.imag] for value in values]
+        data = {"period": self.period, "multipliers": parts, "errors": self.errors.tolist(), "stable": self.stable}
+        return Report((title, Table(("multiplier", "its size", "error"), rows)), data)
 
 
 def periodic_orbit(
@@ -116,8 +117,7 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
             patience -= 1
         if size <= 4 * EPS or patience == 0:
             break
-        matrix = now.transition - np.eye(len(y))
-        matrix = np.column_stack([matrix, now.rate]) if free else matrix
+        matrix = np.column_stack([now.transition - np.eye(len(y)), *[now.rate] * free])
         step = np.linalg.lstsq(matrix, -gap, rcond=FLAT)[0]
         step *= min(1.0, LONGEST / max(float(np.abs(step).max()), 1e-300))
         y = y + step[: len(y)]
@@ -129,9 +129,10 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
             f"no periodic motion found near the guess: after {period:.6g} s the state misses its start by {size:.2g}; "
             "give another start or period"
         )
-    values, errors = multipliers_of(transition)
+    values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
+    order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
     at = scene.replace(start=start_at(scene, y), duration=period)
-    return PeriodicOrbit(at, period, free, values, errors, size, transition)
+    return PeriodicOrbit(at, period, free, values[order], errors[order], size, transition)
 
 
 class Return(NamedTuple):
@@ -151,7 +152,14 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
     lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
     variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])
     first = np.eye(len(variations.keys), size)
-    _refuse_stiff(variations, period)
+    # The steps of an explicit method, which what decays fastest limits, would take minutes.
+    _, rates = variations.equations.rates(np.zeros(1), variations.start[None], first[None])
+    fastest = float(np.abs(np.linalg.eigvals(np.nan_to_num(rates[0, :size]))).max())
+    if fastest * period > MOST_RADIANS:
+        raise RunError(
+            f"the motion takes too many steps: something in it settles within {1 / fastest:.1e} s, and the period is "
+            f"{period:.3g} s; give what is damped or held more mass, or leave the damper or spring out"
+        )
     states, changes = variations.integrate(y, first, np.array([0.0, period]), TIGHT)
     end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
     rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])
@@ -159,26 +167,6 @@ def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None)
     whole = 2 * np.pi * np.round((end - y) / (2 * np.pi))
     angle = (np.arange(size) < size // 2) & ~slides
     return Return(end, changes[-1, :size].T, by_number, rate[0], np.where(angle, whole, 0.0))
-
-
-def _refuse_stiff(variations: Variations, period: float) -> None:
-    """Raise RunError where the steps of an explicit method, which what decays fastest limits, would take minutes."""
-    size = len(variations.start)
-    ways = np.eye(len(variations.keys), size)[None]
-    _, rates = variations.equations.rates(np.zeros(1), variations.start[None], ways)
-    fastest = float(np.abs(np.linalg.eigvals(np.nan_to_num(rates[0, :size]))).max())
-    if fastest * period > MOST_RADIANS:
-        raise RunError(
-            f"the motion takes too many steps: something in it settles within {1 / fastest:.1e} s, and the period is "
-            f"{period:.3g} s; give what is damped or held more mass, or leave the damper or spring out"
-        )
-
-
-def multipliers_of(transition: Array) -> tuple[Array, Array]:
-    """The eigenvalues (k,) of a transition (k, k), the largest first, and their errors: those of its integration."""
-    values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
-    order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
-    return values[order], errors[order]
 
 
 def start_at(scene: Scene, y: Array) -> Start:

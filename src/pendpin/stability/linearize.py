@@ -1,6 +1,5 @@
 """`linearize`: the linear model x' = A x + B u of a scene near a state, by exact derivatives."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -12,33 +11,22 @@ from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import NEGLIGIBLE, changes_with_time
 from pendpin.dynamics.vibrations import is_stable, spectrum
-from pendpin.effects import AsWritten, ContactEffect, Drag, Effect
+from pendpin.effects import AsWritten, ContactEffect, Drag
 from pendpin.engines import AngleEngine
 from pendpin.equations import recursion
-from pendpin.errors import InputError, brief, choices, shown
+from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
 from pendpin.motions.small_motions import rest_of
 from pendpin.scene import Scene, Start, chosen_scene
 
-AT_START = "start"
 ZERO = 1e-9  # degrees or m: what is less is 0 in words
 FEW_JOINTS = 4  # that say where a rest is
-
-
-def chosen_start(scene: Scene, at: Start | str | None) -> Start:
-    """The start that `at` names: the rest near the scene's start for None, the scene's own for "start", or one given.
-
-    Raises InputError for another value, and where there is no rest.
-    """
-    if at is None:
-        return rest_of(scene)
-    if isinstance(at, Start):
-        return at
-    if at == AT_START:
-        return scene.start
-    raise InputError(f'at: {shown(at)} is not a Start, nor "{AT_START}", nor None for the rest near the start')
+REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
+MOST_ROWS = 24  # eigenvalues that are printed
+SUPPORT = ("support_x", "support_y", "support_z")
 
 
 def place_of(model: Model, q: Array) -> str:
@@ -50,32 +38,23 @@ def place_of(model: Model, q: Array) -> str:
 
 def remarks(scene: Scene) -> tuple[str, ...]:
     """What the linear model of a scene leaves out or freezes, a sentence for each effect."""
-    return tuple(
-        f"effects[{i}]: {text}" for i, effect in enumerate(scene.effects) for text in _remark_on(effect, scene)
-    )
-
-
-def _remark_on(effect: Effect, scene: Scene) -> Iterator[str]:
-    if isinstance(effect, ContactEffect):
-        yield f"{effect.kind} is left out: it acts through events"
-    if isinstance(effect, AsWritten) and not effect.smooth:
-        yield "friction and limits as written are left out: they act through events"
-    if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
-        yield "drag is quadratic: in still air its derivative at rest is 0, and it damps nothing that is small"
-    if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):
-        yield f"{effect.kind} is taken as it is at the start, though it may change with time"
-
-
-# --- `linearize` ----------------------------------------------------------------------------------------------------
-
-REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
-MOST_ROWS = 24  # eigenvalues that are printed
-MOST_PLACES = 4  # joints that say where the model is taken
-SUPPORT = ("support_x", "support_y", "support_z")
+    rows = []
+    for i, effect in enumerate(scene.effects):
+        if isinstance(effect, ContactEffect):
+            rows.append(f"effects[{i}]: {effect.kind} is left out: it acts through events")
+        if isinstance(effect, AsWritten) and not effect.smooth:
+            rows.append(f"effects[{i}]: friction and limits as written are left out: they act through events")
+        if isinstance(effect, Drag) and effect.quadratic and not any((*effect.wind, effect.gust)):
+            why = "in still air its derivative at rest is 0, and it damps nothing that is small"
+            rows.append(f"effects[{i}]: drag is quadratic: {why}")
+        if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):
+            text = f"{effect.kind} is taken as it is at the start, though it may change with time"
+            rows.append(f"effects[{i}]: {text}")
+    return tuple(rows)
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class LinearModel:
+class LinearModel(Result):
     """x' = A x + B u for small changes x of (q, v), with the effects as they are at one time.
 
     The inputs u are a torque about each joint, N m (a force along a slide, N), and the acceleration of the support, m/s²
@@ -95,9 +74,8 @@ class LinearModel:
     def _spectrum(self) -> tuple[Array, Array]:
         """The eigenvalues and their rounding errors, the one that grows fastest first."""
         values, errors, _ = spectrum(self.A)
-        order = np.lexsort(
-            (-np.imag(values), np.abs(values), -np.where(np.abs(np.real(values)) > errors, np.real(values), 0))
-        )
+        growth = np.where(np.abs(np.real(values)) > errors, np.real(values), 0)
+        order = np.lexsort((-np.imag(values), np.abs(values), -growth))
         return values[order], errors[order]
 
     @property
@@ -133,41 +111,28 @@ class LinearModel:
         names = {"states": list(self.states), "inputs": list(self.inputs), "outputs": list(self.states)}
         return control.ss(self.A, self.B, np.eye(n), np.zeros((n, m)), **names)
 
-    def __repr__(self) -> str:
-        return brief(self.text())
-
-    def __str__(self) -> str:
-        return self.text()
-
-    def text(self) -> str:
-        """The eigenvalues as a table, whether the model is stable, and what it leaves out."""
-        names = self.states[: len(self.q)]
-        places = [f"{name} = {x:.6g}" for name, x in zip(names, self.q, strict=True)]
-        about = ", ".join([*places[:MOST_PLACES], *["..."] * (len(places) > MOST_PLACES)])
-        lines = [f"Linear model of {len(self.states)} states and {len(self.inputs)} inputs about {about}"]
-        lines += [f"{'eigenvalue (1/s)':>28} {'omega (rad/s)':>14} {'damping ratio':>14}"]
-        shown = [(x, error) for x, error in zip(*self._spectrum, strict=True) if x.imag >= 0]
-        lines += [_row(*pair) for pair in shown[:MOST_ROWS]]
-        lines += [f"... and {len(shown) - MOST_ROWS} more"] if len(shown) > MOST_ROWS else []
+    def report(self) -> Report:
+        """The eigenvalues, whether the model is stable, and what it leaves out."""
+        places = [f"{name} = {x:.6g}" for name, x in zip(self.states, self.q, strict=False)]
+        about = ", ".join([*places[:FEW_JOINTS], *["..."] * (len(places) > FEW_JOINTS)])
+        rows = []
+        for x, error in zip(*self._spectrum, strict=True):
+            if x.imag < 0:
+                continue
+            real, imag = (0.0 if abs(x.real) <= error else x.real), (0.0 if abs(x) <= error else x.imag)
+            size, swing = abs(complex(real, imag)), f" ± {imag:.6g}i" if imag else ""
+            rows.append((f"{real:.6g}{swing}", f"{size:.6g}", f"{-real / size + 0.0:.6g}" if size else ""))
         neutral = "neutral: an eigenvalue is 0, and nothing brings such a motion back"
         unstable = "unstable: an eigenvalue is right of the imaginary axis"
-        lines += [neutral if self.neutral else "stable" if self.stable else unstable]
+        words = [neutral if self.neutral else "stable" if self.stable else unstable]
         if not self.at_equilibrium:
-            largest = int(np.argmax(np.abs(self.residual)))
-            lines.append(
-                f"not an equilibrium: {self.states[largest]} accelerates by {self.residual[largest]:.3g} rad/s² (m/s²)"
-            )
-        return "\n".join([*lines, *(f"note: {note}" for note in self.notes)])
-
-
-def _row(value: complex, error: float) -> str:
-    """A line for an eigenvalue, whose rounding is not shown."""
-    if abs(value.real) <= error:
-        value = complex(0.0, value.imag if abs(value) > error else 0.0)
-    size = abs(value)
-    ratio = f"{-value.real / size + 0.0:14.6g}" if size else f"{'':>14}"
-    swing = f" ± {value.imag:.6g}i" if value.imag else ""
-    return f"{f'{value.real:.6g}{swing}':>28} {size:14.6g} {ratio}"
+            i = int(np.argmax(np.abs(self.residual)))
+            words.append(f"not an equilibrium: {self.states[i]} accelerates by {self.residual[i]:.3g} rad/s² (m/s²)")
+        title = f"Linear model of {len(self.states)} states and {len(self.inputs)} inputs about {about}"
+        table = Table(("eigenvalue (1/s)", "omega (rad/s)", "damping ratio"), rows).first(MOST_ROWS)
+        values = [[float(x.real), float(x.imag)] for x in self.eigenvalues]
+        data = {"eigenvalues": values, "stable": self.stable, "neutral": self.neutral, "notes": list(self.notes)}
+        return Report((title, table, *words, *(f"note: {note}" for note in self.notes)), data)
 
 
 def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> LinearModel:
@@ -188,38 +153,35 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
         MissingLibrary: without llvmlite.
     """
     scene = chosen_scene(scene)
-    start = chosen_start(scene, at)
+    if at is None:
+        start = rest_of(scene)
+    elif isinstance(at, Start):
+        start = at
+    elif isinstance(at, str) and at == "start":
+        start = scene.start
+    else:
+        raise InputError(f'at: {shown(at)} is not a Start, nor "start", nor None for the rest near the start')
     scene = scene.model_copy(update={"start": start})
     equations = Variational(scene)
     q, v = start_state(equations.model, start)
     refuse_poles(equations.model, q)
-    slopes, nv = equations.jacobian(0.0, q, v), len(q)
+    slopes, nv, joints = equations.jacobian(0.0, q, v), len(q), equations.model.joints
     A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [slopes.of_q, slopes.of_v]])
-    joints = equations.model.joints
-    return LinearModel(
-        A,
-        np.concatenate([np.zeros((nv, nv + 3)), input_matrix(scene, q)]),
-        (*joints, *(f"{name}_rate" for name in joints)),
-        (*(f"torque_{name}" for name in joints), *SUPPORT),
-        q,
-        v,
-        slopes.acceleration,
-        remarks(scene),
-    )
+    B = np.concatenate([np.zeros((nv, nv + 3)), _input_matrix(scene, q)])
+    states = (*joints, *(f"{name}_rate" for name in joints))
+    inputs = (*(f"torque_{name}" for name in joints), *SUPPORT)
+    return LinearModel(A, B, states, inputs, q, v, slopes.acceleration, remarks(scene))
 
 
-def input_matrix(scene: Scene, q: Array) -> Array:
+def _input_matrix(scene: Scene, q: Array) -> Array:
     """The accelerations (nv, nv + 3) for a unit torque about each joint, and a unit acceleration of the support, at q."""
-    dynamics = Dynamics(build(scene.model), (), form="angles")
-    engine, model, nv = dynamics.engine, dynamics.model, len(q)
+    engine = Dynamics(build(scene.model), (), form="angles").engine
     assert isinstance(engine, AngleEngine)
-    of_torque = engine.compliance(q, np.arange(nv))
-    tree = model.tree
-    still = np.zeros((3, nv))
+    tree, still = engine.model.tree, np.zeros((3, len(q)))
     wrenches = recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3))
     turns = np.array([kind == "revolute" for kind in tree.kinds])
     along = np.where(turns[:, None], wrenches[..., 3:], wrenches[..., :3])
-    needed = (along * tree.axes).sum(
-        -1
-    )  # (3, nv), to hold still in a unit field; a support's acceleration is minus one
+    # (3, nv), to hold still in a unit field; a support's acceleration is minus one
+    needed = (along * tree.axes).sum(-1)
+    of_torque = engine.compliance(q, np.arange(len(q)))
     return np.concatenate([of_torque, of_torque @ needed.T], 1)

@@ -21,9 +21,7 @@ from pendpin.motions.variations import Variations, list_state_keys, refuse_conta
 from pendpin.scene import Scene, chosen_scene
 
 TOLERANCE = 1e-11
-PARTS = 200  # of the time, at least
-GROWTH = 1.0  # in a part, about, at the rate at which the equations change at the start
-MOST_PARTS = 100_000
+PARTS, MOST_PARTS = 200, 100_000  # of the time, in each of which changes grow by about e: none hides another then
 BATCHES = 20  # of the parts: the spread of their means gives the standard error
 
 
@@ -83,16 +81,33 @@ def lyapunov(
         if isinstance(duration, bool) or not isinstance(duration, int | float) or not 0 < duration < np.inf:
             raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
         scene = scene.replace(duration=float(duration))
-    if not scene.duration:
+    if not (duration := scene.duration):
         raise InputError("duration: a motion of 0 s has no exponents; give it a duration in s")
     refuse_contacts(scene)
     unchanged = Variations(scene, [])
-    places = _places_in_plane(unchanged) if planar else np.arange(2 * unchanged.nv)
+    size = 2 * unchanged.nv
+    places = _places_in_plane(unchanged) if planar else np.arange(size)
     if count is not None and (type(count) is not int or not 1 <= count <= len(places)):
         raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {len(places)}")
     keys = list_state_keys(unchanged.nv)
     variations = Variations(scene, [keys[place] for place in places[: count or len(places)]])
-    return _spectrum(variations, places, scene.duration)
+
+    y, many = variations.start, len(variations.keys)
+    _, rates = variations.equations.rates(np.zeros(1), y[None], np.eye(many, size)[None])
+    fastest = np.sqrt(float(np.linalg.norm(np.nan_to_num(rates[0]), 2)))  # of the changes, at the start
+    times = np.linspace(0.0, duration, int(np.clip(duration * fastest, PARTS, MOST_PARTS)) + 1)
+    w, growths = np.eye(size)[places[:many]], []
+    for begin, end in pairwise(times):
+        states, changes = variations.integrate(y, w, np.array([begin, end]), TOLERANCE)
+        q, r = np.linalg.qr(changes[-1][:, places].T)  # at other places changes stay 0
+        growths.append(np.log(np.abs(np.diag(r))))
+        y, w[:, places] = states[-1], q.T
+    history = np.cumsum(growths, 0) / times[1:, None]
+    order = np.argsort(-history[-1], kind="stable")
+    history, growths = history[:, order], np.array(growths)[:, order]
+    means = np.array([part.mean(0) for part in np.array_split(growths / np.diff(times)[:, None], BATCHES)])
+    error = means.std(0, ddof=1) / np.sqrt(BATCHES) + np.abs(history[-1] - history[len(history) // 2])
+    return Lyapunov(history[-1], error, history, times[1:])
 
 
 def _places_in_plane(variations: Variations) -> Indices:
@@ -107,36 +122,3 @@ def _places_in_plane(variations: Variations) -> Indices:
             f"planar: {which} from this start; give one in a plane, with phi and its rate 0, or leave it out"
         )
     return np.concatenate([moving, nv + moving])
-
-
-def _spectrum(variations: Variations, places: Indices, duration: float) -> Lyapunov:
-    """The exponents over a duration in s, of changes at some places of the state: the others stay 0."""
-    y, w = variations.start, np.eye(2 * variations.nv)[places[: len(variations.keys)]]
-    times = np.linspace(0.0, duration, _parts(variations, duration) + 1)
-    growths = []
-    for begin, end in pairwise(times):
-        states, changes = variations.integrate(y, w, np.array([begin, end]), TOLERANCE)
-        q, r = np.linalg.qr(changes[-1][:, places].T)
-        growths.append(np.log(np.abs(np.diag(r))))
-        y, w[:, places] = states[-1], q.T
-    sums = np.cumsum(growths, 0)
-    history = sums / times[1:, None]
-    order = np.argsort(-history[-1], kind="stable")
-    history, growths = history[:, order], np.array(growths)[:, order]
-    return Lyapunov(history[-1], _errors(times, growths, history), history, times[1:])
-
-
-def _parts(variations: Variations, duration: float) -> int:
-    """In how many parts the time is cut: changes grow by about e in each, so that none hides another."""
-    size = 2 * variations.nv
-    w = np.eye(len(variations.keys), size)[None]
-    _, rates = variations.equations.rates(np.zeros(1), variations.start[None], w)
-    fastest = np.sqrt(float(np.linalg.norm(np.nan_to_num(rates[0]), 2)))
-    return int(np.clip(duration * fastest / GROWTH, PARTS, MOST_PARTS))
-
-
-def _errors(times: Array, growths: Array, history: Array) -> Array:
-    """The standard error of the mean of batches, and the change of the estimate from the middle to the end, (k,)."""
-    batches = np.array_split(growths / np.diff(times)[:, None], BATCHES)
-    means = np.array([batch.mean(0) for batch in batches])
-    return means.std(0, ddof=1) / np.sqrt(BATCHES) + np.abs(history[-1] - history[len(history) // 2])

@@ -1,6 +1,5 @@
 """`modes`: the natural frequencies, damping and shapes of the small motions of a scene about its rest."""
 
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
@@ -21,7 +20,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.integrators import Run
 from pendpin.model import kinematics
-from pendpin.model.build import Model, build
+from pendpin.model.build import build
 from pendpin.motions.small_motions import small_motions
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.run import fill_in
@@ -32,28 +31,17 @@ EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
 NO_FREQUENCY = 1e-7  # of the largest: its square is rounding of the stiffness
 MOST_ROWS = 20  # of a table that is printed
 MOST_RODS = 2  # that a line names
+SHOWN = 6  # shapes in a figure
+SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
+MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is played
+PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
 
 
 class Line(NamedTuple):
     """A line of the table: a mode, or some with one frequency."""
 
     modes: tuple[int, ...]  # their places, from 0
-    omega: float  # rad/s
-    damping_ratio: float
-    where: str  # which rods move most
-
-    @property
-    def cells(self) -> list[str]:
-        """The line as text."""
-        first, last = self.modes[0] + 1, self.modes[-1] + 1
-        return [
-            f"{first}" if first == last else f"{first}, {last}" if last == first + 1 else f"{first} to {last}",
-            f"{self.omega:.7g}",
-            f"{self.omega / (2 * np.pi):.6g}",
-            f"{self.damping_ratio:.4g}",
-            f"{len(self.modes)}",
-            self.where,
-        ]
+    cells: list[str]  # as text; which rods move most is the last
 
 
 HEAD = ["mode", "rad/s", "Hz", "damping", "directions", "moves most"]
@@ -103,54 +91,124 @@ class Modes(Result):
 
     def _shares(self, shape: Array) -> Array:
         """The share of each body in the kinetic energy (bodies,) of a mode with a shape (nv,)."""
-        parts = [np.real(shape), np.imag(shape)] if np.iscomplexobj(shape) else [shape]
-        energies = np.sum([_kinetic(self._engine, self.q, part) for part in parts], 0)
-        return energies / energies.sum()
+        engine, bodies, energy = self._engine, bodies_of(self._engine.model), 0.0
+        for v in [np.real(shape), np.imag(shape)] if np.iscomplexobj(shape) else [shape]:
+            motion = engine.motion(engine.pack(self.q, v))
+            spin = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # in the link frames
+            turning = (spin * (bodies.inertia @ spin[..., None])[..., 0]).sum(-1)
+            energy = energy + (bodies.mass * (motion.velocities(bodies.com) ** 2).sum(-1) + turning) / 2
+        return energy / np.sum(energy)
+
+    @cached_property
+    def _groups(self) -> list[list[int]]:
+        """The places of the modes, those of one frequency and damping together."""
+
+        def same(one: float, other: float) -> bool:
+            return one == other or bool(abs(one - other) <= EQUAL * max(1.0, abs(one)))
+
+        groups: list[list[int]] = []
+        for i, (omega, ratio) in enumerate(zip(self.omega, self.damping_ratio, strict=True)):
+            first = groups[-1][0] if groups else -1
+            if groups and same(omega, self.omega[first]) and same(ratio, self.damping_ratio[first]):
+                groups[-1].append(i)
+            else:
+                groups.append([i])
+        return groups
 
     def lines(self, most: int | None = None) -> list[Line]:
         """The lines of the table, at most so many: modes of one frequency and damping together."""
         lines: list[Line] = []
-        for group in self._groups():
-            if most is not None and len(lines) == most:
-                break
-            first = group[0]
-            where = _strongest(self._engine.model, np.mean([self._shares(self.shapes[i]) for i in group], 0))
-            lines.append(Line(tuple(group), float(self.omega[first]), float(self.damping_ratio[first]), where))
+        for group in self._groups[:most]:
+            share = np.mean([self._shares(self.shapes[i]) for i in group], 0)
+            order = np.argsort(-share, kind="stable")  # the bodies until they have half of the energy
+            count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
+            where = ", ".join(f"{self._engine.model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
+            first, last, omega = group[0] + 1, group[-1] + 1, float(self.omega[group[0]])
+            which = f"{first}" if first == last else f"{first}{', ' if last == first + 1 else ' to '}{last}"
+            numbers = [f"{omega:.7g}", f"{omega / (2 * np.pi):.6g}", f"{self.damping_ratio[group[0]]:.4g}"]
+            lines.append(Line(tuple(group), [which, *numbers, f"{len(group)}", where]))
         return lines
-
-    def _groups(self) -> Iterator[list[int]]:
-        group: list[int] = []
-        for i, (omega, ratio) in enumerate(zip(self.omega, self.damping_ratio, strict=True)):
-            if group and not (_same(omega, self.omega[group[0]]) and _same(ratio, self.damping_ratio[group[0]])):
-                yield group
-                group = []
-            group.append(i)
-        yield group
 
     def report(self, most: int | None = MOST_ROWS) -> Report:
         """The table, at most so many of its lines, and whether the rest is stable."""
-        left = sum(1 for _ in self._groups()) - most if most is not None else 0
+        left = 0 if most is None else max(len(self._groups) - most, 0)
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
         if self.stable and self.neutral:
             verdict = (
                 f"is neutral: {self.neutral} of {len(self.omega)} modes have no frequency, nothing brings them back."
             )
         words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
-        data = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist(), "stable": self.stable}
-        data["neutral"] = self.neutral
-        return Report((Table(HEAD, [line.cells for line in self.lines(most)], max(left, 0)), *words), data)
+        numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
+        data = numbers | {"stable": self.stable, "neutral": self.neutral}
+        return Report((Table(HEAD, [line.cells for line in self.lines(most)], left), *words), data)
 
+    @styled()
     def plot(self, *chosen: int, ax: Any = None) -> Any:
-        """The shapes as a matplotlib Figure, the first six of them, or those at these places (from 1)."""
-        return draw_modes(self, [self.place(k) for k in chosen], ax)
+        """The shapes as a matplotlib Figure, the first six of them, or those at these places (from 1).
+
+        Each is seen across the plane in which it moves most: the rest pale, both ends of the swing.
+        """
+        places = [self.place(k) for k in chosen] or [group[0] for group in self._groups[:SHOWN]]
+        if arguments.axes("ax", ax) is not None:
+            if len(chosen) > 1:
+                raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
+            self._draw_shape(ax, places[0])
+            return ax.figure
+        figure = new_figure(1.2 + 1.9 * len(places), 4.2)
+        panels = figure.subplots(1, len(places), sharey=True, squeeze=False)[0]
+        for panel, place in zip(panels, places, strict=True):
+            self._draw_shape(panel, place)
+        panels[0].set_ylabel("z (m)")
+        return figure
+
+    def _draw_shape(self, ax: Any, place: int) -> None:
+        rest, moved, extent, size = self._displaced(place)
+        axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / (size or 1.0)
+        for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
+            for body in ends:
+                ax.plot(body[:, axis], body[:, 2], color=color, linewidth=width, solid_capstyle="round")
+        ax.set_title(f"mode {place + 1}\n{self.omega[place]:.4g} rad/s, {self.hertz[place]:.4g} Hz", fontsize=9)
+        ax.set_xlabel(with_unit("xy"[axis], "m"))
+        middle = float(np.mean(rest[..., axis]))
+        half = max(2 * SWING * extent, float(np.abs(rest[..., axis] - middle).max()) + 1.5 * SWING * extent)
+        ax.set(aspect="equal", xlim=(middle - half, middle + half))
+        ax.locator_params(axis="x", nbins=3)
+
+    def _displaced(self, place: int) -> tuple[Array, Array, float, float]:
+        """Both ends of every body at the rest, how they move to first order with a shape, (bodies, 2, 3) m; the sizes."""
+        model, small = build(self.scene.model), 1e-6
+        poses = kinematics.poses(model, self.q + np.array([[0.0], [small], [-small]]) * np.real(self.shapes[place]))
+        rest, ahead, behind = np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
+        moved = (ahead - behind) / (2 * small)
+        extent, size = (float(np.linalg.norm(x, axis=-1).max()) for x in (rest, moved))
+        return rest, moved, extent or 1.0, size
 
     def save_plot(self, path: str | Path) -> Path:
         """Write the figure of `plot` as .png, .pdf or .svg, whole or not at all. Raises InputError."""
         return write_figure(path, self.plot)
 
     def animate(self, k: int = 1) -> Any:
-        """Mode k (from 1) as something that moves: in a notebook, or `.save(path)` as .html, .gif or .mp4."""
-        return animate_mode(self, self.place(k))
+        """Mode k (from 1) as something that moves: in a notebook, or `.save(path)` as .html, .gif or .mp4.
+
+        Some periods without damping, in slow motion or fast so that they last a few seconds; the support stays where it is.
+        """
+        place = self.place(k)
+        model, omega, shape = build(self.scene.model), self.omega[place] or 1.0, self.shapes[place]
+        *_, extent, size = self._displaced(place)  # some body moves by a share of the extent, no joint turns far
+        amplitude = min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(shape).max()))
+        phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
+        moving = shape * amplitude * np.exp(1j * phase)
+        q, v, t = self.q + moving.real, -omega * moving.imag, phase[:, 0] / omega
+        changes = {
+            "effects": tuple(Idle(kind=e.kind) if isinstance(e, FrameEffect) else e for e in self.scene.effects),
+            "title": f"Mode {k}, {omega:.5g} rad/s",
+            "duration": float(t[-1]),
+            "solver": self.scene.solver.model_copy(update={"samples": len(t), "times": None}),
+            "start": self.scene.start.model_copy(update={"time": 0.0}),
+        }
+        scene = self.scene.model_copy(update=changes)
+        run = Run(t, q, v, None, np.zeros((len(t), 0)), 0, 0, 0, 0.0, "", "")
+        return Animation(Trajectory.of(fill_in(scene, Dynamics(model, scene.effects, form="angles"), None, run)))
 
     def place(self, k: int) -> int:
         """The place from 0 of mode k, from 1. Raises InputError for another number."""
@@ -180,102 +238,3 @@ def modes(scene: Scene | str | Path) -> Modes:
     motions = small_motions(scene)
     joints = build(scene.model).joints
     return Modes(*motions.vibrations, joints, motions.q, motions.matrices, remarks(scene), motions.scene)
-
-
-def _same(one: float, other: float) -> bool:
-    return one == other or bool(abs(one - other) <= EQUAL * max(1.0, abs(one)))
-
-
-def _kinetic(engine: Engine, q: Array, v: Array) -> Array:
-    """The kinetic energy of each body (bodies,) in J at q, v (nv,)."""
-    bodies, motion = bodies_of(engine.model), engine.motion(engine.pack(q, v))
-    spin = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # the spin in the link frames
-    turning = (spin * (bodies.inertia @ spin[..., None])[..., 0]).sum(-1)
-    return (bodies.mass * (motion.velocities(bodies.com) ** 2).sum(-1) + turning) / 2
-
-
-def _strongest(model: Model, share: Array) -> str:
-    """The bodies that take most part, by their names, until they have half of the energy."""
-    order = np.argsort(-share, kind="stable")
-    count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
-    return ", ".join(f"{model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
-
-
-# --- modes as a figure of their shapes ------------------------------------------------------------------------------
-
-SHOWN = 6  # shapes in a figure
-SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
-MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is drawn
-PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
-
-
-@styled()
-def draw_modes(modes: Modes, chosen: list[int], ax: Any) -> Any:
-    """A panel for each shape, seen across the plane in which it moves most: the rest pale, both ends of the swing."""
-    places = chosen or [group.modes[0] for group in modes.lines(SHOWN)]
-    if arguments.axes("ax", ax) is not None:
-        if len(places) > 1 and chosen:
-            raise InputError("ax: one axes takes one mode; give its number alone, as in plot(1, ax=ax)")
-        _panel(ax, modes, places[0])
-        return ax.figure
-    figure = new_figure(1.2 + 1.9 * len(places), 4.2)
-    panels = figure.subplots(1, len(places), sharey=True, squeeze=False)[0]
-    for axes, place in zip(panels, places, strict=True):
-        _panel(axes, modes, place)
-    panels[0].set_ylabel("z (m)")
-    return figure
-
-
-def _panel(ax: Any, modes: Modes, place: int) -> None:
-    rest, moved = _displaced(modes, place)
-    size = float(np.linalg.norm(moved, axis=-1).max()) or 1.0
-    extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
-    axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / size
-    for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
-        for body in ends:
-            ax.plot(body[:, axis], body[:, 2], color=color, linewidth=width, solid_capstyle="round")
-    ax.set_title(f"mode {place + 1}\n{modes.omega[place]:.4g} rad/s, {modes.hertz[place]:.4g} Hz", fontsize=9)
-    ax.set_xlabel(with_unit("xy"[axis], "m"))
-    middle = float(np.mean(rest[..., axis]))
-    half = max(2 * SWING * extent, float(np.abs(rest[..., axis] - middle).max()) + 1.5 * SWING * extent)
-    ax.set(aspect="equal", xlim=(middle - half, middle + half))
-    ax.locator_params(axis="x", nbins=3)
-
-
-def _displaced(modes: Modes, place: int) -> tuple[Array, Array]:
-    """Both ends of every body at the rest, and how they move to first order with a shape, (bodies, 2, 3) m."""
-    model, small = build(modes.scene.model), 1e-6
-    poses = kinematics.poses(model, modes.q + np.array([[0.0], [small], [-small]]) * np.real(modes.shapes[place]))
-    rest, ahead, behind = np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
-    return rest, (ahead - behind) / (2 * small)
-
-
-def amplitude(modes: Modes, place: int) -> float:
-    """The factor with which a shape is played: some body moves by a share of the model's extent, no joint turns far."""
-    rest, moved = _displaced(modes, place)
-    size = float(np.linalg.norm(moved, axis=-1).max())
-    extent = float(np.linalg.norm(rest.reshape(-1, 3), axis=-1).max()) or 1.0
-    return min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(modes.shapes[place]).max()))
-
-
-def animate_mode(modes: Modes, place: int) -> Animation:
-    """Some periods of one mode, without damping, in slow motion or fast so that they last a few seconds."""
-    model, omega = build(modes.scene.model), modes.omega[place] or 1.0
-    phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
-    moving = modes.shapes[place] * amplitude(modes, place) * np.exp(1j * phase)
-    q, v, t = modes.q + moving.real, -omega * moving.imag, phase[:, 0] / omega
-    scene = _still(modes.scene, place, omega, float(t[-1]), len(t))
-    dynamics = Dynamics(model, scene.effects, form="angles")
-    nothing = np.zeros((len(t), 0))
-    run = Run(t, q, v, None, nothing, 0, 0, 0, 0.0, "", "")
-    return Animation(Trajectory.of(fill_in(scene, dynamics, None, run)))
-
-
-def _still(scene: Scene, place: int, omega: float, duration: float, samples: int) -> Scene:
-    """The scene that is drawn: its support stays where it is, and the title names the mode."""
-    effects = tuple(Idle(kind=e.kind) if isinstance(e, FrameEffect) else e for e in scene.effects)
-    title = f"Mode {place + 1}, {omega:.5g} rad/s"
-    solver = scene.solver.model_copy(update={"samples": samples, "times": None})
-    start = scene.start.model_copy(update={"time": 0.0})
-    changes = {"effects": effects, "title": title, "duration": duration, "solver": solver, "start": start}
-    return scene.model_copy(update=changes)

@@ -1,6 +1,5 @@
 """What `pendpin stability` says of a scene: its rests, or its driven periodic motion, and whether they are stable."""
 
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass
 from itertools import product
@@ -25,6 +24,7 @@ RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is le
 SAME = 1e-6  # rad: two rests that differ by less are one
 NEAREST = "this is the periodic motion nearest to the start; a scene may have others, near other starts"
 NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a period in s (--period)"
+HEAD = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -39,23 +39,15 @@ class Stability(Result):
     def report(self) -> Report:
         """A line for each rest, or the start and the multipliers of the motion; then the notes."""
         notes = [f"note: {note}" for note in self.notes]
-        if (orbit := self.orbit) is not None:
-            q, _ = start_state(self.model, orbit.scene.start)
-            parts = [[float(x.real), float(x.imag)] for x in orbit.multipliers]
-            data = {
-                "period": orbit.period,
-                "multipliers": parts,
-                "errors": orbit.errors.tolist(),
-                "stable": orbit.stable,
-            }
-            return Report((orbit.text(), f"It begins at {place_of(self.model, q)}.", *notes), data)
-        rows = []
+        if self.orbit is not None:
+            motion, (q, _) = self.orbit.report(), start_state(self.model, self.orbit.scene.start)
+            return Report((*motion.parts, f"It begins at {place_of(self.model, q)}.", *notes), motion.data)
+        cells = []
         for rest, row in zip(self.rests, self.rows(), strict=True):
             swing = "" if row["slowest"] is None else f"{row['slowest']:.6g}"
             verdict = "neutral" if rest.neutral else "stable" if row["stable"] else "unstable"
-            rows.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
-        head = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
-        return Report((Table(head, rows), *notes), {"rests": self.rows(), "notes": list(self.notes)})
+            cells.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
+        return Report((Table(HEAD, cells), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
         """Of each rest: its angles in degrees, its slides in m, whether it is stable, or neutral, the fastest
@@ -64,8 +56,7 @@ class Stability(Result):
         rows = []
         for rest in self.rests:
             places = list(zip(rest.states[: len(rest.q)], rest.q.tolist(), self.model.slides.tolist(), strict=True))
-            values = rest.eigenvalues
-            swings, growths = np.abs(np.imag(values)), np.real(values)
+            swings = np.abs(np.imag(rest.eigenvalues))
             swings = swings[swings > rest.errors]  # what is less is rounding of a real eigenvalue
             rows.append(
                 {
@@ -73,7 +64,7 @@ class Stability(Result):
                     "m": {name: float(x) for name, x, slides in places if slides},
                     "stable": rest.stable,
                     "neutral": rest.neutral,
-                    "growth": 0.0 if rest.stable else float(growths.max()),
+                    "growth": 0.0 if rest.stable else float(np.real(rest.eigenvalues).max()),
                     "slowest": float(swings.min()) if len(swings) else None,
                 }
             )
@@ -88,16 +79,19 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     where there is no rest, RunError where no periodic motion is found.
     """
     scene = chosen_scene(scene)
-    model, notes = build(scene.model), remarks(scene)
-    drives = frequencies_of(scene)
+    model, drives = build(scene.model), frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
         return Stability(model, (), _nearest_orbit(scene, period), (NEAREST,))
-    rests: list[LinearModel] = []
-    for start in _candidates(scene):
-        rest = linearize(scene, at=_unwind(scene, model, start))
+    notes, rests = (*remarks(scene), *[NO_PERIOD] * bool(drives)), list[LinearModel]()
+    equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
+    beside = (_corrected(equations, q) for q in _hanging_or_upright(scene))
+    for q in (start_state(model, rest_of(scene))[0], *(rest for rest in beside if rest is not None)):
+        if not any(isinstance(effect, Spring) for effect in scene.effects):  # which tell a turn from none
+            q = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
+        rest = linearize(scene, at=Start(time=scene.start.time, positions=tuple(q.tolist())))
         if not any(np.abs(_angle_differences(rest.q, other.q)).max() < SAME for other in rests):
             rests.append(rest)
-    return Stability(model, tuple(rests), None, (*notes, *[NO_PERIOD] * bool(drives)))
+    return Stability(model, tuple(rests), None, notes)
 
 
 def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
@@ -112,33 +106,16 @@ def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
         raise error
 
 
-def _unwind(scene: Scene, model: Model, rest: Start) -> Start:
-    """A rest with angles in (-pi, pi], unless springs tell a turn from none."""
-    q, _ = start_state(model, rest)
-    if any(isinstance(effect, Spring) for effect in scene.effects):
-        return rest
-    turned = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
-    return Start(time=rest.time, positions=tuple(turned.tolist()))
-
-
-def _hanging_or_upright(scene: Scene) -> Iterator[Array]:
+def _hanging_or_upright(scene: Scene) -> list[Array]:
     """The angles (nv,) of few rods, each hanging or upright."""
     if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
-        return
-    model, parents = build(scene.model), np.array(scene.model.parents)
+        return []
+    model, parents, starts = build(scene.model), np.array(scene.model.parents), []
     for upright in product((0.0, np.pi), repeat=len(parents)):
         q = np.zeros(len(model.joints))
         q[[rod.first for rod in model.rods]] = upright - np.array([*upright, 0.0])[parents]  # [-1] is the world
-        yield q
-
-
-def _candidates(scene: Scene) -> Iterator[Start]:
-    """Rests: the one near the start, then those next to every rod hanging or upright."""
-    yield rest_of(scene)
-    equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
-    for q in _hanging_or_upright(scene):
-        if (rest := _corrected(equations, q)) is not None:
-            yield Start(time=scene.start.time, positions=tuple(rest.tolist()))
+        starts.append(q)
+    return starts
 
 
 def _corrected(equations: Variational, q: Array) -> Array | None:
