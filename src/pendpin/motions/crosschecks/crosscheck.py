@@ -1,9 +1,10 @@
 """The cross-check: the same states by every route, and the largest difference of every pair of routes."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,7 +27,12 @@ from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 
 ROUTE = 12  # letters of a route's name: those of users may be long
-ANY_TWO = "any two"
+BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
+LARGEST_RATE = 100.0  # rad/s
+ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
+POLE = 1e-6  # of cos(phi): at poles of thin rods theta moves nothing, and the mass matrix keeps four digits here
+REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
+REACTIONS = ("R1", "R2", "R3", "M1", "M2", "M3", "Mc")
 
 
 @dataclass(frozen=True)
@@ -50,6 +56,10 @@ class CheckRow:
         return self.relative <= self.bound
 
 
+def _badness(row: CheckRow) -> float:
+    return np.inf if np.isnan(row.relative) else row.relative
+
+
 @dataclass(frozen=True, repr=False)
 class CheckReport(Result):
     """A cross-check: one row for each quantity and pair of routes."""
@@ -62,8 +72,46 @@ class CheckReport(Result):
 
     def report(self, every_pair: bool = False) -> Report:
         """The matrix of routes and quantities, and the verdict in words; before it, if asked for, every pair."""
-        pairs = [_pairs(self)] if every_pair else []
-        return Report((*pairs, _matrix(self), *_verdict(self)), asdict(self) | {"ok": self.ok}, self.fault)
+        pairs = []
+        for row in self.rows if every_pair else ():
+            figures = f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state), "ok" if row.ok else "BROKEN"
+            pairs.append((row.quantity, row.place, f"{row.first} / {row.second}", *figures))
+        head = ("quantity", "of", "routes", "relative", "ulps", "state", "")
+        few, n, against = self.in_50_digits, self.states, REFERENCE if self.in_50_digits else self.routes[0]
+        where = f"at {few} of the {n} states, the worst among them" if few else f"at {n} states"
+        words = [
+            f"Largest differences, divided by the size of the terms: each route against {against} {where}; "
+            f"any two at all {n}."
+        ]
+        if in_50_digits := [row for row in self.rows if REFERENCE in (row.first, row.second)]:
+            row = max(in_50_digits, key=_badness)
+            name = row.first if row.second == REFERENCE else row.second
+            units = f"{row.ulps:.1f} units in the last place in {row.quantity} of {row.place}"
+            words.append(f"Farthest from {REFERENCE}: {name}, {units}.")
+        if self.ok:
+            who = "Both" if len(self.routes) == 2 else f"All {len(self.routes)}"
+            words.append(f"{who} routes agree: no difference is above {self.bound:g}, the bound for rounding errors.")
+        else:
+            words.append(f"BROKEN: the routes do not agree; ! marks differences above the bound {self.bound:g}.")
+        data = asdict(self) | {"ok": self.ok}
+        return Report((*[Table(head, pairs)] * every_pair, self._matrix(against), *words), data, self.fault)
+
+    def _matrix(self, against: str) -> Table:
+        """A line for each route with its worst difference in each quantity, then one for any two routes.
+
+        The worst is marked where it is beyond the bound; a dash stands where a route gives no such quantity.
+        """
+        quantities, lines = list(dict.fromkeys(row.quantity for row in self.rows)), []
+        pairs = {name: [r for r in self.rows if {name, against} == {r.first, r.second}] for name in self.routes}
+        pairs.pop(against, None)
+        pairs["any two"] = [row for row in self.rows if REFERENCE not in (row.first, row.second)]
+        for name, rows in pairs.items():
+            cells = []
+            for quantity in quantities:
+                worst = max((row for row in rows if row.quantity == quantity), key=_badness, default=None)
+                cells.append(f"{'' if worst.ok else '!'}{worst.relative:.0e}" if worst else "-")
+            lines.append((name[:ROUTE], *cells))
+        return Table(("", *quantities), lines)
 
     @property
     def ok(self) -> bool:
@@ -74,20 +122,6 @@ class CheckReport(Result):
     def worst(self) -> CheckRow:
         """The row with the largest relative difference, NaN above all."""
         return max(self.rows, key=_badness)
-
-    @property
-    def worst_route(self) -> tuple[str, CheckRow] | None:
-        """The route farthest from the reference_route, and the row that says so; None without a reference_route."""
-        in_50_digits = [row for row in self.rows if REFERENCE in (row.first, row.second)]
-        if not in_50_digits:
-            return None
-        row = max(in_50_digits, key=_badness)
-        return (row.first if row.second == REFERENCE else row.second), row
-
-    @property
-    def against(self) -> str:
-        """What the matrix holds each route against: the reference route, or the first one."""
-        return REFERENCE if self.in_50_digits else self.routes[0]
 
     @property
     def verdict(self) -> str:
@@ -105,88 +139,18 @@ class CheckReport(Result):
         suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
         who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
         worst = self.worst
+        q, v = (
+            f"({', '.join(f'{x:.6g}' for x in values[:6])}{', ...' if len(values) > 6 else ''})"
+            for values in (worst.q, worst.v)
+        )
         return (
             f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
-            f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {_numbers(worst.q)}, "
-            f"v = {_numbers(worst.v)}"
+            f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {q}, v = {v}"
         )
 
 
-def _pairs(report: CheckReport) -> Table:
-    """Every pair of routes in every quantity."""
-    head = ("quantity", "of", "routes", "relative", "ulps", "state", "")
-    rows = []
-    for row in report.rows:
-        figures = f"{row.relative:.1e}", f"{row.ulps:.1f}", str(row.state), "ok" if row.ok else "BROKEN"
-        rows.append((row.quantity, row.place, f"{row.first} / {row.second}", *figures))
-    return Table(head, rows)
-
-
-def _matrix(report: CheckReport) -> Table:
-    """A line for each route with its worst difference in each quantity, then one for any two routes."""
-    quantities = list(dict.fromkeys(row.quantity for row in report.rows))
-    pairs = {
-        name: [row for row in report.rows if {name, report.against} == {row.first, row.second}]
-        for name in report.routes
-        if name != report.against
-    }
-    pairs[ANY_TWO] = [row for row in report.rows if REFERENCE not in (row.first, row.second)]
-    cells = {
-        name: [_cell([row for row in rows if row.quantity == quantity]) for quantity in quantities]
-        for name, rows in pairs.items()
-    }
-    return Table(("", *quantities), [(name[:ROUTE], *row) for name, row in cells.items()])
-
-
-def _cell(rows: list[CheckRow]) -> str:
-    """The worst figure of some rows, marked where it is beyond the bound; a dash where a route gives no such quantity."""
-    if not rows:
-        return "-"
-    worst = max(rows, key=_badness)
-    return f"{'' if worst.ok else '!'}{worst.relative:.0e}"
-
-
-def _verdict(report: CheckReport) -> Iterator[str]:
-    """What the matrix shows and what follows from it, in sentences."""
-    few, n = report.in_50_digits, report.states
-    where = f"at {few} of the {n} states, the worst among them" if few else f"at {n} states"
-    yield (
-        f"Largest differences, divided by the size of the terms: each route against {report.against} {where}; "
-        f"any two at all {n}."
-    )
-    if route := report.worst_route:
-        name, row = route
-        yield f"Farthest from {REFERENCE}: {name}, {row.ulps:.1f} units in the last place in {row.quantity} of {row.place}."
-    who = "Both" if len(report.routes) == 2 else f"All {len(report.routes)}"
-    if report.ok:
-        yield f"{who} routes agree: no difference is above {report.bound:g}, the bound for rounding errors."
-    else:
-        yield f"BROKEN: the routes do not agree; ! marks differences above the bound {report.bound:g}."
-
-
-def _badness(row: CheckRow) -> float:
-    return np.inf if np.isnan(row.relative) else row.relative
-
-
-def _numbers(values: tuple[float, ...]) -> str:
-    shown = ", ".join(f"{value:.6g}" for value in values[:6])
-    return f"({shown}{', ...' if len(values) > 6 else ''})"
-
-
-# --- the cross-check ------------------------------------------------------------------------------------------------
-
-BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
-LARGEST_RATE = 100.0  # rad/s
-ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
-POLE = 1e-6  # of cos(phi): at poles of thin rods theta moves nothing, and the mass matrix keeps four digits here
-REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
-
-
 def crosscheck(
-    scene: Scene | str | Path,
-    states: int = 1000,
-    seed: int = 0,
-    routes: Mapping[str, HandRoute] | None = None,
+    scene: Scene | str | Path, states: int = 1000, seed: int = 0, routes: Mapping[str, HandRoute] | None = None
 ) -> CheckReport:
     """Compare the independent routes to the accelerations and reactions of a scene at random states.
 
@@ -246,23 +210,31 @@ def compare(
     dynamics: Dynamics, q: Array, v: Array, users_routes: Mapping[str, HandRoute], in_50_digits: int
 ) -> CheckReport:
     """The report on states q, v (n, nv) by all routes, with some of them compared with 50 digits."""
-    by_hand = _one_free_rod(dynamics)
+    model, loads = dynamics.model, dynamics.loads
+    one = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
+    by_hand = one and loads.torque is None and loads.wrench is None  # a single rod on its axis, and fields alone
     if users_routes and not by_hand:
         raise InputError(
             "routes: your own routes need a single rod on a universal joint, its centre of mass on its axis"
         )
-    if dynamics.model.pin is None:
-        raise InputError(f"{len(dynamics.model.joints)} joints are too many for Pinocchio: no second route to compare")
+    if model.pin is None:
+        raise InputError(f"{len(model.joints)} joints are too many for Pinocchio: no second route to compare")
     routes = engine_routes(dynamics) | (hand_routes(dynamics, users_routes) if by_hand else {})
     try:
         answers = {name: route(q, v) for name, route in routes.items()}
         sizes = _sizes(dynamics, q, v, answers["pinocchio"])
     except np.linalg.LinAlgError:
         raise InputError("no cross-check: masses or lengths differ too much for a mass matrix in doubles") from None
+
     states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
     rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
-    if in_50_digits:
-        chosen = _worst_states(answers, sizes, in_50_digits)
+    if in_50_digits:  # the states at which routes differ most, half of these, and the first ones
+        worst = np.zeros(len(q))
+        for one, other in combinations(answers.values(), 2):
+            for name in one.keys() & other.keys():
+                worst = np.fmax(worst, _relative(one[name], other[name], sizes[name]).max(-1))
+        first = range(min(len(q), in_50_digits - in_50_digits // 2))
+        chosen = np.unique([*np.argsort(worst)[-max(1, in_50_digits // 2) :], *first])
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
         answers |= {REFERENCE: dict(reference_route(dynamics)(q[chosen], v[chosen]))}
         sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
@@ -271,15 +243,7 @@ def compare(
     return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
 
 
-def _one_free_rod(dynamics: Dynamics) -> bool:
-    """Whether the hand routes for one rod apply: a single rod on its axis, and fields alone."""
-    model, loads = dynamics.model, dynamics.loads
-    one = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
-    return one and loads.torque is None and loads.wrench is None
-
-
-@dataclass(frozen=True, eq=False)
-class _States:
+class _States(NamedTuple):
     """The states of a comparison, their rounding scales, and the names of each quantity's columns."""
 
     index: Indices  # (n,)
@@ -302,17 +266,15 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[st
     scale = tree_scale(model, dynamics.loads.field(0.0), q, v, a, *loads_at(dynamics, q, v))
     at, others = [rod.last for rod in model.rods], other_joints(model)
     sizes = dict(zip(keys, np.split(scale.acceleration, len(keys), -1), strict=True))
-    sizes |= dict.fromkeys(("R1", "R2", "R3"), scale.force[:, at])
-    sizes |= dict.fromkeys(("M1", "M2", "M3", "Mc"), scale.moment[:, at])
+    sizes |= {name: (scale.force if name.startswith("R") else scale.moment)[:, at] for name in REACTIONS}
     return sizes | {name: np.repeat(getattr(scale, name)[:, others], 3, -1) for name in ("force", "moment")}
 
 
 def _places(dynamics: Dynamics) -> dict[str, list[str]]:
     model = dynamics.model
-    rods = [rod.link for rod in model.rods]
     others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
-    places = {"theta_dd": rods, "phi_dd": rods, "acceleration": list(model.joints), "force": others, "moment": others}
-    return places | dict.fromkeys(("R1", "R2", "R3", "M1", "M2", "M3", "Mc"), rods)
+    places = {"acceleration": list(model.joints), "force": others, "moment": others}
+    return places | {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
 
 
 def _relative(first: Array, second: Array, size: Array) -> Array:
@@ -321,26 +283,16 @@ def _relative(first: Array, second: Array, size: Array) -> Array:
         return np.abs(first - second).astype(float) / np.maximum(size, TINY)
 
 
-def _worst_states(answers: Mapping[str, Answer], sizes: dict[str, Array], count: int) -> Indices:
-    """The states (m,) at which routes differ most, half of the count, and the first ones; sizes are (n, k) each."""
-    n = len(next(iter(sizes.values())))
-    worst = np.zeros(n)
-    for one, other in combinations(answers.values(), 2):
-        for quantity in one.keys() & other.keys():
-            worst = np.fmax(worst, _relative(one[quantity], other[quantity], sizes[quantity]).max(-1))
-    return np.unique([*np.argsort(worst)[-max(1, count // 2) :], *range(min(n, count - count // 2))])
-
-
 def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[CheckRow]:
+    """The largest difference of two routes in each quantity that both give."""
     one, other = (answers[name] for name in pair)
-    return [_row(quantity, pair, one[quantity], other[quantity], states) for quantity in one if quantity in other]
-
-
-def _row(quantity: str, pair: tuple[str, str], first: Array, second: Array, states: _States) -> CheckRow:
-    """The largest difference of two routes in one quantity, from their answers (n, k)."""
-    size = states.sizes[quantity]
-    relative = _relative(first, second, size)
-    i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
-    ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
-    state = (int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist()))
-    return CheckRow(quantity, states.places[quantity][j], *pair, float(relative[i, j]), ulps, *state, states.bound)
+    rows = []
+    for quantity in (name for name in one if name in other):
+        size = states.sizes[quantity]
+        relative = _relative(one[quantity], other[quantity], size)
+        i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
+        ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
+        where = int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist())
+        place = states.places[quantity][j]
+        rows.append(CheckRow(quantity, place, *pair, float(relative[i, j]), ulps, *where, states.bound))
+    return rows

@@ -1,7 +1,7 @@
 """Functions that compute accelerations or reactions, compared with a scene: where they differ, and by what factor."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from functools import partial
 from typing import Any
 
@@ -9,14 +9,19 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.dynamics import reactions as reactions_of
-from pendpin.errors import InputError, brief, not_one_of, one_line, shown
+from pendpin.errors import InputError, not_one_of, one_line, shown
 from pendpin.ground.arrays import Array
+from pendpin.ground.report import Report, Result
 from pendpin.scene import Scene
 
 STATES = 60
 LARGEST_RATE = 3.0  # rad/s
 BOUND = 1e-9  # relative to the largest value
 PARTS = ("at rest", "one joint turning", "all joints turning")
+WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+REACTIONS = ("R1", "R2", "R3", "M3", "Mc")
+
+Answer = dict[str, Array]  # quantities by name, one number a joint or rod (places,)
 
 
 @dataclass(frozen=True)
@@ -39,7 +44,7 @@ class Row:
 
 
 @dataclass(frozen=True, repr=False)
-class Comparison:
+class Comparison(Result):
     """What was compared, a row for each quantity and joint."""
 
     rows: tuple[Row, ...]
@@ -49,18 +54,10 @@ class Comparison:
         """Whether all agree."""
         return all(row.ok for row in self.rows)
 
-    def __repr__(self) -> str:
-        return brief(f"Comparison: {str(self).replace(chr(10), '; ')}")
-
-    def __str__(self) -> str:
-        """The report as text."""
-        return "\n".join(map(str, self.rows))
-
-
-Answer = dict[str, Array]  # quantities by name, one number a joint or rod (places,)
-Function = Callable[[Array, Array], Answer]
-WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
-REACTIONS = ("R1", "R2", "R3", "M3", "Mc")
+    def report(self) -> Report:
+        """A line for each."""
+        fault = None if self.ok else "the functions differ from the scene"
+        return Report([str(row) for row in self.rows], [asdict(row) | {"ok": row.ok} for row in self.rows], fault)
 
 
 def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: Callable[..., Any] | None) -> Comparison:
@@ -71,14 +68,23 @@ def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: C
     """
     if accelerations is None and reactions is None:
         raise InputError("diagnose: give accelerations, reactions or both, functions of (q, v)")
-    dynamics = bind(scene)
-    q, v = _states(len(dynamics.model.joints))
+    dynamics, random = bind(scene), np.random.default_rng(0)
+    shape = STATES, len(dynamics.model.joints)
+    q, v = random.uniform(-1.2, 1.2, shape), random.uniform(-LARGEST_RATE, LARGEST_RATE, shape)
+    alone = np.where(np.arange(shape[1]) == np.arange(STATES)[:, None] % shape[1], v, 0.0)
+    rates = np.array([np.zeros_like(v), alone, v])  # of no joint, of one at a time, of all
     rows: list[Row] = []
     for what, function in (("accelerations", accelerations), ("reactions", reactions)):
-        if function is not None:
-            ours = _sampled(partial(_answer, function, what), q, v)
-            true = _sampled(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, v)
-            rows += _rows(ours, true, dynamics, what)
+        if function is None:
+            continue
+        ours = _sampled(partial(_answer, function, what), q, rates)
+        right = _sampled(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, rates)
+        for name, true in right.items():
+            if ours[name].shape != true.shape:
+                raise InputError(f"{what}: the function returns shape {ours[name].shape[2:]}, not {true.shape[2:]}")
+            rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
+            places = rods if name in REACTIONS else dynamics.model.joints
+            rows += [_row(name, places, i, ours[name][..., i], true) for i in range(len(places))]
     return Comparison(tuple(rows))
 
 
@@ -90,20 +96,17 @@ def _answer(function: Callable[..., Any], what: str, q: Array, v: Array) -> Answ
         value = function(q.copy(), v.copy())
     except Exception as error:
         raised = f"{type(error).__name__}: {one_line(str(error))}"
-        raise InputError(
-            f"{what}: the function raises {raised}, at q = {shown(q.round(3).tolist())}, v = {shown(v.round(3).tolist())}"
-        ) from None
+        at = f"q = {shown(q.round(3).tolist())}, v = {shown(v.round(3).tolist())}"
+        raise InputError(f"{what}: the function raises {raised}, at {at}") from None
     if what == "accelerations":
         return {"acceleration": _array(value, what)}
     if isinstance(value, Mapping):
         if unknown := [name for name in value if name not in REACTIONS]:
             raise InputError(f"{what}: {not_one_of(unknown[0], REACTIONS)}")
         return {name: _array(entry, f"{what}: {name}") for name, entry in value.items()}
-    wrenches = _array(value, what)
-    if wrenches.shape != (len(q), 6):
-        raise InputError(
-            f"{what}: the function returns shape {wrenches.shape}, not ({len(q)}, 6) or a mapping of names"
-        )
+    wrenches, shape = _array(value, what), (len(q), 6)
+    if wrenches.shape != shape:
+        raise InputError(f"{what}: the function returns shape {wrenches.shape}, not {shape} or a mapping of names")
     return dict(zip(WRENCH, wrenches.T, strict=True))
 
 
@@ -131,15 +134,7 @@ def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...], q: Array, v:
     return {name: getattr(reactions, name)[0] for name in names}
 
 
-def _states(nv: int) -> tuple[Array, Array]:
-    """Random angles (n, nv) in rad, and rates (parts, n, nv) in rad/s: none, of one joint at a time, of all."""
-    random = np.random.default_rng(0)
-    q, v = random.uniform(-1.2, 1.2, (STATES, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (STATES, nv))
-    alone = np.where(np.arange(nv) == np.arange(STATES)[:, None] % nv, v, 0.0)
-    return q, np.array([np.zeros_like(v), alone, v])
-
-
-def _sampled(function: Function, q: Array, v: Array) -> dict[str, Array]:
+def _sampled(function: Callable[[Array, Array], Answer], q: Array, v: Array) -> dict[str, Array]:
     """Each quantity (parts, n, places) at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
     answers = [[function(a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
     shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
@@ -148,18 +143,6 @@ def _sampled(function: Function, q: Array, v: Array) -> dict[str, Array]:
     if not shapes[0]:
         raise InputError("reactions: the function returns no quantity")
     return {name: np.array([[answer[name] for answer in part] for part in answers]) for name in shapes[0]}
-
-
-def _rows(ours: dict[str, Array], right: dict[str, Array], dynamics: Dynamics, what: str) -> list[Row]:
-    """A row for each quantity (parts, n, places) and place. Raises InputError where shapes differ."""
-    rows = []
-    for name, true in right.items():
-        if ours[name].shape != true.shape:
-            raise InputError(f"{what}: the function returns shape {ours[name].shape[2:]}, not {true.shape[2:]}")
-        rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
-        places = rods if name in REACTIONS else dynamics.model.joints
-        rows += [_row(name, places, i, ours[name][..., i], true) for i in range(len(places))]
-    return rows
 
 
 def _row(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Array) -> Row:
@@ -176,17 +159,10 @@ def _row(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Arr
     words = [f"off by {errors.max():.2g} of its size, {'already' if first == 0 else 'only with'} {PARTS[first]}"]
     twins = (places[j] for j in range(len(places)) if np.abs(ours - right[..., j]).max() <= BOUND * size)
     words += [f"it is that of {twin}" for twin in twins][:1]
-    moving = (ours[2] - ours[0], true[2] - true[0])
-    for name, pair in (("the part at rest", (ours[0], true[0])), ("the part that comes with the rates", moving)):
-        factor = _factor(*pair)
-        if factor is not None and abs(factor - 1) > BOUND:
+    rest, moving = (ours[0], true[0]), (ours[2] - ours[0], true[2] - true[0])
+    for name, (one, other) in (("the part at rest", rest), ("the part that comes with the rates", moving)):
+        largest = np.abs(other).max()
+        factor = float(one @ other / (other @ other)) if largest > 0 else 1.0
+        if abs(factor - 1) > BOUND and np.abs(one - factor * other).max() <= 1e-7 * largest:
             words.append(f"{name} is {factor:.6g} times what it should be")
     return Row(quantity, places[i], float(errors.max()), "; ".join(words))
-
-
-def _factor(ours: Array, right: Array) -> float | None:
-    """The constant that one array (n,) is of the other, or None."""
-    if not np.abs(right).max() > 0:
-        return None
-    factor = float(ours @ right / (right @ right))
-    return factor if np.abs(ours - factor * right).max() <= 1e-7 * np.abs(right).max() else None

@@ -4,7 +4,6 @@ An answer is a mapping from the name of a quantity to its values, one column for
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,20 +26,16 @@ REFERENCE = "50 digits"
 
 def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
     """Every route that covers the model: Pinocchio, the equations of chains or of trees of rods, the recursion."""
-    model, loads = dynamics.model, dynamics.loads
-    routes: dict[str, Route] = {}
-    for name, engine, covers in (("pinocchio", Revolute, model.pin), ("chain", LongChain, model.chain)):
-        if covers is not None:
-            routes[name] = _engine_route(dynamics, engine(model, loads))
-    if model.chain is None and model.rod_tree is not None:
-        routes["tree"] = _tree_route(dynamics, model.rod_tree)
-    if model.pin is not None:
-        routes["recursion"] = recursion_route(dynamics, np)
-    return routes
+    model = dynamics.model
 
+    def by(engine: Revolute | LongChain) -> Route:
+        return lambda q, v: _named(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
 
-def _engine_route(dynamics: Dynamics, engine: Revolute | LongChain) -> Route:
-    return lambda q, v: _named(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
+    pinocchios, chain = model.pin is not None, model.chain is not None
+    routes = {"pinocchio": by(Revolute(model, dynamics.loads))} if pinocchios else {}
+    routes |= {"chain": by(LongChain(model, dynamics.loads))} if chain else {}
+    routes |= {"tree": _tree_route(dynamics, model.rod_tree)} if not chain and model.rod_tree is not None else {}
+    return routes | ({"recursion": recursion_route(dynamics, np)} if pinocchios else {})
 
 
 def _tree_route(dynamics: Dynamics, tree: RodTree) -> Route:
@@ -105,10 +100,8 @@ def other_joints(model: Model) -> list[int]:
 def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> dict[str, Route]:
     """The routes for one rod, and the user's own, in the terms of the model's angles."""
     rod = dynamics.model.rods[0]
-    inertia = rod.inertia
+    inertia, turn, field = rod.inertia, np.array([rod.sign, 1.0]), rod.base.T @ dynamics.loads.field(0.0)
     assert inertia is not None
-    turn = np.array([rod.sign, 1.0])
-    field = rod.base.T @ dynamics.loads.field(0.0)
 
     def bound(route: HandRoute) -> Route:
         def answer(q: Array, v: Array) -> Answer:
@@ -122,16 +115,12 @@ def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> di
     return {name: bound(route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
 
 
-def _lagrange(rod: RodInertia, q: Array, v: Array, field: Array) -> Answer:
-    """Accelerations of one rod by Lagrange's equations, from q, v (n, 2) in a field (3,) in m/s²."""
-    theta_dd, phi_dd = np.moveaxis(lagrange.accelerations(rod, q, v, field), -1, 0)
-    return {"theta_dd": theta_dd, "phi_dd": phi_dd}
-
-
 HAND_ROUTES: dict[str, HandRoute] = {
     "newton-euler": lambda *given: newton_euler.solve(*given)._asdict(),
     "balances": lambda *given: balances.solve(*given)._asdict(),
-    "lagrange": _lagrange,
+    "lagrange": lambda *given: dict(
+        zip(("theta_dd", "phi_dd"), np.moveaxis(lagrange.accelerations(*given), -1, 0), strict=True)
+    ),
 }
 
 
@@ -149,18 +138,7 @@ class TreeScale(NamedTuple):
     moment: Array  # N m
 
 
-class _States(NamedTuple):
-    """States of a tree, with what acts from outside."""
-
-    q: Array  # (n, nv)
-    v: Array
-    a: Array
-    torque: Array  # (n, nv) N m, or N for slides
-    external: Array  # (n, nv, 6) N, N m on the body of each joint
-
-
-@dataclass(frozen=True, eq=False)
-class _Bodies:
+class _Bodies(NamedTuple):
     """The bodies of a tree."""
 
     pin: Any
@@ -184,13 +162,7 @@ class _Motion(NamedTuple):
 
 
 def tree_scale(
-    model: Model,
-    field: Array,
-    q: Array,
-    v: Array,
-    a: Array,
-    torque: Array | None = None,
-    external: Array | None = None,
+    model: Model, field: Array, q: Array, v: Array, a: Array, torque: Array | None = None, external: Array | None = None
 ) -> TreeScale:
     """The rounding scales of a tree's equations in a field (3,) in W, at q, v, accelerations and torques (n, nv) and
     wrenches on the bodies (n, nv, 6).
@@ -203,16 +175,6 @@ def tree_scale(
     it vanishes but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and
     |W M^-1| that on a joint's wrench, with W the wrenches for unit accelerations.
     """
-    bodies, strength = _bodies(model), float(np.linalg.norm(field))
-    torque = np.zeros_like(q) if torque is None else torque
-    external = np.zeros((*q.shape, 6)) if external is None else external
-    parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
-    states = (_States(q[i], v[i], a[i], torque[i], external[i]) for i in parts)
-    scales = [_scale(bodies, strength, state) for state in states]
-    return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
-
-
-def _bodies(model: Model) -> _Bodies:
     pin = with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
     tree, inertias = tree_of(pin), list(pin.inertias)[1:]
     slides = np.array([kind == "prismatic" for kind in tree.kinds])
@@ -221,53 +183,51 @@ def _bodies(model: Model) -> _Bodies:
     for child in reversed(range(len(tree.parents))):
         if tree.parents[child] >= 0:
             below[tree.parents[child]] += below[child]
-    return _Bodies(pin, tree.parents, below, slides, mass, lever, inertia)
+    bodies = _Bodies(pin, tree.parents, below, slides, mass, lever, inertia)
+    torque = np.zeros_like(q) if torque is None else torque
+    external = np.zeros((*q.shape, 6)) if external is None else external
+    parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
+    loads = (np.linalg.norm(field), torque, np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1))
+    scales = [_scale(bodies, float(loads[0]), _move(bodies, q[i], v[i], a[i]), loads[1][i], loads[2][i]) for i in parts]
+    return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
 
 
-def _largest_above(parents: tuple[int, ...], x: Array) -> Array:
-    """The largest of each body's own value (n, k) and those of the bodies it hangs on: rounding goes down the tree."""
-    out = x.copy()
-    for child, parent in enumerate(parents):
-        if parent >= 0:
-            out[:, child] = np.maximum(out[:, child], out[:, parent])
-    return out
-
-
-def _motion(bodies: _Bodies, states: _States) -> _Motion:
-    """Where the bodies are at the states, and how they move, by Pinocchio."""
+def _move(bodies: _Bodies, q: Array, v: Array, a: Array) -> _Motion:
+    """Where the bodies are at states (n, nv), and how they move, by Pinocchio."""
     pin, rows, (scaled, mass) = pinocchio(), [], in_mass_unit(bodies.pin)
     data = pin.Data(bodies.pin)
-    for q, v, a in zip(*states[:3], strict=True):
-        pin.forwardKinematics(bodies.pin, data, q, v, a)
-        unit = pin.computeJointJacobians(bodies.pin, data, q).reshape(6, -1).T.copy()  # a view, as each vector of data
-        M = np.triu(pin.crba(scaled, data, q)) * mass
+    for state in zip(q, v, a, strict=True):
+        pin.forwardKinematics(bodies.pin, data, *state)
+        unit = pin.computeJointJacobians(bodies.pin, data, state[0]).reshape(6, -1).T.copy()  # a view of data
+        M = np.triu(pin.crba(scaled, data, state[0])) * mass
         poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
         rows.append((poses[1:], *(np.array(x[1:]) for x in moving), unit, M + np.triu(M, 1).T))
     poses, *others = (np.array(x) for x in zip(*rows, strict=True))
     return _Motion(poses[..., :3, 3], poses[..., :3, :3], *others)
 
 
-def _scale(bodies: _Bodies, field: float, states: _States) -> TreeScale:
-    """The sizes (n, k) at some states, in a field of this norm in m/s²."""
-    below, motion = bodies.below, _motion(bodies, states)
-    (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (motion.twist, motion.bend))
-    speed, rate, turning, origin = (
-        _largest_above(bodies.parents, np.linalg.norm(x, axis=-1))
-        for x in (linear, omega, alpha, bend + np.cross(omega, linear))
-    )
+def _scale(bodies: _Bodies, field: float, motion: _Motion, torque: Array, loads: Array) -> TreeScale:
+    """The sizes (n, k) at some states, in a field of this norm in m/s², with forces and moments (n, k, 2) outside."""
+    below, (linear, omega), (bend, alpha) = bodies.below, *(np.split(x, 2, -1) for x in (motion.twist, motion.bend))
+    sizes = [np.linalg.norm(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
+    for child, parent in enumerate(bodies.parents):  # of a body and those it hangs on: rounding goes down the tree
+        if parent >= 0:
+            for size in sizes:
+                size[:, child] = np.maximum(size[:, child], size[:, parent])
+    speed, rate, turning, origin = sizes
     turning = turning + rate**2 + TINY  # 1/s²
-    force, moment = np.moveaxis(np.linalg.norm(states.external.reshape(*states.q.shape, 2, 3), axis=-1), -1, 0)
-    weight = bodies.mass * (field + origin + turning * np.linalg.norm(bodies.lever, axis=-1)) + force
+    weight = bodies.mass * (field + origin + turning * np.linalg.norm(bodies.lever, axis=-1)) + loads[..., 0]
     centre = motion.position + applied(motion.rotation, bodies.lever)
     reach = np.linalg.norm(centre[:, None] - motion.position[:, :, None], axis=-1)  # (n, joint, body)
     inertia = np.linalg.norm(bodies.inertia, axis=(-1, -2))
-    spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + moment
+    spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + loads[..., 1]
     forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
-    at_joint = np.where(bodies.slides, forces, moments) + np.abs(states.torque) + TINY
-    inverse = _inverse(motion.mass_matrix)
-    unit_wrenches = _unit_wrenches(bodies, motion, centre)
-    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in unit_wrenches)  # (n, 3, k)
-    force, moment = (np.linalg.norm(x, axis=1) for x in through)
+    at_joint = np.where(bodies.slides, forces, moments) + np.abs(torque) + TINY
+    unit = 1 / np.sqrt(np.diagonal(motion.mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
+    unit = unit[:, :, None] * unit[:, None, :]
+    inverse = unit * np.linalg.inv(unit * motion.mass_matrix)
+    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in _unit_wrenches(bodies, motion, centre))
+    force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
 
 
@@ -289,10 +249,3 @@ def _unit_wrenches(bodies: _Bodies, motion: _Motion, centre: Array) -> tuple[Arr
     moment = together * (cross(first[:, lower], v) + applied(second[:, lower], w))
     moment = moment - cross(motion.position[:, :, None], force)
     return np.moveaxis(force, -1, 1), np.moveaxis(moment, -1, 1)
-
-
-def _inverse(M: Array) -> Array:
-    """The inverses of mass matrices (n, nv, nv), with their rows and columns scaled to 1 on the diagonal."""
-    scale = 1 / np.sqrt(np.diagonal(M, axis1=-2, axis2=-1))
-    scale = scale[:, :, None] * scale[:, None, :]
-    return scale * np.linalg.inv(scale * M)
