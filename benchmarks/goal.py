@@ -29,7 +29,7 @@ from pendpin import effects as fx
 from pendpin.errors import Halted
 from pendpin.model.build import build
 from pendpin.model.kinematics import chain_length, tip_distance
-from pendpin.scene import FIXED_METHODS, least_tolerance
+from pendpin.scene import fixed_methods, least_tolerance
 from reference_motion import Reference, reference
 from timed_scenes import Timed, timed_case, timed_tips
 
@@ -63,7 +63,7 @@ SHORTER = {
     "gauss6": 0.5,
     "rk4": 0.5,
 }  # what costs much
-SMOOTH_ONLY = ("taylor", *FIXED_METHODS)
+SMOOTH_ONLY = ("taylor", *fixed_methods())
 TRUSTED = 0.01  # of the accuracy: two methods that agree so well are the truth
 KNOWN = 1 / 3  # of the accuracy: a reference in more doubt decides nothing
 LIMIT = 5.0  # s of processor time, of one accuracy asked
@@ -225,7 +225,7 @@ def _within_reach(scene: pp.Scene, known: Reference, length: float) -> float | N
 
 
 def _settings(scene: pp.Scene, method: str) -> Iterator[tuple[str, float]]:
-    if method in FIXED_METHODS:
+    if method in fixed_methods():
         counts = (4**k for k in range(12))
         spacing = scene.times[1]
         yield from ((method, spacing / count) for count in counts if count * (len(scene.times) - 1) <= MOST)

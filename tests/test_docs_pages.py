@@ -5,12 +5,14 @@ import re
 import shutil
 import subprocess
 import sys
+from collections.abc import Iterator
 from pathlib import Path
 
 import pytest
 
 import pendpin as pp
 from laws import HANG
+from pendpin.scene import METHODS
 
 TOP = Path(__file__).parents[1]
 HOW_TO = sorted((TOP / "docs" / "how-to").glob("*.md"))
@@ -18,7 +20,7 @@ EXAMPLES = sorted((TOP / "docs" / "reference" / "api_examples").glob("*.py"))
 
 
 @pytest.fixture
-def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
+def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
     """An empty folder with the example scenes, and `pendpin` on the path."""
     (tmp_path / "examples").symlink_to(TOP / "examples")
     command = tmp_path / "bin" / "pendpin"
@@ -27,7 +29,10 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Path:
     command.chmod(0o755)
     monkeypatch.setenv("PATH", f"{command.parent}{os.pathsep}{os.environ['PATH']}")
     monkeypatch.chdir(tmp_path)
-    return tmp_path
+    before = dict(METHODS)
+    yield tmp_path
+    METHODS.clear()  # a page may add a method of its own
+    METHODS.update(before)
 
 
 @pytest.mark.slow

@@ -20,7 +20,7 @@ from pendpin.runs.checkpoint import Shifts
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import run_prepared
-from pendpin.scene import FIXED_METHODS, METHODS, method_of
+from pendpin.scene import METHODS, fixed_methods, method_of
 from scenes import scene_of
 
 GRAVITY = fx.Gravity()
@@ -28,7 +28,7 @@ THICK = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1),))
 TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.1), pp.Rod(length=0.7, mass=0.5, radius=0.05)))
 THIN = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
 THIN_TWO = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0), pp.Rod(length=0.7, mass=0.5)))
-ORDERS = {name: METHODS[name].order for name in FIXED_METHODS}
+ORDERS = {name: METHODS[name].order for name in fixed_methods()}
 STEPS = {"euler": 1 / 512, "rk4": 1 / 64, "gauss2": 1 / 64, "gauss4": 1 / 32, "gauss6": 1 / 32}  # s; else 1/256
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="heyoka is not installed: pip install heyoka")
 

@@ -17,7 +17,7 @@ from effect_cases import ZERO
 from laws import law
 from pendpin import effects as fx
 from pendpin.errors import InputError
-from pendpin.scene import EVENT_METHODS
+from pendpin.scene import event_methods
 
 LEAN = law(12)
 ROD = pp.Rod(length=0.8, mass=1.0, radius=0.03)
@@ -116,7 +116,7 @@ def test_an_effect_of_strength_0_changes_no_bit(parts: Any, method: Any, data: s
     """
     model, engine, effects, touching = parts
     name = method.get("method", "auto")
-    balance = name in (*EVENT_METHODS, "auto")
+    balance = name in (*event_methods(), "auto")
     engine = engine if balance or name == "rk4" else "auto"
     if touching and balance and engine != "compiled":
         effects = (*effects, fx.Stop(upper=0.6, restitution=0.4))

@@ -15,7 +15,7 @@ from pendpin.errors import InputError, choices
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators.base import Integrator
 from pendpin.integrators.fixed import refuse_steps
-from pendpin.scene import EVENT_METHODS, Chain, Method, Scene, method_of
+from pendpin.scene import Chain, Method, Scene, event_methods, method_of
 from pendpin.scene.methods import MULTISTEP
 
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
@@ -36,7 +36,7 @@ def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
     solver = scene.solver
     method = method_of(solver.method)
     if dynamics.contacts is not None and not method.handles_events:
-        these = choices(EVENT_METHODS)
+        these = choices(event_methods())
         raise InputError(f"solver.method: {method.name} cannot handle stops and dry friction; use {these}")
     if solver.step is not None:
         refuse_steps(scene.times, solver.step)
@@ -45,6 +45,8 @@ def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
 
 def integrator_class(method: Method) -> type[Integrator]:
     """The class that a method's record names, imported now: heyoka and CyRK load only for the methods that need them."""
+    if not isinstance(method.integrator, str):
+        return method.integrator
     module, _, name = method.integrator.partition(":")
     return getattr(import_module(f"pendpin.integrators.{module}"), name)
 

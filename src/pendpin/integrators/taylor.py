@@ -18,7 +18,7 @@ from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import heyoka, version, wait_for
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
-from pendpin.scene import EVENT_METHODS, Scene
+from pendpin.scene import Scene, event_methods
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
 # Joints up to which heyoka writes the code out whole. Two rods take 12 s to compile so, and 0.7 s in the compact form.
@@ -77,7 +77,7 @@ class Taylor(Integrator):
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError(
-                "energy_balance: taylor does not integrate work; these methods do: " + ", ".join(EVENT_METHODS)
+                "energy_balance: taylor does not integrate work; these methods do: " + ", ".join(event_methods())
             )
         memory = plan.memory or self.memory(y)
         assert isinstance(memory, SeriesMemory)

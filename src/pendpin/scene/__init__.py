@@ -5,7 +5,7 @@ To add a kind of model: a record in models.py, and the function that builds it i
 integration: a field in solver.py; a method: a record in methods.py.
 """
 
-from pendpin.scene.methods import EVENT_METHODS, FIXED_METHODS, METHODS, Form, Method, method_of
+from pendpin.scene.methods import METHODS, Form, Method, add_method, event_methods, fixed_methods, method_of
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import (
     Data,

@@ -22,7 +22,7 @@ class Method:
     """What is true of a method in every run."""
 
     name: str
-    integrator: str  # module and class in pendpin.integrators
+    integrator: str | type  # the class, or its module and name in pendpin.integrators
     family: str  # one of the six above
     setting: Literal["tolerance", "step"]
     order: float | None  # of convergence in the step; None where the method varies it
@@ -36,8 +36,8 @@ class Method:
     steepest: float = math.inf  # the highest power of the step with which the error falls between two tolerances
     scatter: float = 1.5  # the largest factor between an error and the power law through its neighbours
     step_price: float = 1.0  # the time of a step over that of a step of euler, which takes 0.01 ms for one rod
-    color: str  # in figures
-    price_rank: int  # comparisons begin with the methods that are most often the cheapest
+    color: str = "#1a202c"  # in figures
+    price_rank: int = 99  # comparisons begin with the methods that are most often the cheapest
 
     @property
     def implicit(self) -> bool:
@@ -143,9 +143,32 @@ _RECORDS = (
     ),
 )
 METHODS = {record.name: record for record in _RECORDS}
-NAMES = ("auto", *METHODS)  # what a scene may ask for
-FIXED_METHODS = tuple(name for name, record in METHODS.items() if record.setting == "step")
-EVENT_METHODS = tuple(name for name, record in METHODS.items() if record.handles_events)
+
+
+def add_method(method: Method) -> None:
+    """Make a method of one's own known by its name: to scenes, `simulate`, `cost` and all that walks the table.
+
+    `method.integrator` is a class that derives from Integrator or FixedStep of pendpin.integrators. Other processes, such as
+    the workers of a cluster, have to call this too. Raises InputError for a name that the table has.
+    """
+    if method.name in ("auto", *METHODS):
+        raise InputError(f"add_method: {method.name} is there already; give the method another name")
+    METHODS[method.name] = method
+
+
+def names() -> tuple[str, ...]:
+    """What a scene may ask for."""
+    return ("auto", *METHODS)
+
+
+def fixed_methods() -> tuple[str, ...]:
+    """The names of the methods with a fixed step."""
+    return tuple(name for name, method in METHODS.items() if method.setting == "step")
+
+
+def event_methods() -> tuple[str, ...]:
+    """The names of the methods that find events."""
+    return tuple(name for name, method in METHODS.items() if method.handles_events)
 
 
 def method_of(name: str) -> Method:

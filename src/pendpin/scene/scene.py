@@ -16,7 +16,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of, path_of
 from pendpin.ground.keypaths import parsed, places_of
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
-from pendpin.scene.methods import FIXED_METHODS
+from pendpin.scene.methods import fixed_methods
 from pendpin.scene.models import AnyModel, UrdfModel
 from pendpin.scene.solver import MAX_SAMPLES, Solver
 from pendpin.scene.toml import example_names, read_toml, write_toml
@@ -172,7 +172,7 @@ class Scene(Record):
 
     def by(self, method: str, setting: float) -> Self:
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
-        return self.with_solver(method=method, **{"step" if method in FIXED_METHODS else "tolerance": setting})
+        return self.with_solver(method=method, **{"step" if method in fixed_methods() else "tolerance": setting})
 
     def with_solver(self, **settings: Any) -> Self:
         """The scene with other settings of its solver, as `Solver.replaced`."""

@@ -8,7 +8,7 @@ from pydantic_core import PydanticKnownError
 
 from pendpin.errors import choices
 from pendpin.ground.records import Number, Positive, Record
-from pendpin.scene.methods import FIXED_METHODS, METHODS, NAMES
+from pendpin.scene.methods import METHODS, fixed_methods, names
 
 TOLERANCE = 1e-10  # unless another is given
 LEAST_TOLERANCE = 1e-14  # where the method is still to be chosen
@@ -16,13 +16,13 @@ MAX_SAMPLES = 2_000_000
 
 
 def _refuse_unknown(name: str) -> str:
-    if name not in NAMES:
-        raise PydanticKnownError("literal_error", {"expected": ", ".join(NAMES)})
+    if name not in names():
+        raise PydanticKnownError("literal_error", {"expected": ", ".join(names())})
     return name
 
 
 MethodName = Annotated[
-    str, Field(strict=True), AfterValidator(_refuse_unknown), WithJsonSchema({"type": "string", "enum": list(NAMES)})
+    str, Field(strict=True), AfterValidator(_refuse_unknown), WithJsonSchema({"type": "string", "enum": list(names())})
 ]
 
 
@@ -34,7 +34,7 @@ class Solver(Record):
     both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 
-    method: MethodName = Field("auto", description=f"{choices(NAMES)} (docs/accuracy.md)")
+    method: MethodName = Field("auto", description=f"{choices(names())} (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
         "auto", description="which equations compute the accelerations: auto, pinocchio, chain, compiled"
     )
@@ -45,7 +45,7 @@ class Solver(Record):
         None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"
     )
     step: Positive | None = Field(
-        None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(FIXED_METHODS)}"
+        None, validate_default=True, description=f"s, for methods with a fixed step: {', '.join(fixed_methods())}"
     )
     samples: Annotated[int, Field(strict=True, ge=1, le=MAX_SAMPLES)] | None = Field(
         None,
@@ -61,7 +61,7 @@ class Solver(Record):
         method = info.data.get("method", "")
         if info.data.get("accuracy") is not None:
             return _none_beside_accuracy(tolerance)
-        if method in FIXED_METHODS:
+        if method in fixed_methods():
             if tolerance is not None:
                 raise ValueError(f"{method} takes a step, not a tolerance")
             return None
@@ -76,10 +76,10 @@ class Solver(Record):
         method = info.data.get("method", "")
         if info.data.get("accuracy") is not None:
             return _none_beside_accuracy(step)
-        if method in FIXED_METHODS and step is None:
+        if method in fixed_methods() and step is None:
             raise ValueError(f"{method} takes a step, in s")
-        if step is not None and method and method not in FIXED_METHODS:
-            raise ValueError(f"{method} takes a tolerance, not a step; a step is for {choices(FIXED_METHODS)}")
+        if step is not None and method and method not in fixed_methods():
+            raise ValueError(f"{method} takes a tolerance, not a step; a step is for {choices(fixed_methods())}")
         return step
 
     @field_validator("times")
@@ -98,7 +98,7 @@ class Solver(Record):
         """The solver with the settings given (those not None); its own settings that no longer fit are left out."""
         settings = {name: value for name, value in settings.items() if value is not None}
         method = settings.get("method", self.method)
-        unfit = {"tolerance" if isinstance(method, str) and method in FIXED_METHODS else "step"}
+        unfit = {"tolerance" if isinstance(method, str) and method in fixed_methods() else "step"}
         if "accuracy" in settings:
             unfit = {"tolerance", "step"}
         elif "tolerance" in settings or "step" in settings:

@@ -13,7 +13,7 @@ from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
 from pendpin.runs.accuracy.runs import Runs
 from pendpin.runs.accuracy.thresholds import SETTING
 from pendpin.runs.preparation import Prepared
-from pendpin.scene import FIXED_METHODS, Scene, method_of
+from pendpin.scene import Scene, fixed_methods, method_of
 from pendpin.trajectory import RunRecord
 
 TAYLOR, HIGH_ORDER = "taylor", "dop853"
@@ -94,7 +94,7 @@ def refine_by_step(method: str, times: Array, count: int) -> Refinement:
 def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
     """The settings of the scene's method."""
     method, target = scene.solver.method, scene.solver.accuracy or 0.0
-    if method not in FIXED_METHODS:
+    if method not in fixed_methods():
         return refine_by_tolerance(method, target, float(np.abs(runs.start[0]).max(initial=0.0)))
     if not scene.duration:
         return Refinement(method, 1.0, 0.0)

@@ -14,7 +14,7 @@ from pendpin.runs.checkpoint import Shifts
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import ENERGY_ERROR, balanced, prepare, run_prepared
-from pendpin.scene import FIXED_METHODS, Scene
+from pendpin.scene import Scene, fixed_methods
 from pendpin.trajectory import RunRecord, samples_of
 
 GOLDEN = (5**0.5 - 1) / 2
@@ -79,7 +79,7 @@ class Runs:
         except Halted as error:
             raise type(error)(str(error), self.keep_output_times(_thin_out(error.partial, denser))) from None
         except RunError as error:
-            run, coarse = error.partial, scene.solver.method in FIXED_METHODS
+            run, coarse = error.partial, scene.solver.method in fixed_methods()
             if not coarse and run.stats.stopped != ENERGY_ERROR:
                 reason = f"with {run.stats.method}, {run.stats.setting}, {error}"
                 message = f"accuracy {self.scene.solver.accuracy:g} is not met: {reason}"

@@ -17,7 +17,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.simulate import simulate
 from pendpin.motions.trajectory import Trajectory
-from pendpin.scene import FIXED_METHODS, Chain, Rod, Scene, Solver, Start
+from pendpin.scene import Chain, Rod, Scene, Solver, Start, fixed_methods
 from pendpin.verification.claims import Claim, Progress, attempt, collect, describe_broken
 
 Solve = Callable[[Scene], Trajectory]
@@ -52,7 +52,7 @@ GROUPS = {
 
 def settings(**methods: float | None) -> dict[str, Settings]:
     """The setting of each method: a tolerance, or a step in s where it takes one; none for None."""
-    kinds = {name: "step" if name in FIXED_METHODS else "tolerance" for name in methods}
+    kinds = {name: "step" if name in fixed_methods() else "tolerance" for name in methods}
     return {name: {} if value is None else {kinds[name]: value} for name, value in methods.items()}
 
 

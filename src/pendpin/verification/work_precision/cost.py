@@ -18,7 +18,7 @@ from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
 from pendpin.runs.simulate import Budget, halting, run_to_setting
-from pendpin.scene import FIXED_METHODS, METHODS, Scene, chosen_scene, least_tolerance
+from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods, least_tolerance
 from pendpin.verification import simulators
 from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision.references import (
@@ -231,7 +231,7 @@ def _suited(bench: _Bench) -> Iterator[str]:
 
 def _method(bench: _Bench, method: str) -> Series:
     name = method.removesuffix(UNCOMPILED)
-    fixed = name in FIXED_METHODS
+    fixed = name in fixed_methods()
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
     settings = steps(bench.first_step) if fixed else tolerances(least_tolerance(name), stride)
     return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
