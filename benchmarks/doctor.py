@@ -28,9 +28,7 @@ from pendpin.doctor.reading.names import Vocabulary
 from pendpin.doctor.reading.tree import Unread, symbols
 from pendpin.doctor.recognition import read
 from pendpin.doctor.systems.base import Quantities, System, free_states, random_states
-from pendpin.doctor.systems.known import SPECS
-from pendpin.doctor.systems.rod import RODS
-from pendpin.doctor.systems.rod_names import MATRICES, VECTORS
+from pendpin.doctor.systems.rod import MATRICES, RODS, SPECS, VECTORS
 from printed.algebra import rewritten
 from printed.changes import changed
 from printed.notations import NOTATIONS, PRINTED, noted

@@ -12,7 +12,7 @@ import sympy as sp
 import pendpin as pp
 from bad_input import run_main
 from pendpin.doctor.systems.base import Convention, Quantities, System, free_states, solved
-from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.rod import SPECS
 from pendpin.errors import InputError
 
 PRINTED = Path(__file__).with_name("printed_derivation.md")

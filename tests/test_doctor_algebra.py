@@ -13,7 +13,7 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reading.tree import Node
 from pendpin.doctor.systems.base import System
-from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.rod import SPECS
 from test_doctor_exact import finding_of
 
 IDENTITIES = [

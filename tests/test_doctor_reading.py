@@ -11,7 +11,7 @@ from pendpin.doctor.printed import read_equations
 from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.names import Written
 from pendpin.doctor.reading.tree import Node
-from pendpin.doctor.systems.rod_names import DIMENSION_OF, meanings
+from pendpin.doctor.systems.rod import DIMENSION_OF, meanings
 from pendpin.errors import InputError
 
 # --- right equations hold -------------------------------------------------------------------------------------------

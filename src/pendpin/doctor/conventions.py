@@ -8,8 +8,7 @@ from pendpin.doctor.printed import Printed, candidates
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Unread, parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
-from pendpin.doctor.systems.known import SPECS
-from pendpin.doctor.systems.rod import RODS
+from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.errors import InputError, not_one_of
 
 MOST_SAMPLED = 6  # equations that fail, of which a convention that is searched on explains one

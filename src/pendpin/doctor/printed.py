@@ -9,14 +9,13 @@ from functools import cached_property, lru_cache
 
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
-from pendpin.doctor.reading.binding import bound
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, Written, raw, unknown
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, Written, bound, raw, unknown
 from pendpin.doctor.reading.tokens import tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
-from pendpin.doctor.systems.known import SPECS
+from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked

@@ -22,11 +22,9 @@ from pendpin.doctor.reading.legend import legend, named
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
-from pendpin.doctor.systems.known import SPECS
-from pendpin.doctor.systems.linkages import POSES
-from pendpin.doctor.systems.planar import FAMILIES
-from pendpin.doctor.systems.rod import RODS
-from pendpin.doctor.systems.scene import scene_spec
+from pendpin.doctor.systems.planar import FAMILIES, POSES
+from pendpin.doctor.systems.rod import RODS, SPECS
+from pendpin.doctor.systems.tables import scene_spec
 from pendpin.errors import InputError, not_one_of, shown
 
 Name = tuple[str, str]  # a letter and its index

@@ -17,8 +17,8 @@ from pendpin.doctor.checking.evaluation import evaluate, norm
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
-from pendpin.doctor.systems.known import SPECIAL
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
+from pendpin.doctor.systems.rod import SPECIAL
 
 PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)

@@ -1,21 +1,29 @@
-"""Tokens to trees: sums, products with and without signs, powers, functions, fractions, brackets, matrices."""
+"""Tokens to trees: names with their accents and indices, sums, products, powers, functions, derivatives, matrices.
+
+Written by hand and not from a grammar's rules, because every part keeps its place in the text, so that a mend can be written
+there, and because what is almost mathematics is refused with a reason and never read as something else.
+"""
 
 import re
 from dataclasses import replace
 from fractions import Fraction
 
-from pendpin.doctor.reading.binding import bound
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, unknown
-from pendpin.doctor.reading.printed_names import CLOSING, OF_TIME, PrintedNames, differentiated, symbol_of
-from pendpin.doctor.reading.tokens import is_latex, lines, tokens
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word, unknown
+from pendpin.doctor.reading.tokens import ACCENTS, Token, is_latex, lines, tokens
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
+CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
+OPENING = {closed: opened for opened, closed in CLOSING.items()}
 SEPARATORS = (",", ";", "row", ".", "&")
 ENDS = {"close", "relation", "other relation", "condition", "end", *SEPARATORS}
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix"}
 DERIVATIVES = ("der", "diff", "Derivative", "D")
 POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
+OF_CODE = (*DERIVATIVES, "diag", *POWERS, *LISTS)
+FRAMES = set("ABINOWG")
+TIME = Written("t")
+OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 MOST_POWER = 12
 MOST_DIGITS = 30
 MOST_TERMS = 6  # of a sum with bounds
@@ -39,8 +47,95 @@ def lone(text: str, words: Vocabulary) -> Node | None:
     return found[0][0] if [len(sides) for sides in found] == [1] else None
 
 
-class Parser(PrintedNames):
+class Parser:
     """One pass over the tokens of a text."""
+
+    def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
+        end = found[-1].end if found else 0
+        self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
+        self.starred = any(token.text == "*" for token in found)  # products have a sign
+        self.place, self.bars, self.spaced = 0, 0, False  # of |, how many are open; whether blanks separate entries
+
+    # --- the cursor ---------------------------------------------------------------------------------------------
+
+    def peek(self, ahead: int = 0) -> Token:
+        """The token this number of places ahead."""
+        return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
+
+    def take(self) -> Token:
+        """The next token, and past it."""
+        token = self.peek()
+        self.place = min(self.place + 1, len(self.tokens) - 1)
+        return token
+
+    def took(self, *texts: str) -> bool:
+        """Whether these tokens come next, and past them."""
+        found = [self.peek(i).text for i in range(len(texts))] == [*texts]
+        self.place += len(texts) if found else 0
+        return found
+
+    @property
+    def end(self) -> int:
+        """The place behind the token before."""
+        return self.peek(-1).end
+
+    def at_sign(self) -> bool:
+        """Whether + or - comes next."""
+        return self.peek().kind == "operator" and self.peek().text in "+-"
+
+    def at_symbol(self) -> bool:
+        """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
+        if self.peek().text == "{":
+            return self.peek(1).kind == "close" and self.peek(2).kind == "^"
+        return self.peek().kind in ("letter", "word", "accent", "style", "plain")
+
+    def at_end(self) -> bool:
+        """Whether an expression ends before the next token; | ends one that a | has opened."""
+        token = self.peek()
+        closes = token.kind == "|" and self.bars > 0
+        return token.kind in ENDS or closes or (token.kind == "command" and token.text in ("end", "over"))
+
+    def at_new_entry(self) -> bool:
+        """Whether the next token begins an entry of a row such as [a b -c]: after a blank that no sign has behind it."""
+        token, before = self.peek(), self.peek(-1)
+        if not self.spaced or token.start == before.end or before.kind == "operator":
+            return False
+        return token.kind != "operator" or (token.text in "+-" and self.peek(1).start == token.end)
+
+    def plain(self) -> str:
+        """The text in the bracket that is open, past its end; of brackets in it what is inside."""
+        letters, depth, opened = [], 1, self.peek(-1)
+        while depth:
+            token = self.take()
+            if token.kind == "end":
+                raise Unread(f"the bracket {opened.text} is not closed", opened.start, CLOSING.get(opened.text, ""))
+            depth += {"open": 1, "close": -1}.get(token.kind, 0)
+            if token.kind not in ("open", "close", "plain", "style"):
+                letters.append(token.text)
+        return "".join(letters)
+
+    def digit(self) -> None:
+        r"""LaTeX takes one digit where there are no braces, as in \frac12 and x^23."""
+        token = self.peek()
+        if self.latex and token.kind == "number" and len(token.text) > 1 and token.text.isdigit():
+            first = Token("number", token.text[0], token.start, token.start + 1)
+            rest = Token("number", token.text[1:], token.start + 1, token.end)
+            self.tokens[self.place : self.place + 1] = [first, rest]
+
+    def script(self) -> str:
+        """What stands after the ^ or _ that comes next, without blanks and brackets; a number has its sign."""
+        mark = self.take()
+        if mark.kind == "superscript":
+            return mark.text
+        sign = self.take().text if self.at_sign() else ""
+        self.digit()
+        one = self.take()
+        if one.kind in ("plain", "style"):
+            one = self.take()
+        text = sign + (self.plain() if one.kind == "open" else one.text)
+        return "G/O" if text == "G" and mark.kind == "_" and self.took("/", "O") else text
+
+    # --- equations, sums, products, powers ----------------------------------------------------------------------
 
     def equations(self) -> list[list[Node]]:
         """Lines, sides, and equations on one line with a comma between. Raises Unread."""
@@ -51,8 +146,8 @@ class Parser(PrintedNames):
                 self.take()
                 if before == "=" and token.kind not in ("&", "."):
                     raise Unread("the right side of = is empty", token.start)
-                next_kind = self.peek().kind
-                if token.kind not in ("&", ".") and next_kind not in ("end", "relation", *SEPARATORS) and found[-1]:
+                ends = self.peek().kind in ("end", "relation", *SEPARATORS)
+                if token.kind not in ("&", ".") and not ends and found[-1]:
                     found.append([])
                     before = ""
             elif token.kind == "relation":
@@ -67,8 +162,7 @@ class Parser(PrintedNames):
             elif token.kind == "other relation":
                 raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
             elif before == "side" or token.kind == "close":
-                opening = {closed: opened for opened, closed in CLOSING.items()}.get(token.text, "")
-                raise Unread(f"the bracket {token.text} closes nothing", token.start, opening)
+                raise Unread(f"the bracket {token.text} closes nothing", token.start, OPENING.get(token.text, ""))
             else:
                 found[-1].append(self.sum())
                 before = "side"
@@ -79,19 +173,17 @@ class Parser(PrintedNames):
     def sum(self) -> Node:
         """Terms with their signs."""
         signs, terms, marks, start = [], [], [], self.peek().start
-        while True:
+        while not terms or (self.at_sign() and not self.at_new_entry()):
             sign, first = 1, self.peek()
             end = first.start
-            while self.peek().kind == "operator" and self.peek().text in "+-":
+            while self.at_sign():
                 token = self.take()
                 sign, end = (-sign if token.text == "-" else sign), token.end
-            if self.ends():
+            if self.at_end():
                 raise Unread("a term is missing", end)
             terms.append(self.product())
             signs.append(sign)
             marks.append((first.start, end))
-            if self.peek().text not in ("+", "-") or self.peek().kind != "operator" or self.new_entry():
-                break
         if len(terms) == 1 and marks[0][0] == marks[0][1]:
             return terms[0]
         return Node("sum", (start, terms[-1].outer[1]), tuple(signs), tuple(terms), tuple(marks))
@@ -100,21 +192,19 @@ class Parser(PrintedNames):
         """Factors, multiplied with or without a sign."""
         factors, operators, marks = [self.power()], ["*"], [(0, 0)]
         slash = False
-        while True:
-            token = self.peek()
-            if self.ends() or (token.kind == "operator" and token.text in "+-") or self.new_entry():
-                break
-            mark, operator, name = (token.start, token.start), "*", factors[-1]
+        while not (self.at_end() or self.at_sign() or self.at_new_entry()):
+            token, name = self.peek(), factors[-1]
+            mark, operator = (token.start, token.start), "*"
             if token.kind == "operator":
                 operator, mark = self.take().text, (token.start, token.end)
-                if self.ends():
+                if self.at_end():
                     raise Unread("a factor is missing", token.end)
             elif slash and self.tight and token.kind in ("letter", "word", "number"):
                 operator = "/"
-            elif token.kind == "open" and token.start == self.peek(-1).end and self.is_long(name):
+            elif token.kind == "open" and token.start == self.end and self._is_long(name):
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
             factors.append(self.power())
-            if mark[0] == mark[1] and self.is_long(name) and self.is_long(factors[-1]):
+            if mark[0] == mark[1] and self._is_long(name) and self._is_long(factors[-1]):
                 both = " ".join(factor.value.lstrip("?") for factor in factors[-2:])
                 raise Unread(f"{both}: words, or names without a sign between them", name.span[0])
             operators.append(operator)
@@ -122,28 +212,15 @@ class Parser(PrintedNames):
             slash = operator == "/" and (token.kind == "operator" or slash)
         if len(factors) == 1:
             return factors[0]
-        marks[0] = (factors[0].outer[0], factors[0].outer[0])
-        span = (factors[0].outer[0], factors[-1].outer[1])
-        return Node("product", span, tuple(operators), tuple(factors), tuple(marks))
+        start = factors[0].outer[0]
+        marks[0] = (start, start)
+        return Node("product", (start, factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks))
 
-    def is_long(self, node: Node) -> bool:
+    def _is_long(self, node: Node) -> bool:
         """Whether a factor is a name of several letters, such as zeros: before a bracket a function of code."""
         if self.latex or node.written is None or node.bracketed or node.written.dots:
             return False
         return len(node.written.letter) > 1 and node.written.letter not in {*GREEK.values(), "const"}
-
-    def new_entry(self) -> bool:
-        """Whether the next token begins an entry of a row such as [a b -c]: after a blank that no sign has behind it."""
-        token, before = self.peek(), self.peek(-1)
-        if not self.spaced or token.start == before.end or before.kind == "operator":
-            return False
-        return token.kind != "operator" or (token.text in "+-" and self.peek(1).start == token.end)
-
-    def ends(self) -> bool:
-        """Whether an expression ends before the next token; | ends one that a | has opened."""
-        token = self.peek()
-        closes = token.kind == "|" and self.bars > 0
-        return token.kind in ENDS or closes or (token.kind == "command" and token.text in ("end", "over"))
 
     def power(self) -> Node:
         """A factor with its exponents, or what is transposed; a letter after ^ belongs to the name before it."""
@@ -152,29 +229,29 @@ class Parser(PrintedNames):
             token = self.take()
             if base.kind == "matrix" and not self.latex:
                 base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.start, token.end),))
-                continue
-            for _ in token.text:
-                base = Node("derivative", (base.outer[0], token.end), "t", (base,))
+            else:
+                for _ in token.text:
+                    base = Node("derivative", (base.outer[0], token.end), "t", (base,))
         while self.peek().kind in ("^", "superscript"):
             start, above = self.peek().start, self.script()
-            end = self.peek(-1).end
+            end = self.end
             if above in ("T", "top", "intercal"):
                 if base.kind == "product" and {*base.value} == {"*"} and self.latex:  # entries with blanks between
                     base = Node("matrix", base.outer, (1, len(base.children)), base.children)
                 base = Node("function", (base.outer[0], end), "transpose", (base,), ((end, end),))
                 continue
-            below = self.script() if self.peek().kind == "_" and base.kind == "symbol" else ""
-            index = ",".join(filter(None, (base.written.index if base.written else "", below)))
-            if base.written is not None and base.kind == "symbol" and re.fullmatch(r"[A-Za-z]+|\*", above):
-                index = f"{index},{above}" if index else above
-                base = symbol_of(replace(base.written, index=index), (base.span[0], self.peek(-1).end))
-                continue
-            if base.written is not None and below:  # an index after the exponent
-                base = symbol_of(replace(base.written, index=index), base.span)
+            if base.written is not None and base.kind == "symbol":
+                below = self.script() if self.peek().kind == "_" else ""
+                index = ",".join(filter(None, (base.written.index, below)))
+                if re.fullmatch(r"[A-Za-z]+|\*", above):
+                    written = replace(base.written, index=f"{index},{above}" if index else above)
+                    base = symbol_of(written, (base.span[0], self.end))
+                    continue
+                base = symbol_of(replace(base.written, index=index), base.span) if below else base
             exponent = _exponent(above, start)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
-            mark = (start, self.peek(-1).end)
+            mark = (start, self.end)
             base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
             any(self.took(*argument) for argument in OF_TIME)
         return base
@@ -198,25 +275,125 @@ class Parser(PrintedNames):
                 return self.matrix()
             case "|":
                 return self.length()
-            case "word" if self.peek(1).kind == "open" and token.text in (*DERIVATIVES, "diag", *POWERS, *LISTS):
-                return self.named_function()
+            case "word" if self.peek(1).kind == "open" and token.text in OF_CODE:
+                return self.function_of_code()
         if self.at_symbol():
             return self.symbol()
-        if token.kind == "open":
-            group = self.group()
-            if token.text == "{" and group.kind == "symbol" and group.written and self.peek().kind == "_":
-                written = replace(group.written, index=group.written.index + self.script())  # as in {\bf q}_1
-                return symbol_of(written, (token.start, self.peek(-1).end))
-            return group
-        wrong = "it ends too early" if token.kind == "end" else f"{token.text!r} stands where a quantity should"
-        raise Unread(wrong, token.start)
+        if token.kind != "open":
+            wrong = "it ends too early" if token.kind == "end" else f"{token.text!r} stands where a quantity should"
+            raise Unread(wrong, token.start)
+        group = self.group()
+        if token.text == "{" and group.kind == "symbol" and group.written and self.peek().kind == "_":
+            written = replace(group.written, index=group.written.index + self.script())  # as in {\bf q}_1
+            return symbol_of(written, (token.start, self.end))
+        return group
+
+    # --- names and derivatives ----------------------------------------------------------------------------------
+
+    def symbol(self) -> Node:
+        """One quantity, of which is known only how it is written."""
+        start, before = self.peek().start, ""
+        if self.peek().kind == "open":
+            self.place += 2
+            before = self.script()
+        written = self.written()
+        framed = self.peek(2 if self.peek(1).kind == "open" else 1)
+        if self.peek().kind == "^" and framed.kind == "letter" and framed.text in FRAMES:
+            frame = self.script()
+            written = replace(written, frames=before + frame if before and written.letter == "C" else "")
+        while self.peek().kind == "prime":
+            written = replace(written, dots=written.dots + len(self.take().text))
+        if self.peek().kind == "_" and not written.index:
+            written = replace(written, index=self.script())
+        if self.peek().kind == "^" and self.peek(1).kind == "arrow":
+            written = replace(written, index=written.index + self.script())
+        any(self.took(*argument) for argument in OF_TIME)
+        if written.letter == "sum" and written.index:
+            raise Unread("a sum is read with small numbers as its bounds", start)
+        return symbol_of(written, (start, self.end))
+
+    def written(self) -> Written:
+        """A letter with what is above, below and around it."""
+        token = self.take()
+        if token.kind in ("accent", "style", "plain"):
+            written = self.decorated(token)
+        elif token.text == "dot" and self.peek().kind in ("letter", "word"):  # dot theta
+            written = self.written()
+            return replace(written, dots=written.dots + 1)
+        elif token.kind in ("word", "letter"):
+            written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
+        else:
+            raise Unread(f"{token.text!r} is not a symbol", token.start)
+        while self.peek().kind == "dots":
+            written = replace(written, dots=written.dots + ACCENTS[self.take().text])
+        number = self.peek()
+        if not self.latex and token.kind == "letter" and number.kind == "number" and number.start == token.end:
+            written = replace(written, index=self.take().text)  # as in θ1
+        while self.peek().kind == "index":
+            written = replace(written, index=written.index + self.take().text)
+        return replace(written, index=self.script()) if self.peek().kind == "_" else written
+
+    def decorated(self, token: Token) -> Written:
+        """The symbol under an accent, or in another type."""
+        opened = self.take() if self.peek().kind == "open" else None
+        place = self.place
+        if token.kind == "plain" and opened:
+            name = self.plain()
+            if re.fullmatch("[A-Za-z]*", name):
+                return Written("L" if name == "l" and token.text in ("mathscr", "mathcal") else name)
+            self.place = place
+        inside = self.symbol() if opened else None
+        written = (inside.written if inside else None) or self.written()
+        if opened and self.take().kind != "close":
+            raise Unread(f"\\{token.text} over more than one symbol", opened.start)
+        styled = written.styled or token.kind == "style"
+        return replace(written, dots=written.dots + ACCENTS.get(token.text, 0), styled=styled)
+
+    def derivative(self) -> Node | None:
+        r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
+        place, start = self.place, self.peek().start
+        fraction = self.took("frac")
+        above = self.differential(fraction)
+        start_below = self.place
+        below = self.differential(fraction) if above and (fraction or self.took("/")) else None
+        if fraction and above and below is None and self.tokens[start_below : start_below + 2][-1].text == above[0]:
+            raise Unread("a derivative that is not read", start)
+        if above and below and above[0] == below[0] and (by := below[1]):
+            inside, order = above[1:]
+            if fraction or inside or by.written == TIME:
+                if by.written is None or order != below[2]:
+                    raise Unread("a derivative that is not read", start)
+                inside = inside or self.power()
+                return differentiated(inside, by, order, (start, self.end))
+        self.place = place
+        return None
+
+    def differential(self, braced: bool) -> tuple[str, Node | None, int] | None:
+        """d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
+        if (braced and not self.took("{")) or self.peek().text not in ("d", "partial"):
+            return None
+        sign, inside = self.take().text, None
+        order = self.order()
+        if self.at_symbol():
+            inside = self.symbol()
+        elif self.peek().kind == "open":
+            inside = self.group()
+        order = max(order, self.order())
+        return None if braced and not self.took("}") else (sign, inside, order)
+
+    def order(self) -> int:
+        """The number after ^, and past it; 1 where there is none."""
+        text = self.script() if self.peek().kind in ("^", "superscript") else "1"
+        return int(text) if re.fullmatch("[1-9]", text) else 1
+
+    # --- functions and commands ---------------------------------------------------------------------------------
 
     def function(self) -> Node:
         """A function of what is in brackets or, as in sin 2 phi, of a number and a symbol."""
         token = self.take()
         name, caret = token.text, self.peek()
         exponent = _exponent(self.script(), caret.start) if caret.kind in ("^", "superscript") else None
-        mark, first = (caret.start, self.peek(-1).end), self.peek()
+        mark, first = (caret.start, self.end), self.peek()
         if exponent and exponent < 0:
             raise Unread(f"{name}^-1 may be the inverse function or 1/{name}: write which", token.start)
         if name == "sqrt" and first.text == "[" and self.latex:
@@ -231,40 +408,40 @@ class Parser(PrintedNames):
                 raise Unread(f"{name} of nothing", first.start)
             if self.peek().text == "t" and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
-            marks, signs = tuple((factor.span[0], factor.span[0]) for factor in factors), ("*",) * len(factors)
-            argument = Node("product", (first.start, factors[-1].outer[1]), signs, tuple(factors), marks)
+            marks = tuple((factor.span[0], factor.span[0]) for factor in factors)
+            span = (first.start, factors[-1].outer[1])
+            argument = Node("product", span, ("*",) * len(factors), tuple(factors), marks)
             argument = argument if len(factors) > 1 else factors[0]
         node = Node("function", (token.start, argument.outer[1]), name, (argument,), ((token.start, token.end),))
         return node if exponent is None else Node("power", node.span, exponent, (node,), (mark,))
 
-    def named_function(self) -> Node:
-        """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...]) of code."""
+    def function_of_code(self) -> Node:
+        """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...])."""
         token, inner = self.take(), self.group(row=False)
-        span = (token.start, self.peek(-1).end)
+        name, start, span = token.text, token.start, (token.start, self.end)
         parts: tuple[Node, ...] = inner.children if inner.kind == "matrix" else (inner,)
         inside = parts[0]
-        if token.text in LISTS:
+        if name in LISTS:
             return replace(inner, bracketed=span)
-        if token.text == "diag":
-            zero = Node("number", (token.start, token.start), Fraction(0))
-            return _matrix([[parts[i] if i == j else zero for j in range(len(parts))] for i in range(len(parts))], span)
-        if token.text in POWERS:
-            power = parts[1].value if len(parts) == 2 and parts[1].kind == "number" else POWERS[token.text]
+        if name == "diag":
+            zero = Node("number", (start, start), Fraction(0))
+            return _matrix(
+                [[part if i == j else zero for j in range(len(parts))] for i, part in enumerate(parts)], span
+            )
+        if name in POWERS:
+            power = parts[1].value if len(parts) == 2 and parts[1].kind == "number" else POWERS[name]
             if power not in range(1, MOST_POWER + 1) or len(parts) > 2:
-                raise Unread("only small numbers are read as exponents", token.start)
-            mark = parts[-1].outer if len(parts) == 2 else (token.start, token.end)
+                raise Unread("only small numbers are read as exponents", start)
+            mark = parts[-1].outer if len(parts) == 2 else (start, token.end)
             return Node("power", span, Fraction(power), (inside,), (mark,))
-        time = symbol_of(Written("t"), (span[1] - 1, span[1] - 1))
-        if token.text in ("diff", "Derivative") and len(parts) == 1:
-            raise Unread(f"{token.text} without a symbol to differentiate by", token.start)
-        orders = [by.children if by.kind == "matrix" else (by,) for by in parts[1:] or (time,)]  # Derivative(x, (t, 2))
-        for children in orders:
-            by, *count = children
-            times = count[0].value if count and count[0].kind == "number" else 1
-            if by.written is None or times not in (1, 2):
-                raise Unread(f"{token.text} is read of an expression and symbols", token.start)
-            for _ in range(int(times)):
-                inside = differentiated(inside, by, span)
+        if name in ("diff", "Derivative") and len(parts) == 1:
+            raise Unread(f"{name} without a symbol to differentiate by", start)
+        for by in parts[1:] or (symbol_of(TIME, (span[1] - 1, span[1] - 1)),):
+            by, *count = by.children if by.kind == "matrix" else (by,)  # Derivative(x, (t, 2))
+            order = count[0].value if count and count[0].kind == "number" else 1
+            if by.written is None or order not in (1, 2):
+                raise Unread(f"{name} is read of an expression and symbols", start)
+            inside = differentiated(inside, by, int(order), span)
         return inside
 
     def command(self) -> Node:
@@ -295,35 +472,32 @@ class Parser(PrintedNames):
                 inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
                 if by.written is None or order not in (1, 2):
                     raise Unread("a derivative by more than one symbol", token.start)
-                for _ in range(int(order)):
-                    inside = differentiated(inside, by, (token.start, self.peek(-1).end))
-                return inside
-            case "sum":
-                return self.series()
+                return differentiated(inside, by, int(order), (token.start, self.end))
+            case "sum":  # with small numbers as its bounds, written out
+                start, scripts = self.take().start, {"_": "", "^": ""}
+                while (mark := self.peek().kind) in scripts:
+                    scripts[mark] = self.script()
+                bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
+                if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
+                    raise Unread("a sum is read with small numbers as its bounds", start)
+                body, numbers = self.product(), range(int(bounds[2]), int(bounds[3]) + 1)
+                terms = tuple(_numbered(body, bounds[1], str(i)) for i in numbers)
+                marks = ((start, start),) * len(terms)
+                return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, marks)
         raise Unread(f"\\{token.text} stands where a quantity should", token.start)
 
-    def series(self) -> Node:
-        r"""The terms of \sum_{i=1}^{2}, written out."""
-        start, scripts = self.take().start, {"_": "", "^": ""}
-        while (mark := self.peek().kind) in scripts:
-            scripts[mark] = self.script()
-        bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
-        if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
-            raise Unread("a sum is read with small numbers as its bounds", start)
-        body = self.product()
-        terms = tuple(_numbered(body, bounds[1], str(i)) for i in range(int(bounds[2]), int(bounds[3]) + 1))
-        return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, ((start, start),) * len(terms))
+    # --- brackets and matrices ----------------------------------------------------------------------------------
 
     def group(self, row: bool = True) -> Node:
         """What stands in brackets; with commas a column; in code also rows with ; and entries with a blank between."""
         opened, outer = self.take(), self.spaced
-        self.spaced = row and opened.text == "[" and (outer or self.is_row())
+        self.spaced = row and opened.text == "[" and (outer or self._is_row())
         rows = [[self.sum()]]
         if self.took("over"):
             above, below = rows[0][0], self.sum()
             mark = (above.outer[0], above.outer[0])
             rows = [[Node("product", (mark[0], below.outer[1]), ("*", "/"), (above, below), (mark, mark))]]
-        while self.peek().kind in (",", ";") or (self.spaced and not self.ends()):
+        while self.peek().kind in (",", ";") or (self.spaced and not self.at_end()):
             separator = self.take().kind if self.peek().kind in (",", ";") else ""
             if self.peek().kind == "close":
                 break
@@ -345,7 +519,7 @@ class Parser(PrintedNames):
             rows = [[entry] for entry in entries]
         return _matrix(rows, span, span if blank else None)
 
-    def is_row(self) -> bool:
+    def _is_row(self) -> bool:
         """Whether the bracket that is open holds entries with a blank between, as in MATLAB."""
         depth, semicolon = 1, False
         for token, following in zip(self.tokens[self.place :], self.tokens[self.place + 1 :], strict=False):
@@ -397,13 +571,28 @@ class Parser(PrintedNames):
                 raise Unread(f"{end.text!r} ends no entry of a matrix", end.start)
         if self.take().text == "end" and self.take().kind == "open":
             self.plain()
-        node = _matrix([row for row in rows if row], (token.start, self.peek(-1).end))
+        node = _matrix([row for row in rows if row], (token.start, self.end))
         if name != "Vmatrix":
             return node
         if self.peek().kind == "_":
             self.script()
         inner = node.children[0] if node.value == (1, 1) else node
         return Node("function", node.span, "norm", (inner,), ((token.start, token.end),))
+
+
+def symbol_of(written: Written, span: Span) -> Node:
+    """A printed name of which nothing else is known."""
+    return Node("symbol", span, unknown(written), written=written)
+
+
+def differentiated(node: Node, by: Node, order: int, span: Span) -> Node:
+    """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
+    for _ in range(order):
+        if by.written == TIME and node.written is not None and node.kind == "symbol":
+            node = symbol_of(replace(node.written, dots=node.written.dots + 1), span)
+        else:
+            node = Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
+    return node
 
 
 def _matrix(rows: list[list[Node]], span: Span, bracketed: Span | None = None) -> Node:

@@ -1,8 +1,11 @@
-"""How quantities are written: a letter with dots, an index, a hat; names in plain text; letters that stand for others."""
+"""How quantities are written: letters and names in plain text; and what a printed name means in one system."""
 
 import re
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from itertools import pairwise
+
+from pendpin.doctor.reading.tree import Node, Span, Written
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
 _LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
@@ -15,17 +18,6 @@ _SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ thet
 τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
 LETTERS: dict[str, str] = dict(zip(_SIGNS.split()[1::2], _SIGNS.split()[::2], strict=True))  # alpha is printed α
 GREEK |= {letter: name for name, letter in LETTERS.items()}
-
-
-@dataclass(frozen=True)
-class Written:
-    """A printed symbol: its letter, how many dots, its index, a hat or bold type, frames before and after."""
-
-    letter: str
-    dots: int = 0
-    index: str = ""
-    styled: bool = False
-    frames: str = ""
 
 
 _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
@@ -155,3 +147,48 @@ UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat
 ANGLES = ("theta", "phi")
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
+MOST_DOTS = 6
+FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
+
+
+def bound(node: Node, words: Vocabulary) -> Node:
+    """A tree whose names are the first meanings that some words give them.
+
+    A bracket that only says what a quantity depends on, as in D(phi), is no factor. In M(q), where the argument is all
+    coordinates at once, M is a matrix or vector, however it is printed.
+    """
+    if node.kind == "symbol":
+        assert node.written is not None
+        return replace(_named(node.written, node.span, words), bracketed=node.bracketed)
+    children = tuple(bound(child, words) for child in node.children)
+    if node.kind == "derivative":
+        return replace(node, value=words(node.written)[0] if node.written else "t", children=children)
+    if node.kind != "product":
+        return replace(node, children=children) if children else node
+    left, factors = [0], [children[0]]
+    for i, (before, child) in enumerate(pairwise(children), start=1):
+        inside = child.children if child.kind == "matrix" else (child,)
+        names = {part.value if part.kind == "symbol" else "" for part in inside}
+        is_name = before.kind in ("symbol", "derivative") and not before.bracketed
+        of_state = str(before.value).startswith("?") or before.value in FUNCTIONS_OF_STATE
+        in_brackets = child.kind == "matrix" or bool(child.bracketed)
+        if in_brackets and is_name and (names <= {"q", "dq"} or (of_state and names <= {*words.state})):
+            if names <= {"q", "dq"} and left[-1] == i - 1 and before.written is not None:
+                factors[-1] = _named(replace(before.written, styled=True), before.span, words)
+        else:
+            left.append(i)
+            factors.append(child)
+    if len(left) == len(children):
+        return replace(node, children=children)
+    if len(factors) == 1:
+        return factors[0] if node.bracketed is None else replace(factors[0], bracketed=node.bracketed)
+    operators, marks = (tuple(listed[i] for i in left) for listed in (node.value, node.marks))
+    return replace(node, value=operators, children=tuple(factors), marks=marks)
+
+
+def _named(written: Written, span: Span, words: Vocabulary) -> Node:
+    """A printed name as a node; with dots over what has no name for its rate, a derivative in time."""
+    found = words(written)
+    if 0 < written.dots < MOST_DOTS and found[0].startswith("?"):
+        return Node("derivative", span, "t", (_named(replace(written, dots=written.dots - 1), span, words),))
+    return Node("symbol", span, found[0], written=written)

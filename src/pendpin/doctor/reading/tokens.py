@@ -1,5 +1,6 @@
 """Text to tokens: LaTeX, plain text and their mixtures, with the place of every token."""
 
+import html
 import re
 import unicodedata
 from collections.abc import Iterator
@@ -88,7 +89,7 @@ _UNITS = re.compile(  # of a parameter: what stands between its number and the e
 _FUNCTION_NAMES = "|".join(sorted(FUNCTIONS))
 _TOKEN = re.compile(
     rf"""(?P<plain>\\(?:mathrm|textrm|text|mathit|operatorname\*?|rm|mbox)\s*\{{\s*(?:d|diag|{_FUNCTION_NAMES})\s*\}}|\{{\s*\\rm\s+d\s*\}})
-    |(?P<html></?su[bp]>|&[A-Za-z]+;)
+    |(?P<tag></?su[bp]>)|(?P<entity>&[A-Za-z]+;)
     |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
     |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
     |(?P<typo>\\dot\{{\\partial\}})
@@ -101,9 +102,8 @@ _TOKEN = re.compile(
 )
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
-_INDEXED = re.compile(
-    rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])"
-)  # J_1c is J_1 c
+# J_1c is J_1 c
+_INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")
 
 
 def is_latex(text: str) -> bool:
@@ -148,25 +148,15 @@ def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
             yield Token("function" if name in FUNCTIONS else "word" if name == "diag" else "letter", name, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
-        case "html" if found[0] == "<":
-            yield (
-                Token("close", "}", start, end)
-                if found[1] == "/"
-                else Token("_^"["p" in found], "_^"["p" in found], start, end)
-            )
-            if found[1] != "/":
-                yield Token("open", "{", end, end)
-        case "html":
-            signs = {
-                "plus": ("operator", "+"),
-                "minus": ("operator", "-"),
-                "times": ("operator", "x"),
-                "prime": ("prime", "'"),
-            }
-            name = found[1:-1]
-            if name not in signs and name not in GREEK:
+        case "tag" if found[1] == "/":
+            yield Token("close", "}", start, end)
+        case "tag":
+            yield from (Token(mark := "_^"["p" in found], mark, start, end), Token("open", "{", end, end))
+        case "entity":
+            letter = html.unescape(found)
+            if letter not in _CHARACTERS or letter == "&":
                 raise Unread(f"{found} has no meaning in an equation here", start)
-            yield Token(*signs.get(name, ("letter", GREEK.get(name, name))), start, end)
+            yield Token(*_CHARACTERS[letter], start, end)
         case "typo":  # of a partial derivative by a rate
             yield from (Token("command", "partial", start, start + 6), Token("accent", "dot", start + 6, end))
         case "command":
@@ -182,8 +172,15 @@ def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
             word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*", found)
             assert word is not None
             yield from _letters(word[0], start, latex, text)
-        case _:
-            yield from _sign(found, start)
+        case _ if found.isspace() or found in "~\u2009\u202f":
+            yield Token("space", found, start, start + 1)
+        case _:  # neither a digit nor a Latin letter; a letter with dots above is two
+            apart = found.isalpha() and found not in _CHARACTERS
+            for letter in unicodedata.normalize("NFD", found) if apart else [found]:
+                if letter not in _CHARACTERS and not (letter.isascii() and letter.isalpha()):
+                    code = f"{found!r} (U+{ord(found):04X})"
+                    raise Unread(f"the character {code} has no meaning in an equation here", start)
+                yield Token(*_CHARACTERS.get(letter, ("letter", letter)), start, end)
 
 
 def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
@@ -202,17 +199,6 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
             yield Token(kind, part, place, place + len(part))
             place += len(part)
-
-
-def _sign(found: str, start: int) -> Iterator[Token]:
-    """The tokens of a sign that is neither a digit nor a Latin letter; a letter with dots above is two."""
-    if found.isspace() or found in "~\u2009\u202f":
-        yield Token("space", found, start, start + 1)
-        return
-    for letter in unicodedata.normalize("NFD", found) if found.isalpha() and found not in _CHARACTERS else [found]:
-        if letter not in _CHARACTERS and not (letter.isascii() and letter.isalpha()):
-            raise Unread(f"the character {found!r} (U+{ord(found):04X}) has no meaning in an equation here", start)
-        yield Token(*_CHARACTERS.get(letter, ("letter", letter)), start, start + len(found))
 
 
 def _merged(found: list[Token]) -> list[Token]:

@@ -4,10 +4,19 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from typing import Any, Literal
 
-from pendpin.doctor.reading.names import Written
-
 Kind = Literal["number", "symbol", "sum", "product", "power", "function", "matrix", "derivative"]
 Span = tuple[int, int]  # characters of the source, [start, end)
+
+
+@dataclass(frozen=True)
+class Written:
+    """A printed symbol: its letter, how many dots, its index, a hat or bold type, frames before and after."""
+
+    letter: str
+    dots: int = 0
+    index: str = ""
+    styled: bool = False
+    frames: str = ""
 
 
 class Unread(Exception):

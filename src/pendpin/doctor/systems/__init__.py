@@ -1,5 +1,7 @@
 """The systems that the doctor knows: for each the names of its quantities, and what every quantity truly is.
 
-A system is a record of plain functions from a state to named quantities. To add one: its formulas and its words in a file
-here, and one entry in known.py. May import: reading, equations.
+A system is a record of formulas from a state to named quantities, each a line of text. To add one: a table of its names,
+units, writings and formulas, and an entry in FAMILIES, in planar.py.
+
+May import: reading, equations; tables.py also dynamics.
 """

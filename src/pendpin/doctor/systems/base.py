@@ -1,8 +1,8 @@
 """A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
-from functools import cache
+from functools import cache, cached_property
 from typing import Any
 
 import numpy as np
@@ -24,6 +24,27 @@ MOST_NESTED = 3  # derivatives of derivatives
 STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differences of eighth order
 
 
+@cache
+def formula(text: str) -> Formula:
+    """A formula from its text in Python: names are quantities, or functions and signs of Quantities.functions.
+
+    Vectors are arrays (3, n), scalars (n,): `vector` stacks scalars to a vector, and vectors to a matrix.
+    """
+    code = compile(text, text, "eval")
+
+    def value(q: "Quantities") -> Values:
+        names: Any = q
+        found = eval(code, q.functions, names)  # the text of a system's table, never of a document
+        return found if isinstance(found, np.ndarray) else q.number(found)
+
+    return value
+
+
+def formulas(texts: Mapping[str, str]) -> dict[str, Formula]:
+    """Formulas from their texts."""
+    return {name: formula(text) for name, text in texts.items()}
+
+
 @dataclass(frozen=True)
 class Convention:
     """How a text on a rod differs from the convention of docs/derivation.md."""
@@ -42,7 +63,7 @@ class Convention:
 
     @property
     def words(self) -> str:
-        """The differences, in words; empty where there are none."""
+        """The differences in one line."""
         return ", ".join(self.differences)
 
 
@@ -106,9 +127,14 @@ class Spec:
 @cache
 def unloaded(spec: Spec) -> Spec:
     """The same system without the loads that may act on it."""
-    loads = {name: (lambda q: q.number(0)) for name in LOADS if name in spec.parameters}
-    kept = tuple(name for name in spec.parameters if name not in loads)
-    return replace(spec, parameters=kept, formulas={**spec.formulas, **loads}) if loads else spec
+    return with_zeros(spec, [name for name in LOADS if name in spec.parameters])
+
+
+def with_zeros(spec: Spec, names: Collection[str]) -> Spec:
+    """The same system in which some parameters are 0."""
+    kept = tuple(name for name in spec.parameters if name not in names)
+    zeros = formulas(dict.fromkeys(names, "0"))
+    return replace(spec, parameters=kept, formulas={**spec.formulas, **zeros}) if names else spec
 
 
 @cache
@@ -150,6 +176,24 @@ class Quantities:
         self.shape = np.shape(base[system.spec.coordinates[0]])
         self._values: dict[str, Values] = dict(base)
         self._moved: dict[tuple[str, int], Quantities] = {}
+
+    @cached_property
+    def functions(self) -> dict[str, Any]:
+        """What a formula may use beside quantities: functions of its numbers, and signs of the convention."""
+        xp, convention = self.xp, self.convention
+        numbers = {name: getattr(xp, name) for name in ("sin", "cos", "sqrt", "pi")} | {"dot": dot, "cross": cross}
+        return numbers | {
+            "vector": lambda *rows: np.stack(
+                [row if isinstance(row, np.ndarray) else self.number(row) for row in rows]
+            ),
+            "slope": lambda name, variable: self.derivative(lambda q: q[name], variable),
+            "theta_sign": convention.theta,
+            "phi_sign": convention.phi,
+            "swapped": convention.swapped,
+            "along": convention.along,
+            "y_sign": -1 if convention.z == "up" else 1,
+            "z_sign": 1 if convention.z == "down" else -1,
+        }
 
     def __getitem__(self, name: str) -> Values:
         """A quantity: scalars (n,), vectors (3, n) and tensors (3, 3, n) in I. Raises KeyError for an unknown name."""
@@ -205,15 +249,13 @@ class Quantities:
     def _at(self, variable: str, index: int, step: Any) -> "Quantities":
         """The quantities at a state moved by a step; the unknowns are solved for again, or not known there."""
         if (variable, index) not in self._moved:
-            base = {name: value for name, value in self.base.items() if not self._gone(name, variable)}
+            gone = self.spec.unknowns if variable == "t" else ()
+            base = {name: value for name, value in self.base.items() if name not in gone}
             zero = 0 * step  # so that all are complex where one is
             base = {name: value + zero for name, value in base.items()} if np.iscomplexobj(step) else base
             base |= {name: self[name] + rate * step for name, rate in self.direction(variable).items()}
             self._moved[variable, index] = Quantities(base, self.system, self.xp, self.true, self.depth + 1)
         return self._moved[variable, index]
-
-    def _gone(self, name: str, variable: str) -> bool:
-        return variable == "t" and name in self.spec.unknowns
 
 
 def solved(quantities: Quantities) -> Quantities:
@@ -261,7 +303,7 @@ def free_states(system: System) -> Quantities:
     return Quantities(random_base(system.spec, STATES, seed=2) | free, system, np)
 
 
-ENERGY_SUMS: dict[str, Formula] = {"L": lambda q: q["T"] - q["V"], "E": lambda q: q["T"] + q["V"]}
+ENERGY_SUMS = formulas({"L": "T - V", "E": "T + V"})
 
 
 def dot(a: Values, b: Values) -> Values:

@@ -1,36 +1,48 @@
-"""A rod on a universal joint: what every quantity truly is, in the convention of the text, for any type of number.
+"""A rod on a universal joint: what every quantity truly is, how it is written, and the special cases of each kind of rod.
 
-The formulas are those of docs/derivation.md. The accelerations and reactions come from pendpin.equations, run on floats,
-50-digit numbers or symbols.
+The formulas are those of docs/derivation.md, in the convention of the text, for any type of number; names of that page's own
+convention end in _. The accelerations and reactions come from pendpin.equations, run on floats, 50-digit numbers or symbols.
 """
 
 import re
 from dataclasses import replace
+from functools import cache
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS
-from pendpin.doctor.systems import rod_names
-from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values, cross, dot
+from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS, Written
+from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values, cross, dot, formulas, with_zeros
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 
-RODS = ("point", "thin", "uniform", "symmetric", "general")
-PARAMETERS = {
-    "point": ("m", "l", "g"),
-    "thin": ("m", "l", "g"),
-    "uniform": ("m", "l", "g", "r"),
-    "symmetric": ("m", "l", "g", "h", "I1", "I3", "r"),
-    "general": ("m", "l", "g", "h", "I1", "I2", "I3", "r"),
+AXES = {"I": ("xhat", "yhat", "zhat"), "A": ("a1", "a2", "a3"), "B": ("b1", "b2", "b3")}
+DIRECTIONS = ("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat")
+VECTORS = UNIT_VECTORS | {"field", "weight", "rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
+MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia", "inertiaO"}
+STILL = {"m", "l", "g", "h", "r", "Fg", "I1", "I2", "I3", "J1", "J2", "J3"}  # what does not move
+UNKNOWNS = ("ddtheta", "ddphi", "R1", "R2", "R3", "M3")  # what the balances are solved for
+_ANY = "h I1 I2 I3 J1 J2 J3"
+KINDS: dict[str, tuple[str, str, dict[str, str], str]] = {  # title, parameters, what these give, further common names
+    "point": ("a point mass on a massless rod", "m l g", {"h": "l", "I1": "0*m", "I3": "0*m"}, ""),
+    "thin": ("a uniform thin rod", "m l g", {"h": "l/2", "I1": "m*l*l/12", "I3": "0*m"}, ""),
+    "uniform": (
+        "a uniform rod of radius r",
+        "m l g r",
+        {"h": "l/2", "I1": "m*l*l/12 + m*r*r/4", "I3": "m*r*r/2"},
+        "r I1 I2 I3",
+    ),
+    "symmetric": ("any rod with I1 = I2", "m l g h I1 I3 r", {}, _ANY),
+    "general": ("any rod", "m l g h I1 I2 I3 r", {}, _ANY),
 }
+RODS = tuple(KINDS)
 
 
 def solve(q: Quantities) -> dict[str, Values]:
     """The accelerations and reactions of the true motion."""
     zero, convention = q.number(0), q.convention
     field = np.stack([zero, zero, q["g"] + zero], -1)
-    angles, rates = (np.stack([q[f"{d}theta*"], q[f"{d}phi*"]], -1) for d in ("", "d"))
+    angles, rates = (np.stack([q[f"{d}theta_"], q[f"{d}phi_"]], -1) for d in ("", "d"))
     inertia: Any = [q[name] for name in ("m", "h", "I1", "I2", "I3")]
     answer = newton_euler.solve(RodInertia(*inertia), angles, rates, field, q.xp)
     sign = convention.along
@@ -39,49 +51,21 @@ def solve(q: Quantities) -> dict[str, Values]:
     return unknowns | {names[0]: convention.theta * answer.theta_dd, names[1]: convention.phi * answer.phi_dd}
 
 
-def combined(q: Quantities, *components: Values) -> Values:
-    """The vector with these components (n,) in the frame B of docs/derivation.md, marked by a star."""
-    return sum((c * q[f"b{i}*"] for i, c in enumerate(components, start=1)), start=q.number(0))
+def turned(q: Quantities, rows: Values) -> Values:
+    """A tensor given by its components (3, 3, n) in B, in I."""
+    axes = [q[axis] for axis in AXES["B"]]
+    parts = (rows[i, j] * axes[i][:, None] * axes[j][None] for i in range(3) for j in range(3))
+    return sum(parts, start=q.number(0))
 
 
-def _angle(name: str, other: str) -> Formula:
-    """An angle of docs/derivation.md, or its rate, from those of the text."""
+def _tensor(letter: str) -> Formula:
+    """The inertia tensor about G or the joint, in I."""
 
     def value(q: Quantities) -> Values:
-        sign = q.convention.theta if "theta" in name else q.convention.phi
-        return sign * q[other if q.convention.swapped else name]
+        rows = [[q[f"{letter}{i + 1}"] if i == j else q.number(0) for j in range(3)] for i in range(3)]
+        return turned(q, np.array(rows))
 
     return value
-
-
-def _stacked(*names: str) -> Formula:
-    """A vector in I from names or whole numbers, - for the opposite."""
-
-    def one(q: Quantities, name: str) -> Values:
-        if name in ("0", "1"):
-            return q.number(int(name))
-        product = q.number(1)
-        for factor in name.lstrip("-").split():
-            product = product * q[factor]
-        return -product if name.startswith("-") else product
-
-    return lambda q: np.stack([one(q, name) for name in names])
-
-
-def _inertia(index: int) -> Formula:
-    def value(q: Quantities) -> Values:
-        m, l = q["m"], q["l"]  # noqa: E741
-        square = m * l * l / q.number(12)
-        if q.system.kind in ("point", "thin"):
-            return square * q.number(1 if q.system.kind == "thin" and index < 3 else 0)
-        r = q["r"]
-        return m * r * r / q.number(2) if index == 3 else square + m * r * r / q.number(4)
-
-    return value
-
-
-def _component(vector: str, axis: str) -> Formula:
-    return lambda q: dot(q[vector], q[axis])
 
 
 def _cosines(source: str, target: str) -> Formula:
@@ -94,168 +78,245 @@ def _cosines(source: str, target: str) -> Formula:
     return value
 
 
-AXES = {"I": ("xhat", "yhat", "zhat"), "A": ("a1", "a2", "a3"), "B": ("b1", "b2", "b3")}
-
-
-def turned(q: Quantities, rows: Values) -> Values:
-    """A tensor given by its components (3, 3, n) in B, in I."""
-    axes = [q[axis] for axis in AXES["B"]]
-    parts = (rows[i, j] * axes[i][:, None] * axes[j][None] for i in range(3) for j in range(3))
-    return sum(parts, start=q.number(0))
-
-
-def _inertia_tensor(q: Quantities, letter: str = "I") -> Values:
-    rows = [[q[f"{letter}{i + 1}"] if i == j else q.number(0) for j in range(3)] for i in range(3)]
-    return turned(q, np.array(rows))
-
-
-def _acceleration(q: Quantities) -> Values:
-    """h b3'' of docs/derivation.md, section 2."""
-    s, c, dt, dp, two = q["s*"], q["c*"], q["dtheta*"], q["dphi*"], q.number(2)
-    transverse = q["ddtheta*"] * c - two * dt * dp * s
-    return q["h"] * combined(q, q["ddphi*"] + dt * dt * s * c, transverse, -(dp * dp + dt * dt * c * c))
-
-
-def _alpha(q: Quantities) -> Values:
-    s, c, dt, dp = q["s*"], q["c*"], q["dtheta*"], q["dphi*"]
-    return combined(q, -q["ddtheta*"] * c + dt * dp * s, q["ddphi*"], -q["ddtheta*"] * s - dt * dp * c)
-
-
-def balances(q: Quantities) -> tuple[Values, Values, Values]:
-    """What the balances of forces, of moments about G and about the joint leave over, vectors (3, n) in I."""
-    force = q["m"] * q["aG"] - q["R"] - q["weight"]
-    spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
-    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
-    return force, about_g, about_g + cross(q["rG"], force)
-
-
-def _kinetic(q: Quantities) -> Values:
-    turning = sum((q[f"I{i}"] * q[f"w{i}"] ** 2 for i in (1, 2, 3)), start=q.number(0))
-    return (q["m"] * dot(q["vG"], q["vG"]) + turning) / q.number(2)
-
-
-def _along(name: str) -> Formula:
-    return lambda q: q.convention.along * q[name]
-
-
-def _function(name: str, angle: str) -> Formula:
-    return lambda q: getattr(q.xp, name)(q[angle])
-
-
-def _axis(name: str, conventions: tuple[str, ...]) -> Formula:
-    return lambda q: (-1 if q.convention.z in conventions else 1) * q[f"{name}*"]
-
-
-FORMULAS: dict[str, Formula] = {
-    **{f"{d}theta*": _angle(f"{d}theta", f"{d}phi") for d in ("", "d", "dd")},
-    **{f"{d}phi*": _angle(f"{d}phi", f"{d}theta") for d in ("", "d", "dd")},
-    "st*": lambda q: q.xp.sin(q["theta*"]),
-    "ct*": lambda q: q.xp.cos(q["theta*"]),
-    "s*": lambda q: q.xp.sin(q["phi*"]),
-    "c*": lambda q: q.xp.cos(q["phi*"]),
-    **{f"{f[0]}_{angle}": _function(f, angle) for f in ("sin", "cos") for angle in ("theta", "phi")},
-    "x*": _stacked("1", "0", "0"),
-    "y*": _stacked("0", "1", "0"),
-    "z*": _stacked("0", "0", "1"),
-    "a2*": _stacked("0", "ct*", "-st*"),
-    "a3*": _stacked("0", "st*", "ct*"),
-    "b1*": _stacked("c*", "-st* s*", "-ct* s*"),
-    "b2*": lambda q: q["a2*"],
-    "b3*": _stacked("s*", "st* c*", "ct* c*"),
-    "a1": lambda q: q["x*"],
-    "b1": lambda q: q["b1*"],
-    **{name: _along(f"{name}*") for name in ("a2", "a3", "b2", "b3")},
-    "xhat": _axis("x", ()),
-    "yhat": _axis("y", ("up",)),
-    "zhat": _axis("z", ("up", "mirrored")),
-    **{f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b},
-    "h": lambda q: q["l"] / q.number(1 if q.system.kind == "point" else 2),
-    "I1": _inertia(1),
-    "I2": lambda q: q["I1"],
-    "I3": _inertia(3),
-    "J1": lambda q: q["I1"] + q["m"] * q["h"] ** 2,
-    "J2": lambda q: q["I2"] + q["m"] * q["h"] ** 2,
-    "J3": lambda q: q["I3"],
-    "inertia": _inertia_tensor,
-    "inertiaO": lambda q: _inertia_tensor(q, "J"),
-    "Fg": lambda q: q["m"] * q["g"],
-    "field": lambda q: q["g"] * q["z*"],
-    "weight": lambda q: q["m"] * q["field"],
-    "rG": lambda q: q["h"] * q["b3*"],
-    "rT": lambda q: q["l"] * q["b3*"],
-    "vG": lambda q: q["h"] * combined(q, q["dphi*"], q["dtheta*"] * q["c*"]),
-    "aG": _acceleration,
-    "omega": lambda q: combined(q, -q["dtheta*"] * q["c*"], q["dphi*"], -q["dtheta*"] * q["s*"]),
-    "alpha": _alpha,
-    "speed": lambda q: q.xp.sqrt(dot(q["vG"], q["vG"])),
-    **{c: _component("rG", f"{c}hat") for c in "xyz"},
-    **{f"{c}T": _component("rT", f"{c}hat") for c in "xyz"},
-    **{f"v{c}": _component("vG", f"{c}hat") for c in "xyz"},
-    **{f"a{c}": _component("aG", f"{c}hat") for c in "xyz"},
-    **{f"w{c}": _component("omega", f"{c}hat") for c in "xyz"},
-    **{f"wd{c}": _component("alpha", f"{c}hat") for c in "xyz"},
-    **{f"vc{i}": _component("vG", f"b{i}") for i in "123"},
-    **{f"ac{i}": _component("aG", f"b{i}") for i in "123"},
-    **{f"w{i}": _component("omega", f"b{i}") for i in "123"},
-    **{f"wd{i}": _component("alpha", f"b{i}") for i in "123"},
-    "R": lambda q: combined(q, q["R1"], q.convention.along * q["R2"], -q["R3"]),
-    "Mc": lambda q: q["M3"] / q["c*"],
-    "M": lambda q: q.convention.along * q["Mc"] * q["a3*"],
-    "M1": _component("M", "b1"),
-    "M2": _component("M", "b2"),
-    "T": _kinetic,
-    "V": lambda q: -q["m"] * q["g"] * q["h"] * q["c*"] * q["ct*"],
-    **ENERGY_SUMS,
-}
-
-
-_COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
-_ANY = ("h", "I1", "I2", "I3", "J1", "J2", "J3")
-_OTHERS = {"point": (), "thin": (), "uniform": ("r", "I1", "I2", "I3"), "symmetric": _ANY, "general": _ANY}
-_FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc1 vc2 vc3; I1 I2 I3 J1 J2 J3; T V L E
-wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
-_EXTRA = "ddtheta ddphi R1 R2 R3 M3 Mc I1 I2 I3 J1 J2 J3 h theta phi x y z vx vy vz w1 w2 w3"
-_DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
-_TITLES = {"point": "a point mass on a massless rod", "thin": "a uniform thin rod", "general": "any rod"}
-_TITLES |= {"uniform": "a uniform rod of radius r", "symmetric": "any rod with I1 = I2"}
+FORMULAS: dict[str, Formula] = formulas(
+    {f"{d}theta_": f"theta_sign*({d}phi if swapped else {d}theta)" for d in ("", "d", "dd")}
+    | {f"{d}phi_": f"phi_sign*({d}theta if swapped else {d}phi)" for d in ("", "d", "dd")}
+    | {f"{f[0]}_{angle}": f"{f}({angle})" for f in ("sin", "cos") for angle in ANGLES}
+    | {f"{f[0]}t_": f"{f}(theta_)" for f in ("sin", "cos")}
+    | {f"{f[0]}_": f"{f}(phi_)" for f in ("sin", "cos")}
+    | {
+        "x_": "vector(1, 0, 0)",
+        "y_": "vector(0, 1, 0)",
+        "z_": "vector(0, 0, 1)",
+        "a2_": "vector(0, ct_, -st_)",
+        "a3_": "vector(0, st_, ct_)",
+        "b1_": "vector(c_, -st_*s_, -ct_*s_)",
+        "b2_": "a2_",
+        "b3_": "vector(s_, st_*c_, ct_*c_)",
+        "a1": "x_",
+        "b1": "b1_",
+        **{name: f"along*{name}_" for name in ("a2", "a3", "b2", "b3")},
+        "xhat": "x_",
+        "yhat": "y_sign*y_",
+        "zhat": "z_sign*z_",
+        "I2": "I1",
+        "J1": "I1 + m*h**2",
+        "J2": "I2 + m*h**2",
+        "J3": "I3",
+        "Fg": "m*g",
+        "field": "g*z_",
+        "weight": "m*field",
+        "rG": "h*b3_",
+        "rT": "l*b3_",
+        "vG": "h*(dphi_*b1_ + dtheta_*c_*b2_)",
+        "aG": "h*((ddphi_ + dtheta_*dtheta_*s_*c_)*b1_ + (ddtheta_*c_ - 2*dtheta_*dphi_*s_)*b2_"
+        " + -(dphi_*dphi_ + dtheta_*dtheta_*c_*c_)*b3_)",
+        "omega": "-dtheta_*c_*b1_ + dphi_*b2_ + -dtheta_*s_*b3_",
+        "alpha": "(-ddtheta_*c_ + dtheta_*dphi_*s_)*b1_ + ddphi_*b2_ + (-ddtheta_*s_ - dtheta_*dphi_*c_)*b3_",
+        "speed": "sqrt(dot(vG, vG))",
+        **{f"{c}": f"dot(rG, {c}hat)" for c in "xyz"},
+        **{f"{c}T": f"dot(rT, {c}hat)" for c in "xyz"},
+        **{f"{v}{c}": f"dot({v}G, {c}hat)" for v in "va" for c in "xyz"},
+        **{f"{v}c{i}": f"dot({v}G, b{i})" for v in "va" for i in "123"},
+        **{f"w{c}": f"dot(omega, {axis})" for c, axis in zip("xyz123", (*AXES["I"], *AXES["B"]), strict=True)},
+        **{f"wd{c}": f"dot(alpha, {axis})" for c, axis in zip("xyz123", (*AXES["I"], *AXES["B"]), strict=True)},
+        "R": "R1*b1_ + along*R2*b2_ + -R3*b3_",
+        "Mc": "M3/c_",
+        "M": "along*Mc*a3_",
+        "M1": "dot(M, b1)",
+        "M2": "dot(M, b2)",
+        "T": "(m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2",
+        "V": "-m*g*h*c_*ct_",
+    }
+)
+FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
+FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J"), **ENERGY_SUMS}
 
 
 def _laws(q: Quantities) -> list[Values]:
-    """What each balance leaves over, (n,): forces, moments about G and about the joint, along the axes of B and A."""
-    return [dot(vector, q[axis]) for vector in balances(q) for axis in ("b1", "b2", "b3", "a1")]
+    """What the balances of forces, of moments about G and about the joint leave over, (n,) along the axes of B and A."""
+    force = q["m"] * q["aG"] - q["R"] - q["weight"]
+    spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
+    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
+    balances = (force, about_g, about_g + cross(q["rG"], force))
+    return [dot(vector, q[axis]) for vector in balances for axis in ("b1", "b2", "b3", "a1")]
 
 
-def _spec(rod: str) -> Spec:
-    families = [tuple(names.split()) for names in re.split(r"[;\n]", _FAMILIES)]
-    families += [tuple(sorted(UNIT_VECTORS)), tuple(sorted(rod_names.MATRICES)), SHORT_FUNCTIONS]
-    return Spec(
-        kind=rod,
-        title=_TITLES[rod],
+_RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
+_RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
+_RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
+_CENTRE = "(?:_(?:G|G/O|G,O|GO|OG|C|CG|c|cm|CM|com|g))?"
+_OF_CENTRE = "(?:(?:G|C|cm),?)?"
+_TIP = "_(?:T|tip|P|t)"
+_PARTS = "(?:_(?:k|c|p|kin|pot|tot))?"
+_TURNING = "(?:_(?:B|BI|B/I|IB|I/B|AB))?"
+_AXIS = "(?P<axis>[123]|[xyz]|11|22|33|xx|yy|zz)"
+_NUMBERS = {name: i for i, letter, unit in zip("123", "xyz", "ijk", strict=True) for name in (i, letter, unit)}
+# how a symbol is written as letter_index, with a star for a hat or bold type, and what it can mean, the likeliest first;
+# {n} is the number of its axis and {c} the letter. The first row that fits counts.
+WRITINGS: tuple[tuple[str, str], ...] = (
+    (r"(?P<name>theta|phi)(?:_1)?", "{name}"),
+    (r"\*?q_1", "theta"),
+    (r"\*?q_2", "phi"),
+    (r"\*?q(?:_i)?", "q_i"),
+    (r"\*?(?P<name>[sc]_(?:theta|phi))", "{name}"),
+    (rf"\*?(?:omega|w){_TURNING}", "omega"),
+    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[123])", "w{n}"),
+    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[xyz])", "w{n} w{c}"),
+    (rf"\*?alpha{_TURNING}", "alpha"),
+    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[123])", "wd{n}"),
+    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[xyz])", "wd{n} wd{c}"),
+    (r"\*?b_(?P<axis>[123])", "b{n}"),
+    (r"\*a_(?P<axis>[123])", "a{n}"),
+    (r"a_(?P<axis>[123])", "a{n} ac{n}"),
+    (rf"\*[en]_{_AXIS}|\*(?P<unit>[ijk])", "{c}hat"),
+    (r"\*(?P<axis>[xyz])(?:_I)?|(?P<unit>[xyz])_I", "{c}hat"),
+    (rf"(?P<axis>[xyz]){_CENTRE}", "{c} {c}hat"),
+    (rf"(?P<axis>[xyz]){_TIP}", "{c}T"),
+    (rf"\*?r{_TIP}", "rT"),
+    (r"r", "r rG"),
+    (rf"\*?r{_CENTRE}", "rG r"),
+    (rf"\*?v{_CENTRE}", "vG speed"),
+    (rf"\*?a{_CENTRE}", "aG"),
+    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[xyz]),?G?", "{name}{c}"),
+    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[123]),?G?", "{name}c{n}"),
+    (rf"\*?(?P<name>[IJ])_{_AXIS}", "{name}{n}"),
+    (r"\*J.*", "inertiaO"),
+    (r"\*I.*", "inertia I1"),
+    (r"I", "inertia I1 J1"),
+    (r"[IJ]_(?:G|C|cm)", "I1"),
+    (r"J|[IJ]_[OAP]", "J1"),
+    (r"\*(?:F_[gG]|W(?:_[gG])?)", "weight"),
+    (r"F_[gG]|W(?:_[gG])?", "Fg"),
+    (r"M", "M m"),
+    (r"\*M", "M"),
+    (r"\*?R", "R"),
+    (r"\*?(?P<name>[RM])_(?P<axis>[123])", "{name}{n}"),
+    (r"\*?M_[cC]", "Mc"),
+    (r"\*g.*", "field"),
+    (r"\*?E_(?:k|c|kin)", "T"),
+    (r"\*?E_(?:p|pot)", "V"),
+    (rf"\*?[TK]{_PARTS}", "T"),
+    (rf"\*?[VU]{_PARTS}", "V"),
+    (rf"\*?[EH]{_PARTS}", "E"),
+    (r"\*?L", "L l"),
+    (rf"\*?L{_PARTS}", "L"),
+    (r"\*?(?P<name>m|l|g|h|pi|t)", "{name}"),
+)
+
+
+def meanings(written: Written) -> tuple[str, ...]:
+    """What a printed symbol can mean, the likeliest first; none for one that is not known."""
+    names = _undotted(replace(written, dots=0))
+    for _ in range(written.dots):
+        names = tuple(_RATES[name] for name in names if name in _RATES)
+    return names
+
+
+@cache
+def _undotted(written: Written) -> tuple[str, ...]:
+    cosines = f"C_{written.frames}"
+    if written.letter == "C":
+        return (cosines,) if cosines in MATRICES else ()
+    text = "*" * written.styled + written.letter + (f"_{written.index}" if written.index else "")
+    for pattern, names in WRITINGS:
+        if match := re.fullmatch(pattern, text):
+            parts = match.groupdict()
+            number = _NUMBERS.get((parts.get("axis") or parts.get("unit") or "1")[:1], "1")
+            return tuple(names.format(name=parts.get("name"), n=number, c="xyz"[int(number) - 1]).split())
+    return ()
+
+
+_POWERS = {  # powers of kg, m, s
+    (0, 0, -1): "dtheta dphi omega w1 w2 w3 wx wy wz",
+    (0, 0, -2): "ddtheta ddphi alpha wd1 wd2 wd3 wdx wdy wdz",
+    (1, 0, 0): "m",
+    (0, 1, 0): "l h r x y z xT yT zT rG rT",
+    (0, 1, -1): "vG vx vy vz vc1 vc2 vc3 speed",
+    (0, 1, -2): "g field aG ax ay az ac1 ac2 ac3",
+    (1, 2, 0): "I1 I2 I3 J1 J2 J3 inertia inertiaO",
+    (1, 1, -2): "weight R R1 R2 R3 Fg",
+    (1, 2, -2): "M M1 M2 M3 Mc T V L E",
+}
+DIMENSIONS = {powers: names.split() for powers, names in _POWERS.items()}
+DIMENSIONS[0, 0, 0] = [
+    "theta",
+    "phi",
+    "pi",
+    *SHORT_FUNCTIONS,
+    *UNIT_VECTORS,
+    *sorted(MATRICES - {"inertia", "inertiaO"}),
+]
+DIMENSION_OF = {name: dimension for dimension, names in DIMENSIONS.items() for name in names}
+
+LATEX = {"theta": r"\theta", "phi": r"\phi", "Mc": "M_c", "Fg": "F_g", "omega": r"\omega", "alpha": r"\dot{\omega}"}
+LATEX |= {f"{d * 'd'}{angle}": rf"\{d * 'd'}ot{{\{angle}}}" for angle in ("theta", "phi") for d in (1, 2)}
+LATEX |= {f"{c}hat": rf"\hat{{{c}}}" for c in "xyz"} | {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
+LATEX |= {"speed": "v", "pi": r"\pi", "inertia": r"\mathbf{I}", "field": r"\mathbf{g}", "weight": r"\mathbf{F}_g"}
+LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
+LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
+LATEX |= {"rG": r"\mathbf{r}_G", "vG": r"\mathbf{v}_G", "aG": r"\mathbf{a}_G", "R": r"\mathbf{R}", "M": r"\mathbf{M}"}
+LATEX |= {f"{f}_{angle}": f"{f}_\\{angle}" for f in "sc" for angle in ("theta", "phi")}
+LATEX |= {f"ac{i}": f"a_{{G,{i}}}" for i in "123"} | {f"vc{i}": f"v_{i}" for i in "123"}
+
+_COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
+_FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc1 vc2 vc3; I1 I2 I3 J1 J2 J3; T V L E
+wx wy wz; xT yT zT; M1 M2 M3 Mc; rG vG aG rT; omega alpha; h l r; R M"""
+FAMILIES = (
+    *(tuple(names.split()) for names in re.split(r"[;\n]", _FAMILIES)),
+    *(tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS),
+)
+_EXTRA = "ddtheta ddphi R1 R2 R3 M3 Mc I1 I2 I3 J1 J2 J3 h theta phi x y z vx vy vz w1 w2 w3"
+_DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
+
+SPECS: dict[str, Spec] = {
+    kind: Spec(
+        kind=kind,
+        title=title,
         coordinates=ANGLES,
-        parameters=PARAMETERS[rod],
-        unknowns=rod_names.UNKNOWNS,
-        formulas=FORMULAS,
+        parameters=tuple(parameters.split()),
+        unknowns=UNKNOWNS,
+        formulas=FORMULAS | formulas(given),
         solve=solve,
-        words=rod_names.meanings,
-        dimensions=rod_names.DIMENSION_OF,
-        printed=rod_names.LATEX,
-        still=frozenset(rod_names.STILL),
-        common=(*_COMMON, *_OTHERS[rod]),
-        families=tuple(families),
-        vectors=frozenset(rod_names.VECTORS),
-        matrices=frozenset(rod_names.MATRICES),
-        directions=("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat"),
+        words=meanings,
+        dimensions=DIMENSION_OF,
+        printed=LATEX,
+        still=frozenset(STILL),
+        common=(*_COMMON, *common.split()),
+        families=FAMILIES,
+        vectors=frozenset(VECTORS),
+        matrices=frozenset(MATRICES),
+        directions=DIRECTIONS,
         moving=("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi"),
         extra=(*_EXTRA.split(), *_DIFFERENCES),
         laws=_laws,
     )
+    for kind, (title, parameters, given, common) in KINDS.items()
+}
 
-
-SPECS = {rod: _spec(rod) for rod in RODS}
-
-
-def slender(spec: Spec) -> Spec:
-    """The same rod without inertia about its axis."""
-    zero = {name: (lambda q: q.number(0)) for name in ("I3", "J3")}
-    kept = tuple(name for name in spec.parameters if name not in zero)
-    return replace(spec, parameters=kept, formulas={**spec.formulas, **zero})
+_AXIAL = ("I3", "J3")
+_THIN = ("it is a uniform thin rod", SPECS["thin"], r"\bthin\b|slender")
+_SLENDER = with_zeros(SPECS["symmetric"], _AXIAL)  # without inertia about its axis
+_UNIFORM = ("it is a uniform rod of radius r", SPECS["uniform"], r"uniform|cylinder|homogeneous")
+_BOB = r"point mass|\bbob\b|massless|string|simple pendulum"
+_POINT = ("it is a point mass on a massless rod", SPECS["point"], _BOB)
+Special = tuple[str, Spec, str, tuple[str, ...]]
+# for each kind: words, what it is then, how a text says it, and what an equation on it does not contain
+SPECIAL: dict[str, tuple[Special, ...]] = {
+    "general": (
+        ("I3 = 0 and I1 = I2, as for a thin rod", _SLENDER, _THIN[2], _AXIAL),
+        (*_THIN, (*_AXIAL, "h")),
+        (*_UNIFORM, ("h",)),
+        ("I1 = I2", SPECS["symmetric"], r"symmetric|I_?1\s*=\s*I_?2", ("I1", "I2", "J1", "J2")),
+        (*_POINT, (*_AXIAL, "h")),
+    ),
+    "symmetric": (
+        ("I3 = 0, as for a thin rod", _SLENDER, _THIN[2], _AXIAL),
+        (*_THIN, (*_AXIAL, "h")),
+        (*_UNIFORM, ("h",)),
+        (*_POINT, (*_AXIAL, "h")),
+    ),
+    "uniform": ((*_THIN, (*_AXIAL, "r")), (*_POINT, (*_AXIAL, "r"))),
+    "thin": ((*_UNIFORM, ()), (*_POINT, ())),
+    "point": ((*_THIN, ()),),
+}

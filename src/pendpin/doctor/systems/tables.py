@@ -1,11 +1,20 @@
-"""Systems that are described by a table: the names of their quantities as they are written, and formulas for each."""
+"""Systems that are described by a table: names of quantities, their units, how they are written, and their formulas.
 
+A chain of rods that is given as a scene is one of them: a text is compared with that scene's own dynamics.
+"""
+
+import re
 from collections.abc import Callable, Mapping
-from functools import partial
 from typing import Any
 
+import numpy as np
+
 from pendpin.doctor.reading.names import Written
-from pendpin.doctor.systems.base import Dimension, Formula, Quantities, Spec, Values
+from pendpin.doctor.systems.base import ENERGY_SUMS, Dimension, Formula, Quantities, Spec, Values, formulas
+from pendpin.dynamics.dynamics import bind
+from pendpin.effects import Gravity
+from pendpin.errors import InputError
+from pendpin.scene import Chain, Scene
 
 # what a quantity is measured in, as powers of kg, m, s; - for components of several kinds
 UNITS: dict[str, Dimension | None] = {
@@ -22,106 +31,122 @@ UNITS: dict[str, Dimension | None] = {
     "N m": (1, 2, -2),
     "N m s": (1, 2, -1),
 }
-Solve = Callable[[Quantities], dict[str, Values]]
+# positions and mass matrices: they have no unit of time, and yet they move
+MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
+MOST_RODS = 6  # of a chain whose equations anybody writes down
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
-
-
-class Table:
-    """Names, units and writings of quantities, from lines such as "theta | 1 | theta q q_1"; `absent` have no name."""
-
-    def __init__(self, text: str, absent: tuple[str, ...] = ()) -> None:
-        rows = [[cell.strip() for cell in line.split("|")] for line in text.strip().splitlines()]
-        self.units = {name: powers for name, unit, _ in rows if (powers := UNITS[unit]) is not None}
-        ranked: dict[str, list[tuple[int, str]]] = {}
-        for name, _, writings in rows:
-            for rank, one in enumerate(writings.split() if name not in absent else ()):
-                ranked.setdefault(one, []).append((rank, name))
-        self.written = {one: tuple(name for _, name in sorted(names)) for one, names in ranked.items()}
-
-    def words(self, fixed: frozenset[str], written: Written) -> tuple[str, ...]:
-        """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
-        index = written.index.replace("{", "").replace("}", "").replace(" ", "")
-        key = written.letter + (f"_{index}" if index else "")
-        names = self.written.get("*" + key, ()) if written.styled else ()
-        names = [name for name in names or self.written.get(key, ()) if not (written.dots and name in fixed)]
-        return tuple("d" * written.dots + name for name in names if not written.frames)
 
 
 def table_spec(
     kind: str,
     title: str,
-    table: Table,
+    table: str,
     coordinates: tuple[str, ...],
     parameters: tuple[str, ...],
-    formulas: Mapping[str, Formula],
-    solve: Solve,
+    solve: Callable[[Quantities], dict[str, Values]],
+    more: Mapping[str, Formula],
+    absent: tuple[str, ...] = (),
     atoms: tuple[str, ...] = (),
     extra: tuple[str, ...] = (),
     **others: Any,
 ) -> Spec:
     """A system of scalars, whose accelerations `solve` gives.
 
-    `atoms` are sines and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
+    `table` has lines such as "p | N m s | p p_theta L_O | J*dtheta": name, unit, writings, and the formula of what is no
+    coordinate or parameter; `more` holds formulas beside these, and `absent` names that are not written. `atoms` are sines
+    and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
     """
-    dimensions = _dimensions(table, coordinates)
+    rows = [[*(cell.strip() for cell in line.split("|")), ""][:4] for line in table.strip().splitlines()]
+    every = {**formulas({name: text for name, _, _, text in rows if text}), **ENERGY_SUMS, **more}
+    dimensions = {name: powers for name, unit, _, _ in rows if (powers := UNITS[unit]) is not None}
+    timeless = {name for name, unit in dimensions.items() if unit[2] == 0 and name in every} - (MOVING & every.keys())
+    still = frozenset(timeless | ({*parameters} & dimensions.keys())) - {*coordinates}
+    for name in coordinates:
+        kg, m, s = dimensions[name]
+        dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
+    ranked: dict[str, list[tuple[int, str]]] = {}
+    for name, _, writings, _ in rows:
+        for rank, one in enumerate(writings.split() if name not in absent else ()):
+            ranked.setdefault(one, []).append((rank, name))
+    written = {one: [name for _, name in sorted(names)] for one, names in ranked.items()}
+
+    def words(one: Written) -> tuple[str, ...]:
+        """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
+        index = one.index.replace("{", "").replace("}", "").replace(" ", "")
+        key = one.letter + (f"_{index}" if index else "")
+        names = (one.styled and written.get("*" + key)) or written.get(key, ())
+        moving = (name for name in names if not (one.dots and (name in still or name in parameters)))
+        return tuple("d" * one.dots + name for name in moving if not one.frames)
+
     rates, unknowns = (tuple(order + name for name in coordinates) for order in ("d", "dd"))
     angles = [name for name in coordinates if dimensions[name] == (0, 0, 0)]
-    positions = MOVING & formulas.keys()
-    timeless = {name for name, unit in table.units.items() if unit[2] == 0 and name in formulas} - positions
-    still = frozenset(timeless | ({*parameters} & table.units.keys())) - {*coordinates}
+    families: dict[Dimension, list[str]] = {}  # the names of each dimension, any of which may be mistaken for another
+    for name, unit in dimensions.items():
+        if name in {*coordinates, *parameters, *unknowns, *every, *rates}:
+            families.setdefault(unit, []).append(name)
     return Spec(
         kind=kind,
         title=title,
         coordinates=coordinates,
         parameters=parameters,
         unknowns=unknowns,
-        formulas=formulas,
+        formulas=every,
         solve=solve,
-        words=partial(table.words, still | {*parameters}),
+        words=words,
         dimensions=dimensions,
         printed={name: _latex(name, coordinates) for name in dimensions},
         still=still,
         common=(*coordinates, *rates, *unknowns, *parameters),
-        families=_families(dimensions, {*coordinates, *parameters, *unknowns, *formulas, *rates}),
+        families=tuple(map(tuple, families.values())),
         moving=(*rates, *(f"{f} {angle}" for angle in angles for f in ("sin", "cos")), *atoms),
         extra=(*unknowns, *extra, *coordinates),
         **others,
     )
 
 
-def _dimensions(table: Table, coordinates: tuple[str, ...]) -> dict[str, Dimension]:
-    """Those of the table's quantities, and of rates and accelerations."""
-    dimensions: dict[str, Dimension] = dict(table.units)
-    for name in coordinates:
-        kg, m, s = dimensions[name]
-        dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
-    return dimensions
-
-
-def _families(dimensions: dict[str, Dimension], names: set[str]) -> tuple[tuple[str, ...], ...]:
-    """The names of each dimension, any of which may be mistaken for another."""
-    groups: dict[Dimension, list[str]] = {}
-    for name, unit in dimensions.items():
-        if name in names:
-            groups.setdefault(unit, []).append(name)
-    return tuple(tuple(group) for group in groups.values())
-
-
-# positions and mass matrices: they have no unit of time, and yet they move
-MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
-
-
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
     """A name as it is printed where the text does not print it: ddtheta1 is \\ddot{\\theta}_1."""
-    for coordinate in coordinates:
-        for order in (2, 1):
-            if name == "d" * order + coordinate:
-                letter, index = _split(coordinate)
-                return rf"\{'d' * order}ot{{{letter}}}{index}"
-    return "".join(_split(name))
+    dots = next((n for n in (2, 1) if name[:n] == "d" * n and name[n:] in coordinates), 0)
+    letter = name[dots:].rstrip("0123456789")
+    index = f"_{name[dots + len(letter) :]}".removesuffix("_")
+    letter = "\\" + letter if letter in _GREEK else letter
+    return rf"\{'d' * dots}ot{{{letter}}}{index}" if dots else letter + index
 
 
-def _split(name: str) -> tuple[str, str]:
-    letter = name.rstrip("0123456789")
-    index = name[len(letter) :]
-    return ("\\" + letter if letter in _GREEK else letter), f"_{index}" if index else ""
+def scene_spec(scene: Scene) -> Spec:
+    """What is true of a scene of a few rods. Raises InputError for any other."""
+    if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
+        raise InputError(f"scene: equations are checked for chains of up to {MOST_RODS} rods")
+    dynamics, rods = bind(scene), scene.model.all_rods
+    joints = tuple(name.replace("_", "") for name in dynamics.model.joints)  # theta1, phi1, ...
+    printed = {name: re.sub(r"(\d+)$", r"_\1", name) for name in joints}  # theta_1
+    gravity = (float(effect.acceleration) for effect in scene.effects if isinstance(effect, Gravity))
+    values = {"g": next(gravity, 0.0)}
+    rows, one = [f"{name} | 1 | {text}" for name, text in printed.items()], len(rods) == 1
+    for i, rod in enumerate(rods, start=1):
+        m, h, *inertias = rod.properties
+        values |= {f"m{i}": m, f"l{i}": rod.length, f"h{i}": h}
+        values |= {f"I{i}{k}": inertia for k, inertia in enumerate(inertias, start=1)}
+        rows += [f"{name}{i} | {unit} | {name}_{i} {name}" for name, unit in (("m", "kg"), ("l", "m"), ("h", "m"))]
+        rows += [f"I{i}{k} | kg m2 | I_{i}{k} I_{i},{k}{f' I_{k}' * one}" for k in (1, 2, 3)]
+        rows += [f"{c}{i} | m | {c}_{i}{f' {c}' * one}" for c in "xyz"]
+    rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L", "E | N m | E H"]
+    rows += [f"p{name} | N m s | p_{name} p_{text} | slope('T', 'd{name}')" for name, text in printed.items()]
+
+    def states(q: Quantities) -> Any:
+        """The angles and rates at each state."""
+        angles, rates = (np.stack([q[d + name] for name in joints], -1) for d in ("", "d"))
+        return zip(angles, rates, strict=True)
+
+    def solve(q: Quantities) -> dict[str, Values]:
+        accelerations = np.array([dynamics.acceleration(0.0, *state) for state in states(q)])
+        return {f"dd{name}": accelerations[:, i] for i, name in enumerate(joints)}
+
+    def energy(index: int) -> Formula:
+        return lambda q: np.array([dynamics.energy(*state)[index] for state in states(q)])
+
+    title = f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}"
+    energies = {"T": energy(0), "V": energy(1)}
+    return table_spec(
+        "scene", title, "\n".join(rows), joints, tuple(values), solve, energies, values=values, analytic=False
+    )
