@@ -16,7 +16,7 @@ from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.ground.arrays import EPS
 from pendpin.model.bodies import tree_of
-from pendpin.model.read_urdf import read_urdf
+from pendpin.model.urdf import read_urdf
 from rounding import terms
 
 FOLDER = Path(pin.__file__).parents[4] / "share" / "example-robot-data" / "robots"

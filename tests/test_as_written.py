@@ -13,7 +13,7 @@ from pendpin import effects as fx
 from pendpin.errors import Note
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.bodies import pinocchio
-from pendpin.model.model_of_run import leaving
+from pendpin.model.notes import leaving
 
 GRAVITY = fx.Gravity()
 ROBOTS = ("panda", "ur5", "talos_reduced", "solo12", "allegro_right_hand")

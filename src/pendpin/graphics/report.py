@@ -19,7 +19,7 @@ from pendpin.graphics.page import base64_of
 from pendpin.graphics.style import picture_of
 from pendpin.ground.libraries import VERSION
 from pendpin.ground.report import Report, Table
-from pendpin.model.model_of_run import as_written, leaving
+from pendpin.model.notes import as_written, leaving
 from pendpin.scene import scene_of
 from pendpin.scene.toml import scene_text
 from pendpin.trajectory import RunRecord

@@ -16,8 +16,8 @@ from pendpin.graphics.style import BLACK, COLORS
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model
-from pendpin.model.model_of_run import leaving, model_of
-from pendpin.model.urdf_joints import ignored
+from pendpin.model.kinematics import model_of
+from pendpin.model.notes import ignored, leaving
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, place_of, unit_of
@@ -128,12 +128,12 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
     if model.rods:
         for i, rod in enumerate(model.rods, start=1):
             body = links[rod.last]
-            above = index.get(kinematics.parent_joint(model, rod.first), WORLD)
+            above = index.get(model.tree.parents[rod.first], WORLD)
             size = float(np.linalg.norm(body.tip)) or 0.3 * extent
             yield Joint(f"joint {i}", index[rod.last], above, rod.frame, rod.base, size, body.radius, True)
         return
     for joint in bodies:
-        above = index.get(kinematics.parent_joint(model, joint), WORLD)
+        above = index.get(model.tree.parents[joint], WORLD)
         yield Joint(model.joints[joint], index[joint], above, np.eye(3), np.eye(3), 0.3 * extent, 0.0, False)
 
 

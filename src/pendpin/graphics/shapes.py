@@ -11,8 +11,7 @@ from pendpin.graphics.drawing import WORLD, Shape
 from pendpin.ground.arrays import Array, across, cross
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
-from pendpin.model.read_urdf import mesh_file
-from pendpin.model.urdf_xml import parse
+from pendpin.model.urdf import mesh_file, parse
 
 COPPER, STEEL, BRASS = 0xD9622B, 0x7A8696, 0xE0A23C
 THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radius

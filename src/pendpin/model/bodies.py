@@ -3,7 +3,7 @@
 import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any, Literal
+from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -12,6 +12,7 @@ from pendpin.equations.rod_tree import JointKind
 from pendpin.equations.trees import Tree
 from pendpin.errors import MissingLibrary, find
 from pendpin.ground.arrays import TINY, Array, Mask
+from pendpin.scene.models import FARTHEST
 
 ROUNDING = 1e-12  # of the numbers in an inertia: what rounding may leave below zero
 ROTATION = slice(3, 6)  # of a twist (v, omega)
@@ -64,6 +65,29 @@ class RodJoint:
     def last(self) -> int:
         """The joint that moves the rod."""
         return self.theta if self.phi < 0 else self.phi
+
+
+class WrittenJoint(NamedTuple):
+    """What a URDF or a pin.Model says of a joint, in force where a scene lists as_written; rad, or m if prismatic."""
+
+    name: str
+    damping: float  # N m s/rad
+    friction: float  # N m
+    lower: float  # -inf where nothing limits it
+    upper: float
+
+    @property
+    def limited(self) -> bool:
+        """Whether a limit can act."""
+        return math.isfinite(self.lower) or math.isfinite(self.upper)
+
+
+def acting_limits(lower: float, upper: float) -> tuple[float, float]:
+    """The limits that act: none where both are equal, as a file has that means none, nor beyond FARTHEST."""
+    if lower == upper:
+        return -math.inf, math.inf
+    low, high = (x if abs(x) < FARTHEST else math.copysign(math.inf, x) for x in (lower, upper))
+    return low, high
 
 
 def pinocchio() -> Any:

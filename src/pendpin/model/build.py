@@ -1,6 +1,6 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache, partial
 from itertools import compress
@@ -16,6 +16,8 @@ from pendpin.ground.arrays import EPS, TINY, Array, Mask
 from pendpin.model.bodies import (
     Body,
     RodJoint,
+    WrittenJoint,
+    acting_limits,
     always_positive,
     append_body,
     find_bodies,
@@ -27,8 +29,7 @@ from pendpin.model.bodies import (
     tree_of,
     twist_of,
 )
-from pendpin.model.read_urdf import Urdf, content, read_urdf
-from pendpin.model.urdf_joints import WrittenJoint, limits
+from pendpin.model.urdf import content, read_urdf
 from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
 from pendpin.scene.models import FARTHEST
 
@@ -39,7 +40,6 @@ MAX_DATA_BYTES = 1e9
 SINGULAR = 4 * EPS  # for each joint: the least eigenvalue of a mass matrix with a unit diagonal
 ROUNDING = 1e-12  # of a body's inertia: what rounding may leave below zero
 CONFIGURATIONS = 200  # at which a mass matrix with negative inertia in it has to be positive definite
-UNPROVED = f"negative inertia: the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -135,10 +135,8 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
             f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
         )
     if model.chain is None:
-        remedy = (
-            "begin elsewhere, or lock it" if model.rod_tree is None else "begin elsewhere, or give its rod a radius"
-        )
-        _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", f"; {remedy}")
+        remedy = "lock it" if model.rod_tree is None else "give its rod a radius"
+        _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", f"; begin elsewhere, or {remedy}")
     return q, v
 
 
@@ -259,15 +257,38 @@ def rod_bodies(rods: Sequence[Rod], joints: Sequence[RodJoint]) -> tuple[Body, .
 
 
 def _build_pin(model: PinModel) -> Model:
-    pin = pinocchio()
-    if not isinstance(model.pin, pin.Model):
-        raise InputError(f"model.pin: {shown(model.pin)} is not a pin.Model")
-    _refuse_size(model.pin.nv, "model")
-    loaded = plain_copy(model.pin)
-    joints = tuple(loaded.names)[1:]
-    findings = _refuse_what_cannot_move(loaded, joints, "model")
-    rods, bodies, written = find_rods(loaded), find_bodies(loaded, {}, {}), written_joints(model.pin)
-    return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, written=written)
+    """A pin.Model of one's own as pendpin computes with it: each joint one plain angle or slide, no gravity of its own."""
+    pin, given = pinocchio(), model.pin
+    if not isinstance(given, pin.Model):
+        raise InputError(f"model.pin: {shown(given)} is not a pin.Model")
+    _refuse_size(given.nv, "model")
+    if given.njoints < 2:
+        raise InputError("model: the pin.Model has no joint")
+    loaded, written = pin.Model(), []
+    loaded.name, loaded.gravity = given.name, pin.Motion.Zero()
+    for i in range(1, given.njoints):
+        name, joint, body = given.names[i], given.joints[i], given.inertias[i]
+        slide, turn = np.split(twist_of(joint), 2) if joint.nv == 1 else np.zeros((2, 3))
+        if slide.any() == turn.any():
+            raise InputError(
+                f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes revolute, continuous and prismatic "
+                "joints (a universal joint as two revolute ones)"
+            )
+        revolute = turn.any()
+        plain = pin.JointModelRevoluteUnaligned(*turn) if revolute else pin.JointModelPrismaticUnaligned(*slide)
+        loaded.addJoint(given.parents[i], plain, given.jointPlacements[i], name)
+        if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
+            raise InputError(
+                f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"
+            )
+        append_body(loaded, i, body)
+        v, q = joint.idx_v, joint.idx_q  # continuous joints, of two numbers, have no limits
+        both = (given.lowerPositionLimit[q], given.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
+        written.append(WrittenJoint(name, given.damping[v], given.friction[v], *acting_limits(*both)))
+    for frame in list(given.frames)[1:]:
+        if frame.type != pin.FrameType.JOINT:
+            loaded.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
+    return _model_of_pin(loaded, "model", {}, {}, written=tuple(written))
 
 
 # --- URDF trees -----------------------------------------------------------------------------------------------------
@@ -278,31 +299,36 @@ def _loaded(record: str, content: bytes) -> Model:
     """The model of a URDF with this content, from the JSON of its record."""
     model, pin = UrdfModel.model_validate_json(record), pinocchio()
     urdf = read_urdf(model)
-    _refuse_size(len(urdf.moving_joints), urdf.source)
+    moving = {joint.name for joint in urdf.written}
+    _refuse_size(len(moving), urdf.source)
     try:
         loaded = pin.buildModelFromXML(urdf.text)
     except (ValueError, RuntimeError) as error:
         raise InputError(f"{urdf.source}: Pinocchio does not load it: {error}") from None
     loaded = scale_masses(loaded, urdf.unit) if urdf.unit != 1.0 else loaded
     loaded.gravity = pin.Motion.Zero()
+    names = list(loaded.names)[1:]
+    if set(names) != moving or loaded.nq != len(names):
+        raise InputError(
+            f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, sorted(moving - {*names})))}"
+        )
+    says = {"notes": urdf.notes, "findings": urdf.findings, "written": urdf.written}
+    return _model_of_pin(loaded, urdf.source, urdf.drawn, model.tips, **says)
+
+
+def _model_of_pin(
+    loaded: Any,
+    where: str,
+    drawn: Mapping[str, tuple[Array, float]],
+    tips: Mapping[str, Sequence[float]],
+    findings: tuple[str, ...] = (),
+    **says: Any,
+) -> Model:
+    """The model of a pin.Model. Raises InputError where a joint of it has no acceleration."""
     joints = tuple(loaded.names)[1:]
-    if set(joints) != set(urdf.moving_joints) or loaded.nq != len(joints):
-        lost = sorted(set(urdf.moving_joints) - set(joints))
-        raise InputError(f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, lost))}")
-    findings = _refuse_what_cannot_move(loaded, joints, urdf.source)
-    bodies = find_bodies(loaded, _drawn(urdf), model.tips)
-    rods = find_rods(loaded)
-    return Model(joints, lambda: loaded, None, rods, bodies, urdf.notes, (*urdf.findings, *findings), urdf.written)
-
-
-def _drawn(urdf: Urdf) -> dict[str, tuple[Array, float]]:
-    """The two ends (2, 3) m, in the link frame, and the radius of the shapes that links are drawn with."""
-    rotate = pinocchio().rpy.rpyToMatrix
-    ends = {}
-    for link, shape in urdf.shapes.items():
-        half = rotate(np.array(shape.rpy))[:, shape.axis] * (shape.length / 2)
-        ends[link] = (np.array(shape.xyz) + np.array([half, -half]), shape.radius)
-    return ends
+    findings += _refuse_what_cannot_move(loaded, joints, where)
+    rods, bodies = find_rods(loaded), find_bodies(loaded, drawn, tips)
+    return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, **says)
 
 
 def _refuse_size(nv: int, where: str) -> None:
@@ -320,17 +346,21 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     """
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
-    tried = _configurations(model)
-    for q in tried:
-        M = mass_matrix(model, q)
-        value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
-        if value < -ROUNDING:
-            name = shown(joints[joint])
-            raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
+    least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
+    negative = least < -ROUNDING and not always_positive(model)
+    if negative:  # tried at multiples of 45 degrees, and others
+        random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
+        tried = np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])
+        for M in (mass_matrix(model, q) for q in tried):
+            value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
+            if value < -ROUNDING:
+                name = shown(joints[joint])
+                raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
     _refuse_singular(mass_matrix(model, generic), joints, where)
     if not np.isfinite(a).all():
         raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
-    return (UNPROVED,) if len(tried) else ()
+    unproved = f"the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
+    return (f"negative inertia: {unproved}",) if negative else ()
 
 
 def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str = "") -> None:
@@ -353,62 +383,3 @@ def _least_eigenvalue(M: Array) -> tuple[float, int]:
     scale = 1 / np.sqrt(np.maximum(np.abs(np.diag(M)), TINY))
     values, vectors = np.linalg.eigh(scale[:, None] * M * scale)
     return float(values[0]), int(np.argmax(np.abs(vectors[:, 0])))
-
-
-def _configurations(model: Any) -> Array:
-    """Positions (n, nq) at which a negative inertia may show: multiples of 45 degrees and others; none if it cannot."""
-    least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
-    if least >= -ROUNDING or always_positive(model):
-        return np.empty((0, model.nq))
-    random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
-    return np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])
-
-
-# --- a pin.Model of one's own as pendpin computes with it: each joint one plain angle or slide, no gravity of its own ---
-
-
-def plain_copy(value: Any) -> Any:
-    """A pin.Model with the same joints as revolute and prismatic ones, links and frames. Raises InputError for others."""
-    pin = pinocchio()
-    if value.njoints < 2:
-        raise InputError("model: the pin.Model has no joint")
-    model = pin.Model()
-    model.name, model.gravity = value.name, pin.Motion.Zero()
-    for i in range(1, value.njoints):
-        name = value.names[i]
-        joint = _joint(value.joints[i], name)
-        model.addJoint(value.parents[i], joint, value.jointPlacements[i], name)
-        body = value.inertias[i]
-        if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
-            raise InputError(
-                f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"
-            )
-        append_body(model, i, body)
-    for frame in list(value.frames)[1:]:
-        if frame.type != pin.FrameType.JOINT:
-            model.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
-    return model
-
-
-def _joint(joint: Any, name: str) -> Any:
-    """A joint as a revolute or prismatic one about the same axis."""
-    pin = pinocchio()
-    if joint.nv == 1:
-        slide, turn = np.split(twist_of(joint), 2)
-        if slide.any() != turn.any():
-            return pin.JointModelRevoluteUnaligned(*turn) if turn.any() else pin.JointModelPrismaticUnaligned(*slide)
-    raise InputError(
-        f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes revolute, continuous and prismatic joints "
-        "(a universal joint as two revolute ones)"
-    )
-
-
-def written_joints(value: Any) -> tuple[WrittenJoint, ...]:
-    """The damping, dry friction and position limits that a pin.Model carries; continuous joints have no limits."""
-    return tuple(_written(value, joint, value.names[joint.id]) for joint in list(value.joints)[1:])
-
-
-def _written(value: Any, joint: Any, name: str) -> WrittenJoint:
-    v, q = joint.idx_v, joint.idx_q
-    lower, upper = (value.lowerPositionLimit[q], value.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
-    return WrittenJoint(name, value.damping[v], value.friction[v], *limits(lower, upper))

@@ -8,11 +8,13 @@ import numpy as np
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
 from pendpin.equations.trees import motions, motions_in_links
-from pendpin.errors import InputError, did_you_mean, shown
-from pendpin.ground.arrays import Array, Mask, across, applied, cross
+from pendpin.errors import InputError, did_you_mean, not_one_of, shown
+from pendpin.ground.arrays import Array, ArrayLike, across, applied, cross, transposed
 from pendpin.model.bodies import NEAR, pinocchio
-from pendpin.model.build import FLIP, SIGNS, Model
+from pendpin.model.build import FLIP, SIGNS, Model, build
+from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
+from pendpin.trajectory.columns import is_chain
 
 
 def poses(model: Model, q: Array) -> Array:
@@ -20,12 +22,15 @@ def poses(model: Model, q: Array) -> Array:
     if model.chain is not None:
         at = kinematics.positions(model.chain, split_by_rod(q))
         return _chain_poses(at.frames, at.tips)
-    return _joint_poses(model, q, [body.joint for body in model.bodies])
+    return joint_poses(model, q, [body.joint for body in model.bodies])
 
 
-def joint_poses(model: Model, q: Array) -> Array:
-    """Poses of what each joint moves, (n, joints, 4, 4) in W, from q (n, nv)."""
-    return _joint_poses(model, q, range(len(model.joints)))
+def joint_poses(model: Model, q: Array, joints: Any = slice(None)) -> Array:
+    """Poses of what each joint, or some joints, move, (n, joints, 4, 4) in W, from q (n, nv)."""
+    origin, axes, *_ = motions(model.tree, q, np.zeros_like(q))
+    out = np.zeros((*origin[:, joints].shape[:-1], 4, 4))
+    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes[:, joints], origin[:, joints], 1.0
+    return out
 
 
 def joint_frame(model: Model, q: Array, joint: int) -> Array:
@@ -33,7 +38,7 @@ def joint_frame(model: Model, q: Array, joint: int) -> Array:
     if joint < 0:
         return np.tile(np.eye(4), (len(q), 1, 1))
     if model.chain is None:
-        return _joint_poses(model, q, [joint])[:, 0]
+        return joint_poses(model, q, [joint])[:, 0]
     rod, is_phi = divmod(joint, 2)
     pose = poses(model, q)[:, rod]
     if is_phi:
@@ -42,24 +47,6 @@ def joint_frame(model: Model, q: Array, joint: int) -> Array:
     x, z = pose[:, :3, 0], pose[:, :3, 2]
     cross[:, :3, 0], cross[:, :3, 2] = c[:, None] * x - s[:, None] * z, s[:, None] * x + c[:, None] * z
     return cross
-
-
-def parent_joint(model: Model, joint: int) -> int:
-    """The joint that moves the parent of a joint; -1 where that is W."""
-    return model.tree.parents[joint]
-
-
-def _joint_poses(model: Model, q: Array, joints: Sequence[int]) -> Array:
-    """The poses (n, joints, 4, 4) of what some joints move, from q (n, nv)."""
-    origin, axes, *_ = motions(model.tree, q, np.zeros_like(q))
-    return _poses(origin[:, joints], axes[:, joints])
-
-
-def _poses(origin: Array, axes: Array) -> Array:
-    """Poses (..., 4, 4) from origins (..., 3) and axes (..., 3, 3)."""
-    out = np.zeros((*origin.shape[:-1], 4, 4))
-    out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes, origin, 1.0
-    return out
 
 
 def _chain_poses(frames: Array, chain_tips: Array) -> Array:
@@ -88,8 +75,18 @@ def swings(model: Model, link_poses: Array) -> Array:
     A rod points from its joint to its tip, wherever these are. A body that no joint tilts, as a trolley or a turntable,
     does not count, nor one without a tip. NaN where no body is left.
     """
-    angles = _angles_from_down(model, link_poses)[:, _tilting(model)]
+    tilting = np.array([body.tip.any() for body in model.bodies])
+    if model.chain is None:
+        some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
+        tilting &= np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR
+    angles = _angles_from_down(model, link_poses)[:, tilting]
     return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
+
+
+def swings_of(run: RunRecord, model: Model | None = None) -> Array:
+    """The same of a run, whose model is built again if none is given. Raises InputError."""
+    model = model or model_of(run)
+    return swings_of_chain(run.q) if model.chain is not None else swings(model, poses(model, run.q))
 
 
 def swings_of_chain(q: Array) -> Array:
@@ -134,15 +131,6 @@ def _angles_from_down(model: Model, link_poses: Array) -> Array:
     return np.arctan2(np.hypot(x, y), -z)
 
 
-def _tilting(model: Model) -> Mask:
-    """The bodies (bodies,) with a tip whose angle from straight down changes with the positions of the joints."""
-    tips_there = np.array([body.tip.any() for body in model.bodies])
-    if model.chain is not None:
-        return tips_there
-    some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
-    return tips_there & (np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR)
-
-
 def chain_length(model: Model) -> float:
     """How far from W's origin a body's far end can get, m: the length of a chain; 0 where nothing has a length."""
     if model.chain is not None:
@@ -169,10 +157,14 @@ def marks(model: Model, link_tips: Array, q: Array) -> Array:
     They are the tips. A body whose tip its own joint does not move, as a flywheel on its axis, is compared by a point
     across the axis, as far from its tip as the model is long: so an error in the angle counts as that of a rod.
     """
-    offsets = _mark_offsets(model)
-    if not offsets.any():
+    if model.rod_tree is not None:
         return link_tips
-    return link_tips + _turned(poses(model, q), offsets)
+    offsets, tree, length = np.zeros((len(model.bodies), 3)), model.tree, scale(model)
+    for offset, body in zip(offsets, model.bodies, strict=True):  # in the link frames
+        axis = tree.axes[body.joint]
+        if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
+            offset[:] = length * across(axis)
+    return link_tips + _turned(poses(model, q), offsets) if offsets.any() else link_tips
 
 
 def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
@@ -181,19 +173,6 @@ def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Mode
         flat = points(models[0], q.reshape(-1, q.shape[-1]))
         return flat.reshape(*q.shape[:2], *flat.shape[1:])
     return np.array([points(model, rows) for model, rows in zip(models, q, strict=True)])
-
-
-def _mark_offsets(model: Model) -> Array:
-    """From the tips to the marks, (bodies, 3) m, in the link frames."""
-    offsets = np.zeros((len(model.bodies), 3))
-    if model.rod_tree is not None:
-        return offsets
-    tree, length = model.tree, scale(model)
-    for offset, body in zip(offsets, model.bodies, strict=True):
-        axis = tree.axes[body.joint]
-        if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
-            offset[:] = length * across(axis)
-    return offsets
 
 
 def tip_distance(one: Array, other: Array, length: float) -> Array:
@@ -225,21 +204,24 @@ def _motion_of_bodies(model: Model, q: Array, v: Array) -> _BodyMotion:
     joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
     _, velocity, spin, _ = motions_in_links(model.tree, q, v)
     velocity, spin = velocity[:, joints], spin[:, joints]
-    return _BodyMotion(_joint_poses(model, q, joints), velocity + cross(spin, com), spin)
+    return _BodyMotion(joint_poses(model, q, joints), velocity + cross(spin, com), spin)
 
 
-def spins_and_momentum(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
-    """Of rods at states q, v (n, nv): their angular velocities (n, rods, 3) rad/s along b1, b2, b3, and their angular
-    momentum (n, 3) kg m²/s about the support, in W.
+def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
+    """Of a run of rods: their angular velocities (n, rods, 3) rad/s along b1, b2, b3, and their angular momentum (n, 3)
+    kg m²/s about the support, in W. Raises InputError for another model.
     """
+    if not is_chain(run):
+        raise InputError("this model is not a chain of rods, so it has neither omega nor angular_momentum")
+    model = model_of(run)
     tree = model.rod_tree
     assert tree is not None
     if model.chain is not None:
-        moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
+        moving = kinematics.motion(model.chain, split_by_rod(run.q), split_by_rod(run.v))
         omega, frames = moving.omega, moving.frames
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
-        moving = _motion_of_bodies(model, q, v)
+        moving = _motion_of_bodies(model, run.q, run.v)
         centres = np.einsum("nrij,rj->nri", moving.poses[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
         omega, frames = moving.spin * SIGNS, FLIP @ moving.poses[..., :3, :3] @ FLIP
         orbital = cross(centres, tree.m[:, None] * applied(moving.poses[..., :3, :3], moving.velocity))
@@ -257,7 +239,43 @@ def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     return np.einsum("ni,i->n", link_poses.reshape(len(link_poses), -1), np.ravel(weights))
 
 
-# --- positions of a run as Pinocchio's own functions take them ------------------------------------------------------
+# --- of a run, whose model is built again ---------------------------------------------------------------------------
+
+FRAMES = ("world", "parent", "child")
+SIDES = {"child": 1.0, "parent": -1.0}  # action, and reaction
+
+
+def model_of(run: RunRecord) -> Model:
+    """The model of a run. Raises InputError where it cannot be built again, as when its URDF is gone."""
+    scene = run.source if isinstance(run.source, Scene) else Scene(model=run.scene.get("model"))
+    model = build(scene.model)
+    if model.joints != run.joints or len(model.bodies) != run.tips.shape[1]:
+        raise InputError("the run does not fit its model: its file has changed since, or is another of the same name")
+    return model
+
+
+def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | None, on: str) -> Array:
+    """The wrench (n, 6) of a joint in a frame and at a point (Trajectory.express)."""
+    for name, value, choices in (("frame", frame, FRAMES), ("on", on, SIDES)):
+        if value not in choices:
+            raise InputError(f"{name}: {not_one_of(value, choices)}")
+    model = model_of(run)
+    at = model.index(joint, "express")
+    child = joint_frame(model, run.q, at)
+    base = {"child": at, "parent": model.tree.parents[at], "world": -1}[frame]
+    axes, origin = np.split(joint_frame(model, run.q, base)[:, :3], [3], axis=2)
+    turn = transposed(axes) @ child[:, :3, :3]
+    force, moment = (applied(turn, part) for part in np.split(run.wrench[:, at], 2, axis=1))
+    if point is not None:
+        try:
+            numbers = np.asarray(point, float)
+        except (TypeError, ValueError):
+            numbers = np.empty(0)
+        if numbers.shape != (3,) or not np.isfinite(numbers).all():
+            raise InputError(f"point: {shown(point)} is not three finite numbers, in m")
+        arm = applied(transposed(axes), child[:, :3, 3] - origin[..., 0]) - numbers
+        moment = moment + cross(arm, force)
+    return SIDES[on] * np.concatenate([force, moment], axis=1)
 
 
 def configurations(run: RunRecord, pin_model: Any) -> Array:
@@ -276,17 +294,15 @@ def configurations(run: RunRecord, pin_model: Any) -> Array:
     out = np.tile(pin.neutral(pin_model), (len(run.t), 1))
     places = {name: run.q[:, j] for j, name in enumerate(run.joints)}
     places |= {name: np.full(len(run.t), float(at)) for name, at in (run.scene["model"].get("lock") or {}).items()}
-    for joint, name in enumerate(names, 1):
-        if name in places:
-            first, size = pin_model.idx_qs[joint], pin_model.nqs[joint]
-            out[:, first : first + size] = _numbers(places[name], size, name)
+    for name, angle in places.items():
+        if name not in names:
+            continue
+        joint = names.index(name) + 1
+        first, size = pin_model.idx_qs[joint], pin_model.nqs[joint]
+        if size > 2:
+            raise InputError(
+                f"configurations: joint {shown(name)} takes {size} numbers in the pin.Model, and 1 in the run"
+            )
+        # an angle or slide, or the cosine and sine of an angle
+        out[:, first : first + size] = np.stack([angle] if size == 1 else [np.cos(angle), np.sin(angle)], -1)
     return out
-
-
-def _numbers(angle: Array, size: int, name: str) -> Array:
-    """The numbers of one joint, (n, size): an angle or slide, or the cosine and sine of an angle."""
-    if size == 1:
-        return angle[:, None]
-    if size != 2:
-        raise InputError(f"configurations: joint {shown(name)} takes {size} numbers in the pin.Model, and 1 in the run")
-    return np.stack([np.cos(angle), np.sin(angle)], -1)

@@ -1,26 +1,38 @@
-"""Notes on what is allowed in a scene and is probably a mistake."""
+"""What the user should know of a scene or a run: probable mistakes, and what of a URDF's joints acts or is ignored."""
+
+from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.effects import Drag
-from pendpin.errors import choices
+from pendpin.effects import AsWritten, Drag, Effect
+from pendpin.errors import PendpinError, choices, shown
+from pendpin.model import kinematics
+from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model, start_state
-from pendpin.model.urdf_joints import SHOWN, homes, ignored
-from pendpin.scene import Chain, Scene
+from pendpin.scene import Chain, Scene, scene_of
+from pendpin.trajectory import RunRecord
 
 TURN = 2 * np.pi
+MOST_NAMED = 3  # in a note
+FAR = 3.0  # of the length of the model: a slide that travels farther has left
 
 
 def notes(scene: Scene, model: Model) -> tuple[str, ...]:
     """What the user should know about a scene, a line each. Raises InputError for a start that does not fit the model."""
     q, _ = start_state(model, scene.start)
-    far = np.flatnonzero((np.abs(q) > TURN) & ~model.slides)
-    lines = [
-        f"start.positions.{model.joints[joint]}: {q[joint]:.6g} rad is more than a whole turn; "
-        'for degrees write unit = "degrees" in [start]'
-        for joint in far[:1]
-    ]
-    lines += _homes_note(scene, model)
+    lines = [*ignored(model.written or (), scene.effects), *model.notes]
+    for joint in np.flatnonzero((np.abs(q) > TURN) & ~model.slides)[:1]:
+        lines.append(
+            f"start.positions.{model.joints[joint]}: {q[joint]:.6g} rad is more than a whole turn; "
+            'for degrees write unit = "degrees" in [start]'
+        )
+    positions, moved = scene.start.positions, homes(model.written or (), scene.effects)
+    if isinstance(positions, dict) or not positions:
+        begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]
+        more = f", ... ({len(begin)} joints)" if len(begin) > MOST_NAMED else ""
+        if begin:
+            those = choices(begin[:MOST_NAMED])
+            lines.append(f"limits leave out 0, so joints without a start begin at the nearer one: {those}{more}")
     if isinstance(scene.model, Chain):
         lines += [
             f"model.rods[{i}]: each of its {rod.copies} copies has the payload of {rod.payload:g} kg; "
@@ -31,21 +43,73 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
     if isinstance(scene.model, Chain) and any(isinstance(effect, Drag) for effect in scene.effects):
         rods = enumerate(scene.model.all_rods)
         if points := [f"rod_{i + 1}" for i, rod in rods if rod.payload and not rod.payload_radius]:
-            those = choices(points[:SHOWN])
+            those = choices(points[:MOST_NAMED])
             lines.append(f"the payload of {those} is a point without drag: payload_radius makes it a sphere")
     if not scene.effects:
         lines.append("effects: nothing acts in this scene; gravity must be listed too")
-    return (*ignored(model.written or (), scene.effects), *model.notes, *lines)
+    return tuple(lines)
 
 
-def _homes_note(scene: Scene, model: Model) -> list[str]:
-    """A note on joints of which the start says nothing, and which begin at a limit."""
-    positions = scene.start.positions
-    if positions and not isinstance(positions, dict):
-        return []
-    moved = homes(model.written or (), scene.effects)
-    begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]
-    if not begin:
-        return []
-    more = f", ... ({len(begin)} joints)" if len(begin) > SHOWN else ""
-    return [f"limits leave out 0, so joints without a start begin at the nearer one: {choices(begin[:SHOWN])}{more}"]
+def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[str, ...]:
+    """One note on what the file says of its joints and no as_written of the scene lets act; none if that is nothing."""
+    listed = [effect for effect in effects if isinstance(effect, AsWritten)]
+    left = {
+        "<dynamics damping>": [] if any(x.damping for x in listed) else [j.name for j in joints if j.damping],
+        "<dynamics friction>": [] if any(x.friction for x in listed) else [j.name for j in joints if j.friction],
+        "<limit>": [] if any(x.limits for x in listed) else [j.name for j in joints if j.limited],
+    }
+    parts = []
+    for what, names in left.items():
+        few = len(names) <= MOST_NAMED
+        some = choices(map(shown, names)) if few else f"{len(names)} joints ({shown(names[0])}, ...)"
+        parts += [f"{what} of {some}"] if names else []
+    if not parts:
+        return ()
+    return (f"{', '.join(parts)}: ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act",)
+
+
+def homes(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> dict[str, float]:
+    """Where joints begin of which a start says nothing, if limits act as written that leave out 0: at the nearer one."""
+    if not any(isinstance(effect, AsWritten) and effect.limits for effect in effects):
+        return {}
+    nearest = {joint.name: min(max(joint.lower, 0.0), joint.upper) for joint in joints}
+    return {name: position for name, position in nearest.items() if position}
+
+
+# --- of a run, where its model can still be built -------------------------------------------------------------------
+
+
+def as_written(run: RunRecord) -> str:
+    """What of the URDF's <dynamics> and <limit> acted in a run, in words; "" where nothing of them was listed."""
+    joints, effects = _file_and_effects(run)
+    listed = [effect for effect in effects if isinstance(effect, AsWritten)]
+    counts = {
+        "damping": sum(j.damping > 0 for j in joints) * any(x.damping for x in listed),
+        "dry friction": sum(j.friction > 0 for j in joints) * any(x.friction for x in listed),
+        "stops": sum(j.limited for j in joints) * any(x.limits for x in listed),
+    }
+    parts = [f"{what} of {count} joint{'s' * (count > 1)}" for what, count in counts.items() if count]
+    return choices(parts) or ("nothing: the file writes none" if listed else "")
+
+
+def leaving(run: RunRecord) -> tuple[str, ...]:
+    """The slides that nothing held, each with how far it went; none where the run's model cannot be built again."""
+    try:
+        model, (joints, effects) = kinematics.model_of(run), _file_and_effects(run)
+    except PendpinError:
+        return ()
+    acting = any(isinstance(effect, AsWritten) and effect.limits for effect in effects)
+    limited = set() if acting else {joint.name for joint in joints if joint.limited}
+    travelled = np.abs(run.q - run.q[:1]).max(0)
+    left = np.flatnonzero(model.slides & (travelled > FAR * kinematics.scale(model)))
+    remedy = "; with --as-written its limits act" if any(run.joints[joint] in limited for joint in left) else ""
+    return tuple(f"{run.joints[joint]} slid {travelled[joint]:.3g} m, as no stop holds it{remedy}" for joint in left)
+
+
+def _file_and_effects(run: RunRecord) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:
+    """What the URDF of a run writes of its joints, and the effects; empty where there are none in this process."""
+    try:
+        scene = scene_of(run)
+        return kinematics.model_of(run).written or (), scene.effects
+    except PendpinError:
+        return (), ()

@@ -11,7 +11,7 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model, chain_names
-from pendpin.model.urdf_xml import Element, put
+from pendpin.model.urdf import Element, put
 from pendpin.scene import Chain, Rod
 
 LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less

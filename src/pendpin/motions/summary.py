@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.errors import InputError, PendpinError
 from pendpin.model.build import Model
-from pendpin.model.model_of_run import swings_of
+from pendpin.model.kinematics import swings_of
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import find_coarse, resolved
 from pendpin.motions.search import Quantity, find_largest, impacts

@@ -8,8 +8,7 @@ from typing import Any, Self
 
 from pendpin.errors import PendpinError, say_note
 from pendpin.ground.arrays import Array, ArrayLike
-from pendpin.model import model_of_run
-from pendpin.model.kinematics import configurations
+from pendpin.model.kinematics import configurations, express_wrench, model_of, spins_and_momentum
 from pendpin.motions import continuation, search
 from pendpin.motions.search import Extreme
 from pendpin.motions.summary import Summary, page, summary, text
@@ -33,7 +32,7 @@ class Trajectory(RunRecord):
         Raises:
             InputError: for other names, and if the run's model cannot be built again.
         """
-        return model_of_run.express_wrench(with_samples(self), joint, frame, point, on)
+        return express_wrench(with_samples(self), joint, frame, point, on)
 
     def at(self, times: ArrayLike) -> Self:
         """The run at any times inside it, (m,) in s, rising, or one: as accurate as the run.
@@ -175,7 +174,7 @@ class Trajectory(RunRecord):
     def slides(self) -> frozenset[str] | None:
         """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
         try:
-            model = model_of_run.model_of(self)
+            model = model_of(self)
             return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
         except PendpinError:
             return None
@@ -184,7 +183,7 @@ class Trajectory(RunRecord):
     def links(self) -> tuple[str, ...] | None:
         """The names of the links whose tips there are; None as `slides`."""
         try:
-            return tuple(body.link for body in model_of_run.model_of(self).bodies)
+            return tuple(body.link for body in model_of(self).bodies)
         except PendpinError:
             return None
 
@@ -200,7 +199,7 @@ class Trajectory(RunRecord):
 
     @cached_property
     def _spins_and_momentum(self) -> tuple[Array, Array]:
-        return model_of_run.spins_and_momentum_of(self)
+        return spins_and_momentum(self)
 
     @cached_property
     def computed_efforts(self) -> dict[str, Array]:

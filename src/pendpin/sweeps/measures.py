@@ -18,8 +18,7 @@ from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model
-from pendpin.model.kinematics import evaluate_each, poses, tilts_of_chain, tip_distance, tips
-from pendpin.model.model_of_run import swings_of
+from pendpin.model.kinematics import evaluate_each, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation
 from pendpin.motions.resolved import resolved, strays
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes

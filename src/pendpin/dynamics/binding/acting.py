@@ -32,8 +32,9 @@ from pendpin.effects.base import returned
 from pendpin.effects.pace import Pace
 from pendpin.errors import InputError, PendpinError, find, shown
 from pendpin.ground.arrays import EPS, Array, Indices
+from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model
-from pendpin.model.urdf_joints import WrittenJoint, homes
+from pendpin.model.notes import homes
 
 MOST = 5_000_000  # instants of a run: 40 MB for each joint
 NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice as far from corners (runs/integration.py)

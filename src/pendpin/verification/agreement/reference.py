@@ -24,8 +24,7 @@ from pendpin.ground.files import write_folder
 from pendpin.ground.libraries import VERSION
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
-from pendpin.model.read_urdf import read_urdf
-from pendpin.model.urdf_xml import parse
+from pendpin.model.urdf import parse, read_urdf
 from pendpin.model.write_models import chain_urdf, mjcf, sdf
 from pendpin.motions.simulate import simulate
 from pendpin.scene import METHODS, Chain, Scene, UrdfModel, chosen_scene

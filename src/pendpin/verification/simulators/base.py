@@ -12,8 +12,7 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, one_line
 from pendpin.ground.arrays import Array
-from pendpin.model.read_urdf import read_urdf
-from pendpin.model.urdf_xml import Element, has_inertia
+from pendpin.model.urdf import Element, has_inertia, read_urdf
 from pendpin.model.write_models import chain_urdf
 from pendpin.scene import Chain, PinModel, UrdfModel
 
