@@ -12,8 +12,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import Binding, bodies_of
-from pendpin.dynamics.binding.acting import plain_arithmetic
 from pendpin.dynamics.parameters import Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.dynamics.symbols import (
     MOTION,

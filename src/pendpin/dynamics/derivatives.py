@@ -15,8 +15,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.acting import acting, expand_as_written
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.binding.acting import acting, expand_as_written
 from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine

@@ -10,8 +10,8 @@ from typing import Any, Literal
 
 import numpy as np
 
+from pendpin.dynamics.acting import HeldTorque, acting, move_home
 from pendpin.dynamics.binding import Accounts, Binding
-from pendpin.dynamics.binding.acting import HeldTorque, acting, move_home
 from pendpin.dynamics.compiling import Sampler, compile_engine, compile_sampler, in_motion, samples_compile
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.symbols import Asked

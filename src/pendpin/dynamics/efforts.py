@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import recall_outputs
-from pendpin.dynamics.binding.bound import BoundField, BoundTorque
+from pendpin.dynamics.acting import recall_outputs
+from pendpin.dynamics.binding import BoundField, BoundTorque
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import BodyEffect, ContactEffect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import Revolute

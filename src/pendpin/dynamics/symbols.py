@@ -5,9 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.binding import Accounts, Binding, Powered
-from pendpin.dynamics.binding.acting import plain_arithmetic
-from pendpin.dynamics.binding.bound import State
+from pendpin.dynamics.acting import plain_arithmetic
+from pendpin.dynamics.binding import Accounts, Binding, Powered, State
 from pendpin.dynamics.contacts.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.effects import Effect, Motion

@@ -4,13 +4,13 @@ An effect declares its pace, and whether it is smooth with the state, or it is s
 """
 
 from collections.abc import Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.binding import Binding, BoundField, BoundWrench
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
+from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Torque
 from pendpin.effects.pace import Pace, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
@@ -80,14 +80,20 @@ def _sample(
     They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
     only, and not at rest; no direction of the joints is special.
     """
-    bound = Binding(dynamics.model, effects, start=dynamics.start).bound(effects[i], f"effects[{i}]")
-    assert bound is not None
+    binding = Binding(dynamics.model, effects, start=dynamics.start)
+    bound: Any = binding.bound(effects[i], f"effects[{i}]")
+
+    def exerted(t: float, q: Array, v: Array, motion: Motion) -> Array:
+        if isinstance(bound, BoundWrench):
+            return np.concatenate(bound.at(t, binding.complete(t, motion))).ravel()
+        return bound.at(t) if isinstance(bound, BoundField) else bound.at(t, q, v)
+
     away = np.sin(1.0 + np.arange(len(q)))
     states = [(q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
-    acting = [bound.action(*state, dynamics.engine.motion(dynamics.engine.pack(*state))) for state in states]
+    moving = [(*state, dynamics.engine.motion(dynamics.engine.pack(*state))) for state in states]
 
     def values(time: float) -> Array:
-        return np.nan_to_num(np.concatenate([act(time) for act in acting]))
+        return np.nan_to_num(np.concatenate([exerted(time, *state) for state in moving]))
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
     return t, *remove_jumps(values, t, np.array([values(float(time)) for time in t]), NEGLIGIBLE)

@@ -103,7 +103,7 @@ class Stop(ContactEffect):
         return lower, math.inf if self.upper is None else self.upper, self.restitution
 
 
-# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/binding/acting.py) ---------
+# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/acting.py) -----------------
 
 
 Flag = Annotated[bool, Strict()]

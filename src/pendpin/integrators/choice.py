@@ -6,7 +6,7 @@ from importlib.util import find_spec
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import built_in
+from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.effects.cables import Anchor, Bending

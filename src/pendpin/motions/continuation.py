@@ -6,7 +6,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import recall_outputs
+from pendpin.dynamics.acting import recall_outputs
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.integrators import Run

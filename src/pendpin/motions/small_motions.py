@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import expand_as_written
+from pendpin.dynamics.acting import expand_as_written
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
 from pendpin.effects import ContactEffect

@@ -9,7 +9,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import expand_as_written
+from pendpin.dynamics.acting import expand_as_written
 from pendpin.dynamics.contacts.contacts import Mode, Scales
 from pendpin.dynamics.contacts.falls import RATE, Guards, guards_of
 from pendpin.dynamics.derivatives import Variational, refuse_poles

@@ -5,9 +5,8 @@ from functools import cached_property, partial
 
 import numpy as np
 
-from pendpin.dynamics.binding import Accounts
-from pendpin.dynamics.binding.acting import built_in, in_order, plain_arithmetic
-from pendpin.dynamics.binding.bound import State
+from pendpin.dynamics.acting import built_in, in_order, plain_arithmetic
+from pendpin.dynamics.binding import Accounts, State
 from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing

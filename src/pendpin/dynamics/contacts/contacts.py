@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import chosen_joints, in_order
+from pendpin.dynamics.acting import chosen_joints, in_order
 from pendpin.dynamics.parameters import Numbers
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine

@@ -10,7 +10,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import built_in
+from pendpin.dynamics.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import EPS, Array

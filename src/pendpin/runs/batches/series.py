@@ -19,7 +19,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import equations_of, in_motion
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.symbols import parameters_of

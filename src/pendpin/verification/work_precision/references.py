@@ -10,7 +10,7 @@ from functools import partial
 
 import numpy as np
 
-from pendpin.dynamics.binding.acting import acting
+from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Effect, Gravity

@@ -195,19 +195,18 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
     on two rods gave four motions, 1.3e-8 rad apart after 30 s at tolerance 1e-10.
     """
     acts = [(effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle)]
-    return sorted(acts, key=lambda pair: _order(pair[0])) if len(acts) > 1 else acts
 
+    def text(value: Any) -> str:
+        if isinstance(value, tuple):
+            return f"({', '.join(map(text, value))})"
+        # a number that derivatives.py makes complex has the place of the real one
+        return repr(value.real) if isinstance(value, complex) else repr(value)
 
-def _order(effect: Effect) -> tuple[str, ...]:
-    fields = (getattr(effect, name) for name in type(effect).model_fields)
-    return (type(effect).__name__, *map(_without_imaginary_parts, fields))
+    def place(pair: tuple[Effect, str]) -> tuple[str, ...]:
+        effect, _ = pair
+        return (type(effect).__name__, *(text(getattr(effect, name)) for name in type(effect).model_fields))
 
-
-def _without_imaginary_parts(value: Any) -> str:
-    """A value as text; a number that derivatives.py makes complex has the place of the real one."""
-    if isinstance(value, tuple):
-        return f"({', '.join(map(_without_imaginary_parts, value))})"
-    return repr(value.real) if isinstance(value, complex) else repr(value)
+    return sorted(acts, key=place) if len(acts) > 1 else acts
 
 
 def refuse_seconds(effects: Sequence[Effect]) -> None:
@@ -282,25 +281,23 @@ def _copy(part: Any) -> Any:
 
 
 def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
-    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
+    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits.
+
+    A sinusoid begins at the time at which it first has the phase that it has at `start`.
+    """
     if not start:
         return function
-    early = numbers(_reduce_to_first_period(start, effect))
+    early: Any = start
+    if isinstance(effect, Drag | Motor | Push | Support) and effect.frequency is not None:
+        from mpmath import mp, mpf
+
+        frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (derivatives.py)
+        with mp.workdps(LATEST):
+            early = float(mp.fmod(mpf(start) * mpf(frequency), 2 * mp.pi) / frequency)
+        if isinstance(effect.frequency, complex):  # frequency early changes with the frequency like frequency start
+            early = early + (start - early) / frequency * (effect.frequency - frequency)
+    early = numbers(early)
     return lambda t, *state: function(early + t, *state)
-
-
-def _reduce_to_first_period(start: float, effect: Effect) -> Any:
-    """The time at which a sinusoid first has the phase that it has at `start`, in s; for other effects `start`."""
-    if not start or not isinstance(effect, Drag | Motor | Push | Support) or effect.frequency is None:
-        return start
-    from mpmath import mp, mpf
-
-    frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (derivatives.py)
-    with mp.workdps(LATEST):
-        early = float(mp.fmod(mpf(start) * mpf(frequency), 2 * mp.pi) / frequency)
-    if isinstance(effect.frequency, complex):  # frequency early changes with the frequency like frequency start
-        return early + (start - early) / frequency * (effect.frequency - frequency)
-    return early
 
 
 def readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
@@ -350,28 +347,26 @@ def move_home(model: Model, effects: Sequence[Effect]) -> Model:
 
 def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:
     """One effect for each number, or pair of limits, that some of the joints share."""
+
+    def grouped(key: Callable[[WrittenJoint], tuple]) -> dict[tuple, list[str]]:
+        """The names of the joints by their numbers, without those that have none."""
+        groups = dict[tuple, list[str]]()
+        for joint in joints:
+            if any(number is not None for number in key(joint)):
+                groups.setdefault(key(joint), []).append(joint.name)
+        return groups
+
+    def limits(joint: WrittenJoint) -> tuple[float | None, ...]:
+        return tuple(x if math.isfinite(x) else None for x in (joint.lower, joint.upper))
+
     effects = list[Effect]()
     if effect.damping:
-        by_value = _grouped(joints, lambda joint: (joint.damping,) if joint.damping else None)
+        by_value = grouped(lambda joint: (joint.damping or None,))
         effects += [Viscous(coefficient=damping, joints=names) for (damping,), names in by_value.items()]
     if effect.friction:
-        by_value = _grouped(joints, lambda joint: (joint.friction,) if joint.friction else None)
+        by_value = grouped(lambda joint: (joint.friction or None,))
         effects += [DryFriction(kinetic=friction, joints=names) for (friction,), names in by_value.items()]
     if effect.limits:
-        by_value = _grouped(joints, _limits)
+        by_value = grouped(limits)
         effects += [Stop(lower=lower, upper=upper, joints=names) for (lower, upper), names in by_value.items()]
     return effects
-
-
-def _limits(joint: WrittenJoint) -> tuple[float | None, ...] | None:
-    both = tuple(x if math.isfinite(x) else None for x in (joint.lower, joint.upper))
-    return both if any(x is not None for x in both) else None
-
-
-def _grouped(joints: Sequence[WrittenJoint], key: Callable[[WrittenJoint], tuple | None]) -> dict[tuple, list[str]]:
-    """The names of the joints by what the key makes of them; without those of which it makes None."""
-    groups = dict[tuple, list[str]]()
-    for joint in joints:
-        if (value := key(joint)) is not None:
-            groups.setdefault(value, []).append(joint.name)
-    return groups

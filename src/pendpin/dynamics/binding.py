@@ -1,0 +1,390 @@
+"""The effects of a scene on a model: each through its interface, and the sum of what they exert, built once.
+
+One class for each interface says what an effect exerts, its power and its potential. Every function takes its arithmetic
+from `xp`, as the effects do; times count from the start. Sums have a fixed order (`in_order`), so that the order of a
+scene's list changes no bit.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Sequence
+from functools import cached_property, partial
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+
+from pendpin.dynamics.acting import (
+    chosen_bodies,
+    chosen_joints,
+    in_order,
+    law,
+    plain_arithmetic,
+    readable,
+    refuse_seconds,
+    since,
+)
+from pendpin.dynamics.parameters import GIVEN, Numbers
+from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
+from pendpin.engines import Loads
+from pendpin.equations.trees import total
+from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array
+from pendpin.model import kinematics
+from pendpin.model.build import Model
+
+Potential = Callable[[Array, Array], Any]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
+Power = Callable[["State"], Any]  # in W
+Powered = Callable[["State"], list[Any]]  # the power in W for each account
+Torque = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> (nv,) N m, or N along slides
+Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force N, moment N m about com, (bodies, 3)
+
+
+def bodies_of(model: Model) -> Bodies:
+    """The bodies of a model as arrays, one row each."""
+    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius, body.payload_radius) for body in model.bodies]
+    return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
+
+
+class State:
+    """A state of a model: t in s since the start, q and v (nv,), and the motion of the bodies, computed if it is needed."""
+
+    def __init__(self, t: Any, q: Array, v: Array, motion: Callable[[], Motion]) -> None:
+        self.t, self.q, self.v, self._motion = t, q, v, motion
+
+    @cached_property
+    def motion(self) -> Motion:
+        """Poses and velocities of the bodies."""
+        return self._motion()
+
+
+class Accounts(NamedTuple):
+    """The kinds of effects whose work a run integrates."""
+
+    kinds: tuple[str, ...]
+    places: tuple[int | None, ...]  # of each effect, in the order of `in_order`; None if it has a potential
+
+    @classmethod
+    def of(cls, effects: Sequence[Effect], potentials: Sequence[Any]) -> Self:
+        """One for each kind of effect; `potentials` in the order of `in_order`, None for an effect without one."""
+        ordered = [effect.kind for effect, _ in in_order(effects)]
+        kinds, pairs = tuple(dict.fromkeys(ordered)), zip(ordered, potentials, strict=True)
+        return cls(kinds, tuple(kinds.index(kind) if potential is None else None for kind, potential in pairs))
+
+
+class Binding:
+    """The effects of a scene on a model, on one kind of number; times count from `start` in s.
+
+    `numbers` maps the numbers of model and effects, for instance to parameters of a tape. Raises InputError for a joint or
+    link that the model lacks, and for a second effect of a kind of which a scene takes one.
+    """
+
+    def __init__(
+        self, model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
+    ) -> None:
+        self.model, self.effects, self.xp, self.start, self.numbers = model, effects, xp, start, numbers
+
+    @cached_property
+    def bodies(self) -> Bodies:
+        """The bodies of the model."""
+        return Bodies(*map(self.numbers.bodies, bodies_of(self.model)))
+
+    @cached_property
+    def acts(self) -> list["Bound | None"]:
+        """Each effect, in the order of `in_order`; None for one that acts through events."""
+        refuse_seconds(self.effects)
+        return [self.bound(effect, where) for effect, where in in_order(self.effects)]
+
+    def bound(self, effect: Effect, where: str) -> "Bound | None":
+        """One effect, whose key path is `where`; None for one that acts through events."""
+        if isinstance(effect, FieldEffect):
+            return BoundField(self, effect, where)
+        if isinstance(effect, JointEffect):
+            return BoundTorque(self, effect, where)
+        return BoundWrench(self, effect, where) if isinstance(effect, BodyEffect) else None
+
+    @cached_property
+    def loads(self) -> Loads:
+        """What the effects add, interface by interface."""
+        constant, varying, torques, wrenches = np.zeros(3), list[Any](), list[Torque](), list[Wrench]()
+        for bound in self.acts:
+            if isinstance(bound, BoundField) and bound.effect.constant:
+                constant = constant + law(bound.effect, "field")(0.0)
+            elif isinstance(bound, BoundField):
+                varying.append(bound.at)
+            elif isinstance(bound, BoundTorque):
+                torques.append(bound.at)
+            elif isinstance(bound, BoundWrench):
+                wrenches.append(bound.at)
+        complete = self.complete
+
+        def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
+            motion, (first, *others) = complete(t, motion), wrenches
+            if not others:
+                return first(t, motion)
+            forces, moments = zip(*(function(t, motion) for function in wrenches), strict=True)
+            return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
+
+        def many(t: Array, motion: Motion) -> tuple[Array, Array]:
+            """The wrench at times (k,) and motions (k, n, ...)."""
+            shape = motion.origin.shape
+            completed, spread = complete(t, motion), t[:, None, None]
+            parts = [function(spread, completed) for function in wrenches]
+            force, moment = parts[0] if len(parts) == 1 else (sum(x, np.zeros(3)) for x in zip(*parts, strict=True))
+            return np.broadcast_to(force, shape), np.broadcast_to(moment, shape)
+
+        return Loads(
+            self.numbers(constant),
+            _total(varying),
+            _total(torques),
+            wrench if wrenches else None,
+            many if wrenches and plain_arithmetic(self.effects) else None,
+            axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
+        )
+
+    def powers(self, accounts: Accounts) -> Powered:
+        """The power in W for each account, as a function of the state. Contacts have none here."""
+        acts = zip(self.acts, accounts.places, strict=True)
+        parts = [(account, bound.power()) for bound, account in acts if bound and account is not None]
+
+        def each(state: State) -> list[Any]:
+            out: list[Any] = [0.0] * len(accounts.kinds)
+            for account, power in parts:
+                out[account] = out[account] + power(state)
+            return out
+
+        return each
+
+    # --- what all bodies share --------------------------------------------------------------------------------------
+
+    @property
+    def steady(self) -> bool:
+        """Whether what all bodies share does not change with time."""
+        return all(effect.constant for effect in self.effects if isinstance(effect, FieldEffect))
+
+    def field(self, effect: FieldEffect, name: str) -> Callable[[Any], Array]:
+        """A function of time of a field, by its name, as a function t -> (3,)."""
+        moved, early = effect.since(self.start)
+        function = law(moved, name, self.xp, self.numbers)
+        return since(self.start, effect, function, self.numbers) if early else function
+
+    @cached_property
+    def complete(self) -> Callable[[Any, Motion], Motion]:
+        """A function that completes a motion, at a time, by what all bodies share: gravity, and where W is.
+
+        It takes times (k,) with motions (k, n, ...) too, if the effects are `plain_arithmetic`.
+        """
+        fields = [effect for effect, _ in in_order(self.effects) if isinstance(effect, FieldEffect)]
+        frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
+        fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]
+        steady = self.numbers(sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)))
+        varying = [self.field(effect, "field") for effect in fields if not effect.constant]
+        positions = [self.field(effect, "position") for effect in frames]
+        velocities = [self.field(effect, "velocity") for effect in frames]
+
+        def shared(functions: Sequence[Callable[[Any], Array]], t: Any, first: Array) -> Array:
+            """The sum (3,) of functions of the time, at times (k,) as (k, 1, 3)."""
+            vectors = (function(t) for function in functions)
+            return sum((x[:, None] if x.ndim > 1 else x for x in vectors), first)
+
+        def complete(t: Any, motion: Motion) -> Motion:
+            motion = motion._replace(gravity=shared(varying, t, steady))
+            if not frames:
+                return motion
+            pivot, velocity = shared(positions, t, np.zeros(3)), shared(velocities, t, np.zeros(3))
+            return motion._replace(pivot=pivot, pivot_velocity=velocity)
+
+        return complete
+
+
+def _total(functions: list[Any]) -> Any:
+    """One function that adds the values of several; None for none."""
+    if len(functions) < 2:
+        return functions[0] if functions else None
+    first, *others = functions
+    return lambda *args: sum((function(*args) for function in others), first(*args))
+
+
+class Bound(ABC):
+    """One effect on a model; `where` is its key path. A child says by `at` what it exerts through one interface."""
+
+    effect: Any
+
+    def __init__(self, binding: Binding, effect: Any, where: str) -> None:
+        self.effect, self._where, self._binding = effect, where, binding
+
+    def _timed(self, function: Any) -> Any:
+        """A law of its own time as one of the time since the start; its faults name the effect."""
+        binding, effect = self._binding, self.effect
+        timed = since(binding.start, effect, function, binding.numbers)
+        return readable(effect, self._where, binding.xp, timed)
+
+    @abstractmethod
+    def power(self) -> Power:
+        """Its power in W, as a function of the state."""
+
+    @abstractmethod
+    def potential(self) -> Potential | None:
+        """Its potential (n,) in J; None if it has none."""
+
+    def _where_offered(self, potential: Potential) -> Potential | None:
+        """The potential, or None if its value is None."""
+        model = self._binding.model
+        q = np.zeros((1, len(model.joints)))
+        with np.errstate(all="ignore"):
+            return None if potential(q, kinematics.poses(model, q)) is None else potential
+
+
+class BoundField(Bound):
+    """A field of a scene: a uniform acceleration of all bodies."""
+
+    effect: FieldEffect
+
+    @cached_property
+    def at(self) -> Callable[[Any], Array]:
+        """The field (3,) in m/s² in W at a time."""
+        return readable(self.effect, self._where, self._binding.xp, self._binding.field(self.effect, "field"))
+
+    def power(self) -> Power:
+        field, bodies, xp = self.at, self._binding.bodies, self._binding.xp
+
+        def power(state: State) -> Any:
+            velocities = state.motion.velocities(bodies.com)
+            return total(bodies.mass * (velocities * state.motion.fixed(field(state.t))).sum(-1), xp)
+
+        return power
+
+    def potential(self) -> Potential | None:
+        if not self.effect.constant:
+            return None
+        model, field = self._binding.model, self.effect.field(0.0)
+        return lambda q, poses: kinematics.field_potential(model, poses, field)
+
+
+class BoundTorque(Bound):
+    """A joint effect of a scene: torques about the joints' axes, forces along those of slides."""
+
+    effect: JointEffect
+
+    @cached_property
+    def at(self) -> Torque:
+        """The torques (nv,) in N m at a time and q, v (nv,)."""
+        model, numbers, each = self._binding.model, self._binding.numbers, self._each
+        torques: Any = law(self.effect, "torques", self._binding.xp, numbers)
+        nv = len(model.joints)
+        if each is not None:
+            of_rods = numbers.bodies(each.reshape(len(model.rods), -1))
+            torques = partial(torques, each=of_rods.reshape(-1, each.shape[-1]))
+        if self._angles is not None:  # the law is of every rod's theta and phi
+            torques = _on_joints(torques, self._angles[: 2 if numbers.by_rod else None])
+        if self.effect.on is None:
+            return self._timed(torques)
+        chosen = chosen_joints(model, self.effect.on, self._where)
+        if numbers.by_rod:
+            share = numbers.joints(np.isin(np.arange(nv), chosen))
+            return self._timed(lambda t, q, v: share * torques(t, q, v))
+
+        def torque(t: Any, q: Array, v: Array) -> Array:
+            some = torques(t, q[chosen], v[chosen])
+            tau = np.zeros(nv, some.dtype)
+            tau[chosen] = some
+            return tau
+
+        return self._timed(torque)
+
+    @cached_property
+    def _each(self) -> Array | None:
+        """What the law takes from the rods' lengths, a row for each angle; None if it takes nothing. Raises InputError."""
+        model = self._binding.model
+        if model.rod_tree is not None:
+            return self.effect.of_joints(model.lengths, model.rod_tree.parents)
+        if self.effect.of_joints(np.ones(1)) is not None:
+            raise InputError(f"{self._where}: {self.effect.kind} acts between rods: it needs a chain")
+        return None
+
+    @property
+    def _angles(self) -> Any:
+        """Which of theta and phi every rod has, (2 n,), where the law is of both and some rod has one; else None."""
+        tree = self._binding.model.rod_tree
+        return None if self._each is None or tree is None or tree.angles.all() else tree.angles.ravel()
+
+    def power(self) -> Power:
+        torque, xp = self.at, self._binding.xp
+        return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
+
+    def potential(self) -> Potential | None:
+        chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
+        given: Any = {} if self._each is None else {"each": self._each}
+        of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles))
+        return self._where_offered(lambda q, poses: self.effect.potential(of_law(q), **given))
+
+
+def _on_joints(torques: Torque, angles: Array) -> Torque:
+    """A law of every rod's theta and phi as one of the model's joints, where some rods have one of them."""
+    return lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles]
+
+
+def _spread(x: Array, angles: Array) -> Array:
+    """Numbers (..., nv) of the joints as those of every rod's theta and phi, (..., 2 n): 0 of what a hinge lacks."""
+    out = np.zeros((*x.shape[:-1], len(angles)), x.dtype)
+    out[..., angles] = x
+    return out
+
+
+class BoundWrench(Bound):
+    """A body effect of a scene: forces and moments. Motions are those that the binding has completed."""
+
+    effect: BodyEffect
+
+    @cached_property
+    def at(self) -> Wrench:
+        """Force (n, 3) in N and moment (n, 3) in N m on all n bodies, in W, at a time and a motion."""
+        model, numbers = self._binding.model, self._binding.numbers
+        if isinstance(self.effect, Push) and self.effect.point is not None:
+            body = model.bodies[chosen_bodies(model, self.effect.on, self._where)[0]]
+            if not body.tip.any():
+                raise InputError(
+                    f"{self._where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
+                )
+        bodies, wrench = self._binding.bodies, law(self.effect, "wrench", self._binding.xp, numbers)
+        if self.effect.on is None:
+            return self._timed(lambda t, motion: wrench(t, bodies, motion))
+        chosen = chosen_bodies(model, self.effect.on, self._where)
+        if numbers.by_rod:
+            share = numbers.bodies(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
+            return self._timed(lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion)))
+        some, n = bodies.of(chosen), len(bodies.mass)
+
+        def scattered(rows: Array) -> Array:
+            out = np.zeros((*rows.shape[:-2], n, 3), rows.dtype)
+            out[..., chosen, :] = rows
+            return out
+
+        return self._timed(lambda t, motion: tuple(map(scattered, wrench(t, some, motion.of(chosen)))))
+
+    def power(self) -> Power:
+        complete, bodies, xp, wrench = self._binding.complete, self._binding.bodies, self._binding.xp, self.at
+
+        def power(state: State) -> Any:
+            force, moment = wrench(state.t, complete(state.t, state.motion))
+            return total(force * state.motion.velocities(bodies.com) + moment * state.motion.spin, xp)
+
+        return power
+
+    def potential(self) -> Potential | None:
+        # it may look at gravity and at where W is: where these change with time, it has no potential
+        if not self._binding.steady:
+            return None
+        chosen = chosen_bodies(self._binding.model, self.effect.on, self._where)
+        bodies, rest = bodies_of(self._binding.model).of(chosen), np.zeros((len(chosen), 3))
+
+        def at(poses: Array) -> Any:
+            poses = poses[..., chosen, :, :]
+            motion = Motion(poses[..., :3, 3], poses[..., :3, :3], rest, rest)
+            return self.effect.potential(bodies, self._binding.complete(0.0, motion))
+
+        def potential(q: Array, poses: Array) -> Any:
+            if plain_arithmetic([self.effect]):
+                return at(poses)
+            values = [at(pose) for pose in poses]
+            return None if values[0] is None else np.array([np.sum(value) for value in values], float)
+
+        return self._where_offered(potential)
