@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.motions.resolved import resolved
+from pendpin.motions.continuation import resolved
 from pendpin.motions.search import first_crossings
 from pendpin.scene import builtin_scene
 

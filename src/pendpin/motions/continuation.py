@@ -1,4 +1,7 @@
-"""Continues a run from any of its samples: to other times, and beyond its end."""
+"""Continues a run from any of its samples: to other times, beyond its end, and to samples that show how it moved.
+
+Samples show that if positions follow from rates and rates from accelerations; where they do not, `resolved` takes more.
+"""
 
 from copy import copy
 from dataclasses import replace
@@ -8,8 +11,9 @@ import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
 from pendpin.errors import InputError, RunError, is_number, shown
-from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
+from pendpin.integrators.fixed import NEAR
 from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import fill_in, loop_of
@@ -17,9 +21,17 @@ from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
 
 COUNTS = ("steps", "evaluations", "events", "seconds")  # of stats, that add up
-ROUNDING = 1e-9  # of the distance of samples
+NEAR_SAMPLE = 1e-9  # of the distance of samples
 ALL = 1_000_000_000  # output times
 SIDE, CLOSE = 1e-12, 8  # of an interval, and units in the last place of a time: a state so near an event is that at it
+OFF = 0.1  # of what a joint moves in an interval or beside it: a sine in steps of a radian is integrated so well
+STILL = 1e-9  # of what a joint moves in all: less is rounding
+ROUNDING = 2.0**-46  # of the largest value
+STEPS = 2  # parts that an interval is cut into, times the steps that the run took in it
+PARTS, LEVELS = 4, 8  # into how many it is cut again, how often: a rod that passes its pole turns in any time
+GROWN = 4  # times as many intervals as after the first cut: a passage of a pole has few at any level, rounding has ever more
+MOST = 200_000  # samples after that
+BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
 
 
 class Continuation:
@@ -132,7 +144,7 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
     if not is_number(duration) or not 0 < duration < np.inf:
         raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
     scene, last = _longer(run, float(duration)), len(run.t) - 1
-    ahead = np.flatnonzero(scene.clock > run.t[-1] + ROUNDING * (scene.clock[-1] - run.t[-1]))
+    ahead = np.flatnonzero(scene.clock > run.t[-1] + NEAR_SAMPLE * (scene.clock[-1] - run.t[-1]))
     more = Continuation(run, scene)
     piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
     new = replace(samples_of(more.fill_pieces([piece], [last]), slice(1, None)), t=scene.clock[ahead])
@@ -148,7 +160,7 @@ def _longer(run: RunRecord, duration: float) -> Scene:
     if scene.solver.times is None and (samples is None or scene.duration == 0):  # the start alone has no density
         return scene.replace({"solver.samples": None}, duration=total)
     count = (samples or 1) - 1
-    if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - ROUNDING:
+    if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - NEAR_SAMPLE:
         return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)
     old, end = scene.clock, scene.start.time + scene.duration
     spacing = scene.duration / max(1, len(old) - 1)
@@ -157,3 +169,92 @@ def _longer(run: RunRecord, duration: float) -> Scene:
     return scene.replace(
         {"solver.samples": None, "solver.times": times}, duration=max(total, times[-1] - scene.start.time)
     )
+
+
+# --- samples that show how a run moved ------------------------------------------------------------------------------
+
+
+def resolved(run: RunRecord) -> Continuation:
+    """The run; where its samples do not tell how it moved between them, with more.
+
+    Raises InputError if these would be too many.
+    """
+    dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
+    most = np.inf
+    events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
+    events = events[np.isin(_intervals_of(run, events), find_coarse(run))]
+    beside = np.clip(np.concatenate([events - margin, events + margin]), run.t[0], run.t[-1])
+    more = _sampled_too(Continuation(run), beside)
+    for _ in range(LEVELS):
+        if not 0 < len(coarse := find_coarse(more.run)) <= most:
+            break
+        most = np.inf if dense else min(most, GROWN * len(coarse))
+        shares = np.diff(more.run.t)[coarse] / np.diff(run.t)[_intervals_of(run, more.run.t[coarse])]
+        parts = np.maximum(PARTS, np.ceil(dense * shares)).astype(int)
+        if len(more.run.t) + parts.sum() > MOST:
+            raise InputError(
+                f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
+                f"run it with samples = {run.stats.steps}"
+            )
+        cuts = np.ones(len(more.run.t) - 1, int)
+        cuts[coarse] = parts
+        more, dense = _sampled_too(more, subdivided(more.run.t, cuts)), 0.0
+    return more
+
+
+def _sampled_too(more: Continuation, times: Array) -> Continuation:
+    """The run with samples at some times (k,) as well."""
+    run = more.run
+    if (step := more.scene.solver.step) is not None:
+        # At the ends of steps, counted from its samples: steps begin anew at a sample, and would change behind it.
+        before = _intervals_of(run, times)
+        begin, left = run.t[before], run.t[before + 1] - times
+        steps = np.floor((times - begin) / step + NEAR)
+        times = np.where(left > NEAR * step, begin + steps * step, times)
+    times = np.setdiff1d(times, run.t)
+    if not len(times):
+        return more
+    whole = joined([run, more.at(times)])
+    return more.beside(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
+
+
+def _intervals_of(run: RunRecord, t: Array) -> Indices:
+    """The intervals (k,) between samples in which times (k,) are."""
+    return np.clip(np.searchsorted(run.t, t, "right") - 1, 0, max(len(run.t) - 2, 0))
+
+
+def times_of_events(run: RunRecord) -> Array:
+    """The times (k,) of its events, rising."""
+    return np.array([event.t for event in run.events])
+
+
+def find_coarse(run: RunRecord) -> Indices:
+    """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations.
+
+    Not those of an event, where they jump.
+    """
+    if len(run.t) == 1:  # which may have events: of a run that was stopped before its second sample
+        return np.arange(0)
+    dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)
+    # A rate that moves no position by more than its rounding is rounding itself, as in a run at rest.
+    with np.errstate(over="ignore"):  # infinite where the interval is 5e-324 s
+        least = ROUNDING * np.abs(run.q).max(initial=0.0) / dt
+    for x, rate, floor in ((run.q, run.v, 0.0), (run.v, run.a, least)):
+        coarse |= strays(dt, x, rate, floor).any(1)
+    closed = _intervals_of(run, times_of_events(run))
+    closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
+    coarse[closed] = False
+    return np.flatnonzero(coarse)
+
+
+def strays(dt: Array, x: Array, rate: Array, floor: Array | float = 0.0) -> Mask:
+    """The intervals (..., n - 1, m), of dt (n - 1, 1) s, in which values (..., n, m) do not follow from their rates.
+
+    Differences up to a floor (n - 1, 1) are rounding, and so are those up to `ROUNDING` and `STILL`.
+    """
+    off = np.abs(np.diff(x, axis=-2) - dt * (rate[..., 1:, :] + rate[..., :-1, :]) / 2)
+    path = dt * np.maximum(np.abs(rate[..., 1:, :]), np.abs(rate[..., :-1, :]))
+    beside = np.concatenate([path[..., :1, :], path, path[..., -1:, :]], -2)
+    path = np.maximum(path, np.maximum(beside[..., :-2, :], beside[..., 2:, :]))
+    moved, largest = np.ptp(x, -2, keepdims=True), np.abs(x).max((-2, -1), initial=0.0, keepdims=True)
+    return off > OFF * path + STILL * moved + ROUNDING * largest + floor

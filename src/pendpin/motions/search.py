@@ -15,8 +15,7 @@ from numpy.polynomial import chebyshev
 from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
-from pendpin.motions.continuation import Continuation
-from pendpin.motions.resolved import BESIDE, ROUNDING, resolved, times_of_events
+from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolved, times_of_events
 from pendpin.trajectory import HingeReactions, RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT, EFFORTS, place_of
 
@@ -72,6 +71,11 @@ class _Pieces(NamedTuple):
         """The times (p, DEGREE + 1) of the values."""
         return self.begin[:, None] * (1 - SHARES) + self.end[:, None] * SHARES
 
+    def turns(self, i: int, series: Array) -> tuple[Array, Array]:
+        """The ends and turning points of the interpolation in piece i, a Chebyshev series: times in s and values."""
+        x = np.array(turning_points(series))
+        return self.begin[i] + (self.end[i] - self.begin[i]) * (x + 1) / 2, chebyshev.chebval(x, series)
+
 
 # --- crossings --------------------------------------------------------------------------------------------------------
 
@@ -116,17 +120,28 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
     known, every = [(times, values)], np.arange(len(times) - 1)
     pieces = _interpolate(times, values[:, None], times_of_events(more.run), every, np.zeros_like(every))
 
-    def settle(pieces: _Pieces) -> _Pieces:
-        left, turns = _may_change_sign(pieces, tiny)
-        known.extend(turns)
-        return pieces.some(left)
+    def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
+        """The pieces that do not tell their signs: settled are those away from 0, monotone, or rounding throughout.
 
-    def settle_sampled(pieces: _Pieces) -> _Pieces:
-        left = settle(pieces)
-        known.append((left.times[:, 1:-1].reshape(-1), left.values[:, 1:-1].reshape(-1)))
-        return left
+        So are those that turn round only where they are away from 0: what is known are their turning points then.
+        """
+        series = pieces.values @ COEFFICIENTS.T
+        size, error = np.abs(series), np.maximum(pieces.error, tiny)
+        clear = size[:, 0] - size[:, 1:].sum(1) > error
+        steep = size[:, 1] - (size * STEEPEST)[:, 2:].sum(1) > STEEPEST[-1] * pieces.error
+        flat = np.abs(pieces.values).max(1) + pieces.error <= tiny
+        left = ~(clear | steep | flat)
+        for i in np.flatnonzero(left):
+            t, x = pieces.turns(i, series[i])
+            if np.abs(x).min() > error[i]:
+                known.append((t[1:-1], x[1:-1]))
+                left[i] = False
+        pieces = pieces.some(left)
+        if sampled:
+            known.append((pieces.times[:, 1:-1].reshape(-1), pieces.values[:, 1:-1].reshape(-1)))
+        return pieces
 
-    _search(more, lambda rows: quantity(rows)[:, None], settle(pieces), settle_sampled)
+    _search(more, lambda rows: quantity(rows)[:, None], pieces, settle)
     t, x = (np.concatenate(parts) for parts in zip(*known, strict=True))
     t, first = np.unique(t, return_index=True)
     x = x[first]
@@ -135,27 +150,6 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
         signs[i] = signs[i - 1] if i else 0.0
     i = np.flatnonzero(signs[1:] * signs[:-1] < 0)
     return Changes(t[i], t[i + 1], x[i], x[i + 1])
-
-
-def _may_change_sign(pieces: _Pieces, tiny: float) -> tuple[Mask, list[tuple[Array, Array]]]:
-    """The pieces that are not settled; turning points, times and values, of those where all sign changes are between them.
-
-    Settled is an interval in which the quantity is away from 0 by more than the error, or rises or falls throughout, or
-    turns round only where it is away from 0, or is rounding throughout.
-    """
-    series = pieces.values @ COEFFICIENTS.T
-    size, error = np.abs(series), np.maximum(pieces.error, tiny)
-    clear = size[:, 0] - size[:, 1:].sum(1) > error
-    steep = size[:, 1] - (size * STEEPEST)[:, 2:].sum(1) > STEEPEST[-1] * pieces.error
-    flat = np.abs(pieces.values).max(1) + pieces.error <= tiny
-    left, turns = ~(clear | steep | flat), list[tuple[Array, Array]]()
-    for i in np.flatnonzero(left):
-        x = np.array(turning_points(series[i]))
-        values = chebyshev.chebval(x, series[i])
-        if np.abs(values).min() > error[i]:
-            turns.append((pieces.begin[i] + (pieces.end[i] - pieces.begin[i]) * (x[1:-1] + 1) / 2, values[1:-1]))
-            left[i] = False
-    return left, turns
 
 
 # --- the largest value ------------------------------------------------------------------------------------------------
@@ -176,44 +170,34 @@ def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf)
     row, column = np.unravel_index(int(np.argmax(x)), x.shape)
     best = [(float(x[row, column]), float(t[row]), int(column))]
     tiny = max(ROUNDING, EXACT * (run.stats.tolerance or FIXED)) * float(np.abs(x).max())
-    intervals, columns = _may_exceed_nearby(values, best[0][0])
-    jumps = np.searchsorted(events, times[intervals], "right") < np.searchsorted(events, times[intervals + 1], "right")
-    across = jumps & (times[intervals + 1] - times[intervals] <= 3 * BESIDE * (times[-1] - times[0]))
-    pieces = _interpolate(times, values, events, intervals[~across], columns[~across])
 
-    def settle(pieces: _Pieces) -> _Pieces:
+    high, most = np.ones((len(values) - 1, values.shape[1]), bool), POINTS[0]
+    if len(values) >= most:  # the intervals in which the samples near may exceed the largest one
+        windows = np.lib.stride_tricks.sliding_window_view(values, most, axis=0)
+        top, least = windows.max(-1), windows.min(-1)
+        high = (top + OVERSHOOT * (top - least) > best[0][0])[_first_near(len(values), most)]
+    intervals, columns = np.nonzero(high)
+    begin, end = times[intervals], times[intervals + 1]
+    jumps = np.searchsorted(events, begin, "right") < np.searchsorted(events, end, "right")
+    apart = ~(jumps & (end - begin <= 3 * BESIDE * (times[-1] - times[0])))
+
+    def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
+        """The pieces in which the quantity may still exceed the best one."""
+        if sampled:
+            i, k = np.unravel_index(int(np.argmax(pieces.values)), pieces.values.shape)
+            if pieces.values[i, k] > best[-1][0]:
+                best.append((float(pieces.values[i, k]), float(pieces.times[i, k]), int(pieces.column[i])))
         series = pieces.values @ COEFFICIENTS.T
         left = series[:, 0] + np.abs(series[:, 1:]).sum(1) + pieces.error > best[-1][0] + tiny
         for i in np.flatnonzero(left & (pieces.error <= tiny)):
-            x = np.array(turning_points(series[i]))
-            values = chebyshev.chebval(x, series[i])
-            if (top := float(values.max())) > best[-1][0]:
-                t = pieces.begin[i] + (pieces.end[i] - pieces.begin[i]) * (x[int(values.argmax())] + 1) / 2
-                best.append((top, float(t), int(pieces.column[i])))
+            t, x = pieces.turns(i, series[i])
+            if (top := float(x.max())) > best[-1][0]:
+                best.append((top, float(t[int(x.argmax())]), int(pieces.column[i])))
             left[i] = False
         return pieces.some(left)
 
-    def settle_sampled(pieces: _Pieces) -> _Pieces:
-        i, k = np.unravel_index(int(np.argmax(pieces.values)), pieces.values.shape)
-        if pieces.values[i, k] > best[-1][0]:
-            best.append((float(pieces.values[i, k]), float(pieces.times[i, k]), int(pieces.column[i])))
-        return settle(pieces)
-
-    _search(more, quantity, settle(pieces), settle_sampled)
+    _search(more, quantity, _interpolate(times, values, events, intervals[apart], columns[apart]), settle)
     return *best[-1], values.shape[1]
-
-
-def _may_exceed_nearby(x: Array, best: float) -> tuple[Indices, Indices]:
-    """The intervals between n samples of m columns in which a quantity may exceed the largest sample, and their columns."""
-    count = POINTS[0]
-    if len(x) < count:
-        intervals, columns = np.indices((len(x) - 1, x.shape[1])).reshape(2, -1)
-        return intervals, columns
-    windows = np.lib.stride_tricks.sliding_window_view(x, count, axis=0)
-    top, least = windows.max(-1), windows.min(-1)
-    high = (top + OVERSHOOT * (top - least) > best)[_first_near(len(x), count)]
-    intervals, columns = np.nonzero(high)
-    return intervals, columns
 
 
 def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
@@ -242,14 +226,25 @@ def is_force(run: RunRecord, name: str) -> bool:
 # --- pieces of a quantity ---------------------------------------------------------------------------------------------
 
 
-def _search(more: Continuation, quantity: Quantity, pieces: _Pieces, settle: Callable[[_Pieces], _Pieces]) -> None:
-    """Sample the pieces of a quantity (n, m) at their points, and shorter ones of those that this does not settle."""
-    room = MOST
+def _search(
+    more: Continuation, quantity: Quantity, pieces: _Pieces, settle: Callable[[_Pieces, bool], _Pieces]
+) -> None:
+    """Sample the pieces of a quantity (n, m) that are not settled at their points; cut those that this does not settle."""
+    pieces, room, middle = settle(pieces, False), MOST, (DEGREE + 1) // 2
     for _ in range(DEEPEST):
         room -= (DEGREE - 1) * len(pieces.begin)
         if room < 0 or not len(pieces.begin):
             return
-        pieces = _halves(settle(_sample(more, quantity, pieces)))
+        times, place = np.unique(pieces.times[:, 1:-1], return_inverse=True)
+        inside = quantity(more.at(times))[place.reshape(len(pieces.begin), -1), pieces.column[:, None]]
+        values = np.concatenate([pieces.values[:, :1], inside, pieces.values[:, -1:]], 1)
+        series = np.abs(values @ COEFFICIENTS.T)
+        error = UNSEEN * np.maximum(series[:, -1], series[:, -2])
+        pieces = settle(pieces._replace(values=values, error=error), True)
+        # Two parts, cut at the Chebyshev point next to the middle; their values inside are not known.
+        cut, x = pieces.times[:, middle], pieces.values[:, [0, middle, middle, -1]].reshape(-1, 2)
+        begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
+        pieces = _Pieces(begin, end, np.repeat(pieces.column, 2), x[:, [0] * DEGREE + [1]], np.repeat(pieces.error, 2))
 
 
 def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns: Indices) -> _Pieces:
@@ -258,48 +253,29 @@ def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns:
     Nor where one of the events, at times (k,), is among these: there is no polynomial then.
     """
     begin, end, most = t[intervals], t[intervals + 1], POINTS[0]
-    ends = x[intervals, columns], x[intervals + 1, columns]
+    ends = x[intervals, columns][:, None], x[intervals + 1, columns][:, None]
     if len(t) < most:
-        values = ends[0][:, None] * (1 - SHARES) + ends[1][:, None] * SHARES
-        return _Pieces(begin, end, columns, values, np.full(len(begin), np.inf))
+        return _Pieces(begin, end, columns, ends[0] * (1 - SHARES) + ends[1] * SHARES, np.full(len(begin), np.inf))
     inside = begin[:, None] + (end - begin)[:, None] * SHARES[1:-1]
-    fine, rough = (_through(t, x, inside, intervals, columns, count) for count in POINTS)
-    values = np.concatenate([ends[0][:, None], fine, ends[1][:, None]], 1)
+
+    def through(count: int) -> Array:
+        """The polynomials through `count` samples near each of p intervals, at times inside (p, k); barycentric."""
+        near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
+        apart = (t[near][:, :, None] - t[near][:, None, :]) / (end - begin)[:, None, None]
+        apart[:, np.arange(count), np.arange(count)] = 1.0
+        shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
+        return (shares * x[near, columns[:, None]][:, None]).sum(-1) / shares.sum(-1)
+
+    fine, rough = (through(count) for count in POINTS)
     first = _first_near(len(t), most)[intervals]
     across = np.searchsorted(events, t[first]) < np.searchsorted(events, t[first + most - 1], "right")
-    return _Pieces(begin, end, columns, values, np.where(across, np.inf, UNSEEN * np.abs(fine - rough).max(1)))
+    error = np.where(across, np.inf, UNSEEN * np.abs(fine - rough).max(1))
+    return _Pieces(begin, end, columns, np.concatenate([ends[0], fine, ends[1]], 1), error)
 
 
 def _first_near(samples: int, count: int) -> Indices:
     """The first of `count` samples near each interval between samples, (samples - 1,)."""
     return np.clip(np.arange(samples - 1) - count // 2 + 1, 0, samples - count)
-
-
-def _through(t: Array, x: Array, inside: Array, intervals: Indices, columns: Indices, count: int) -> Array:
-    """The polynomials through `count` samples near each of p intervals, at times inside it (p, k); barycentric."""
-    near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
-    apart = (t[near][:, :, None] - t[near][:, None, :]) / (t[intervals + 1] - t[intervals])[:, None, None]
-    apart[:, np.arange(count), np.arange(count)] = 1.0
-    shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
-    return (shares * x[near, columns[:, None]][:, None]).sum(-1) / shares.sum(-1)
-
-
-def _sample(more: Continuation, quantity: Quantity, pieces: _Pieces) -> _Pieces:
-    """The same intervals with the quantity (n, m) at their Chebyshev points."""
-    times, place = np.unique(pieces.times[:, 1:-1], return_inverse=True)
-    inside = quantity(more.at(times))[place.reshape(len(pieces.begin), -1), pieces.column[:, None]]
-    values = np.concatenate([pieces.values[:, :1], inside, pieces.values[:, -1:]], 1)
-    series = np.abs(values @ COEFFICIENTS.T)
-    return pieces._replace(values=values, error=UNSEEN * np.maximum(series[:, -1], series[:, -2]))
-
-
-def _halves(pieces: _Pieces) -> _Pieces:
-    """Two parts of each interval, cut at the Chebyshev point next to its middle; their values inside are not known."""
-    middle = (DEGREE + 1) // 2
-    cut, value = pieces.times[:, middle], pieces.values[:, middle]
-    begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
-    ends = np.stack([pieces.values[:, 0], value, value, pieces.values[:, -1]], 1).reshape(-1, 2)
-    return _Pieces(begin, end, np.repeat(pieces.column, 2), ends[:, [0] * DEGREE + [1]], np.repeat(pieces.error, 2))
 
 
 # --- an instant in its interval ---------------------------------------------------------------------------------------
@@ -308,8 +284,8 @@ def _halves(pieces: _Pieces) -> _Pieces:
 def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array:
     """The instants (k,) of sign changes; of a jump, the instant after it.
 
-    All at once, by inverse quadratic interpolation or halving (T. R. Chandrupatla, Advances in Engineering Software 28
-    (1997)).
+    All at once, by inverse quadratic interpolation where it is monotone, or halving (T. R. Chandrupatla, Advances in
+    Engineering Software 28 (1997)).
     """
     a, b, fa, fb = (x.copy() for x in (changes.begin, changes.end, changes.before, changes.after))
     share, open_ = fa / (fa - fb), np.ones(len(a), bool)
@@ -318,39 +294,21 @@ def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> A
         open_ &= (least < 0.5) & (fa != 0) & (fb != 0)
         if not open_.any():
             break
-        t = a + np.clip(share, least, 1 - least) * (b - a)
-        f = fa.copy()
-        f[open_] = _values(more, quantity, t[open_])
+        t, f = a + np.clip(share, least, 1 - least) * (b - a), fa.copy()
+        times, place = np.unique(t[open_], return_inverse=True)
+        f[open_] = quantity(more.at(times))[place]
         same = np.sign(f) == np.sign(fa)
         c, fc = np.where(same, a, b), np.where(same, fa, fb)
         b, fb = np.where(open_ & ~same, a, b), np.where(open_ & ~same, fa, fb)
         a, fa = np.where(open_, t, a), np.where(open_, f, fa)
-        share = _next_share((a, b, c), (fa, fb, fc))
-    return _choose_ends(changes, (a, b), (fa, fb))
-
-
-def _values(more: Continuation, quantity: Quantity, t: Array) -> Array:
-    """The quantity at times (k,) in any order."""
-    times, place = np.unique(t, return_inverse=True)
-    return quantity(more.at(times))[place]
-
-
-@np.errstate(divide="ignore", invalid="ignore")
-def _next_share(t: tuple[Array, Array, Array], f: tuple[Array, Array, Array]) -> Array:
-    """Where to cut between the first two of three times: at the zero of the quadratic through all, if it is monotone."""
-    (a, b, c), (fa, fb, fc) = t, f
-    xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
-    smooth = (phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi)
-    quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
-    return np.where(smooth & np.isfinite(quadratic), quadratic, 0.5)
-
-
-def _choose_ends(changes: Changes, t: tuple[Array, Array], f: tuple[Array, Array]) -> Array:
-    """The better of the two ends of each interval; behind it where the quantity has jumped and not passed 0."""
-    nearer = np.abs(f[0]) <= np.abs(f[1])
-    instant, off = np.where(nearer, *t), np.where(nearer, *f)
-    jumped = (off * changes.after < 0) & (
-        np.abs(off) > JUMP * np.maximum(np.abs(changes.before), np.abs(changes.after))
-    )
+        with np.errstate(divide="ignore", invalid="ignore"):
+            xi, phi = (a - b) / (c - b), (fa - fb) / (fc - fb)
+            quadratic = fa / (fb - fa) * fc / (fb - fc) + (c - a) / (b - a) * fa / (fc - fa) * fb / (fc - fb)
+            share = np.where((phi**2 < xi) & ((1 - phi) ** 2 < 1 - xi) & np.isfinite(quadratic), quadratic, 0.5)
+    # The better end; behind it where the quantity has jumped and not passed 0.
+    nearer = np.abs(fa) <= np.abs(fb)
+    instant, off = np.where(nearer, a, b), np.where(nearer, fa, fb)
+    jump = JUMP * np.maximum(np.abs(changes.before), np.abs(changes.after))
+    jumped = (off * changes.after < 0) & (np.abs(off) > jump)
     behind = instant + AFTER * np.maximum(changes.end - changes.begin, np.abs(instant))
     return np.where(jumped, np.minimum(changes.end, behind), instant)

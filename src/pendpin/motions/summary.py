@@ -10,8 +10,7 @@ import numpy as np
 from pendpin.errors import InputError, PendpinError
 from pendpin.model.build import Model
 from pendpin.model.kinematics import swings_of
-from pendpin.motions.continuation import Continuation
-from pendpin.motions.resolved import find_coarse, resolved
+from pendpin.motions.continuation import Continuation, find_coarse, resolved
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import UNITS, is_chain, swing

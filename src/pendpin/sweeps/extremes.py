@@ -7,7 +7,7 @@ Where a series rises at one sample and falls at the next, the polynomial through
 import numpy as np
 
 from pendpin.ground.arrays import TINY, Array, Indices, Mask
-from pendpin.motions.resolved import strays
+from pendpin.motions.continuation import strays
 
 POINTS = 6  # samples that a polynomial passes through
 EXACT = 1e-10  # of a series' largest value: what its polynomials may leave out

@@ -19,8 +19,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model
 from pendpin.model.kinematics import evaluate_each, poses, swings_of, tilts_of_chain, tip_distance, tips
-from pendpin.motions.continuation import Continuation
-from pendpin.motions.resolved import resolved, strays
+from pendpin.motions.continuation import Continuation, resolved, strays
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable

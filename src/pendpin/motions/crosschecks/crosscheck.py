@@ -246,7 +246,7 @@ def compare(
 class _States(NamedTuple):
     """The states of a comparison, their rounding scales, and the names of each quantity's columns."""
 
-    index: Indices  # (n,)
+    indices: Indices  # (n,)
     q: Array  # (n, nv)
     v: Array
     sizes: dict[str, Array]  # quantity -> (n, places)
@@ -292,7 +292,7 @@ def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States)
         relative = _relative(one[quantity], other[quantity], size)
         i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
         ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
-        where = int(states.index[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist())
+        where = int(states.indices[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist())
         place = states.places[quantity][j]
         rows.append(CheckRow(quantity, place, *pair, float(relative[i, j]), ulps, *where, states.bound))
     return rows

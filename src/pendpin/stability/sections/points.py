@@ -10,8 +10,8 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array
+from pendpin.motions.continuation import resolved
 from pendpin.motions.periodic import drive_of
-from pendpin.motions.resolved import resolved
 from pendpin.motions.search import find_instants, sign_changes
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting, varied
