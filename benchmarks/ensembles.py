@@ -22,8 +22,8 @@ from rich.table import Table
 import pendpin as pp
 from pendpin.ground.arrays import Array
 from pendpin.model.kinematics import tip_distance
-from pendpin.runs.batches.pools import cores
 from pendpin.scene import builtin_scene
+from pendpin.sweeps.workers import cores
 from pendpin.verification.simulators import task_of
 from pendpin.verification.simulators.mujoco import _model, _places
 from pendpin.verification.work_precision.cost import machine

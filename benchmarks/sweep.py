@@ -19,10 +19,10 @@ from scipy.integrate import solve_ivp
 import pendpin as pp
 from ensembles import SAMPLE, Rollout, alone, coarsest_steps, coarsest_tolerance, random_starts
 from pendpin.dynamics.dynamics import bind
-from pendpin.runs.batches.pools import cores
 from pendpin.scene import builtin_scene
 from pendpin.sweeps import plan
 from pendpin.sweeps import sweep as sweeps
+from pendpin.sweeps.workers import cores
 from pendpin.verification.work_precision.cost import machine
 
 KEYS = tuple(f"start.{what}.{name}" for what in ("positions", "velocities") for name in ("theta", "phi"))

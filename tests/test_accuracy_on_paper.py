@@ -20,11 +20,11 @@ from pendpin.runs.accuracy import runs as accuracy_runs
 from pendpin.runs.accuracy.rounding import measure_rounding, measure_rounding_of_lost_run
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.accuracy.target import run_to_accuracy
-from pendpin.runs.batches.series import Cases, Motions
-from pendpin.runs.batches.side_by_side import Ladder
+from pendpin.runs.batches import Cases, Motions
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
 from pendpin.scene.methods import method_of
+from pendpin.sweeps.cases import Ladder
 from pendpin.trajectory import Derived, RunRecord, samples_of
 from pendpin.trajectory.parts import Stats
 

@@ -9,10 +9,10 @@ import pytest
 import pendpin as pp
 from pendpin.effects import Gravity, Stop
 from pendpin.ground.arrays import Array
-from pendpin.runs.batches import pools
-from pendpin.runs.batches.pools import in_processes
-from pendpin.runs.batches.series import SAMPLES_AT_ONCE
+from pendpin.runs.batches import SAMPLES_AT_ONCE
 from pendpin.scene import Scene, builtin_scene
+from pendpin.sweeps import workers as pools
+from pendpin.sweeps.workers import in_processes
 
 ROD = builtin_scene().model_copy(update={"duration": 3.0})
 THIN = pp.Scene(duration=2.0, model=pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),), copies=2), effects=(Gravity(),))

@@ -15,7 +15,7 @@ from pendpin.fitting.data import sensors_of
 from pendpin.fitting.parameters import free_parameters
 from pendpin.fitting.problem import bind_pendulum
 from pendpin.model.build import build
-from pendpin.runs.batches.series import Motions
+from pendpin.runs.batches import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Data
 from pendpin.sweeps.measures import MEASURES, STATISTICS, evaluate_measure, measure

@@ -1,6 +1,7 @@
 """Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
 
 import math
+from functools import partial
 from pathlib import Path
 from threading import Event
 from typing import Any
@@ -14,10 +15,9 @@ from pendpin import effects as fx
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import Interrupted
 from pendpin.sweeps import cases, plan
-from pendpin.sweeps.cases import run_block, run_case, vectors_of
+from pendpin.sweeps.cases import Block, Task, run_block, run_case
 from pendpin.sweeps.plan import indices, sobol_plan
-from pendpin.sweeps.task import Block, Task
-from pendpin.sweeps.workers import run_in_threads
+from pendpin.sweeps.workers import in_threads
 from sweep_scenes import KEYS, ROD, scene
 
 pytest.importorskip("xarray")
@@ -62,7 +62,7 @@ def test_a_case_in_vectors_is_the_single_run(varied: dict, chosen: pp.Scene) -> 
         "R3.max" if chosen.model.count == 1 else "R3_2.max",
     )
     task = Task(chosen, plan.grid(varied), measures)
-    assert vectors_of(task) is not None
+    assert task.batch is not None
     found = run_block(task, 0, task.plan.count)
     for i, row in enumerate(task.plan.rows(np.arange(task.plan.count))):
         values, why = run_case(task, row)
@@ -101,7 +101,7 @@ def test_cases_in_vectors_meet_their_accuracy(target: float, reach: float) -> No
     chosen = scene(duration=4.0).replace(solver=pp.Solver(accuracy=target))
     task = Task(chosen, plan.pairs(dict(zip(KEYS, starts.T, strict=True))), ("theta_1.final", "theta_2.final"))
     found = Block.empty(20, 2)
-    met = np.flatnonzero(vectors_of(task).fill(starts, found))
+    met = np.flatnonzero(task.batch.fill(starts, found))
     assert len(met) >= 15
     exact = pp.sweep(scene(duration=4.0), task.plan, task.measures, method="taylor", tolerance=1e-17)
     known = np.stack([exact[name].values for name in task.measures], -1)[met]
@@ -150,7 +150,7 @@ def test_a_number_may_be_0(key: str) -> None:
 def test_what_has_corners_is_simulated_on_its_own() -> None:
     """Dry friction: no vectors, the same measures."""
     task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))
-    assert vectors_of(task) is None
+    assert task.batch is None
     found = run_block(task, 0, 2)
     assert list(found.why) == ["", ""]
     assert (found.values[:, 0] >= [0.5, 1.0]).all()
@@ -167,15 +167,13 @@ def test_a_sweep_that_is_stopped_does_not_wait_for_its_blocks(monkeypatch: pytes
         return simulated(given)
 
     monkeypatch.setattr(cases, "run_to_setting", endless)
-    results = run_in_threads(task, [(0, 1), (1, 2)], 1)
+    results = in_threads(partial(run_block, task), [(0, 1), (1, 2)], 1)
     assert next(results)[1].why[0] == ""
     results.close()  # returns
     stopped = Event()
     stopped.set()
     many = Task(scene(duration=1e6), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))  # an hour of steps
-    vectors = vectors_of(many)
-    assert vectors is not None
-    vectors.series[0].stopped = stopped
+    assert many.batch is not None
     with pytest.raises(Interrupted):
         run_block(many, 0, 2, stopped)
 

@@ -23,11 +23,10 @@ from pendpin.cli import main
 from pendpin.errors import Interrupted
 from pendpin.sweeps import plan, workers
 from pendpin.sweeps import sweep as sweeps
-from pendpin.sweeps.cases import run_block
+from pendpin.sweeps.cases import LOOSER, Task, run_block
 from pendpin.sweeps.figure import doubtful_cells
 from pendpin.sweeps.measures import MEASURES, SPREAD, STATISTICS
 from pendpin.sweeps.store import Blocks, load, write_table
-from pendpin.sweeps.task import LOOSER, Task
 from sweep_scenes import KEYS, assert_same, scene, small, stop_after
 
 pytest.importorskip("xarray")

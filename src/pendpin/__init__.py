@@ -17,13 +17,13 @@ if TYPE_CHECKING:
     from pendpin.motions.simulate import simulate
     from pendpin.motions.special_starts import Start
     from pendpin.motions.trajectory import Trajectory
-    from pendpin.runs.batches.ensemble import Ensemble, simulate_many
     from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel, load_scene
     from pendpin.stability import sections
     from pendpin.stability.branches import follow
     from pendpin.stability.linearize import linearize
     from pendpin.stability.lyapunov import lyapunov
     from pendpin.stability.modes import modes
+    from pendpin.sweeps.ensemble import Ensemble, simulate_many
     from pendpin.sweeps.sweep import sweep
     from pendpin.verification.agreement.validate import validate
     from pendpin.verification.work_precision.cost import cost
@@ -40,7 +40,7 @@ _HOMES = {
     "errors": ("InputError", "MissingLibrary", "PendpinError", "RunError"),
     "scene": ("Chain", "Rod", "Scene", "Solver", "UrdfModel", "load_scene"),
     "motions.special_starts": ("Start",),
-    "runs.batches.ensemble": ("Ensemble", "simulate_many"),
+    "sweeps.ensemble": ("Ensemble", "simulate_many"),
     "motions.periodic": ("periodic_orbit",),
     "motions.simulate": ("simulate",),
     "stability.branches": ("follow",),

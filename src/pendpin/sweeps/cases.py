@@ -1,48 +1,178 @@
-"""Running a block of a sweep's cases: side by side in the processor's vectors, else each simulated on its own.
+"""What a sweep is: a scene, the cases, the measures; and how a block of its cases is run.
 
-Smooth scenes of few joints go side by side, by runs/batches/series.py.
+Smooth scenes of few joints go side by side in the processor's vectors (runs/batches.py); any other case is simulated on its
+own. What a case gives does not depend on its neighbours.
 """
 
+from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
-from functools import lru_cache, partial
+from dataclasses import dataclass, field, replace
+from functools import cached_property, partial
 from threading import Event
+from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import Interrupted, PendpinError
-from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.errors import InputError, Interrupted, PendpinError, RunError, inside, shown
+from pendpin.ground.arrays import EPS, Array, Indices, Mask
 from pendpin.ground.keypaths import parsed
 from pendpin.ground.libraries import installed
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
-from pendpin.model.build import FARTHEST, Model, build, start_state
-from pendpin.runs.accuracy.thresholds import VECTOR
-from pendpin.runs.batches.series import Cases, Motions, Series, ends_well, takes
-from pendpin.runs.batches.side_by_side import Ladder
+from pendpin.model.build import FARTHEST, build, start_state
+from pendpin.model.kinematics import evaluate_each, marks_at, tip_distance
+from pendpin.motions.trajectory import Trajectory
+from pendpin.runs.accuracy.estimate import Gaps, estimate_error
+from pendpin.runs.accuracy.methods import TAYLOR, refine_by_tolerance
+from pendpin.runs.accuracy.runs import choose_density, choose_length, sample_closely
+from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
+from pendpin.runs.batches import Cases, Motions, Series, ends_well, takes
 from pendpin.runs.run import fill_in
 from pendpin.runs.simulate import run_to_setting
-from pendpin.scene import Scene
-from pendpin.sweeps.measures import Measure, accumulated, evaluate_measure
-from pendpin.sweeps.task import LOOSER, Block, Task, set_numbers, typical
+from pendpin.scene import Scene, unit_of_key
+from pendpin.sweeps.measures import Function, Measure, accumulated, evaluate_measure, measure
+from pendpin.sweeps.plan import RESERVED, Plan, short_names
 from pendpin.trajectory import RunRecord
+from pendpin.trajectory.columns import unit_of
 
+TRIED = 33  # cases, at most, until one has numbers that can be had
+LOOSER = 100.0  # times the tolerance, for what compares two runs
+LARGEST_COUNT = 2.0**53
+STATES = (["start", "positions"], ["start", "velocities"])  # beginnings of key paths
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 
 
-def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) -> Block:
-    """The measures of the cases from `begin` to `end`; what one gives does not depend on the others.
+@dataclass(frozen=True, eq=False)
+class Task:
+    """A sweep, as it is given to whoever runs a part of it."""
 
-    Raises Interrupted where the sweep was stopped, which a thread is not told of otherwise.
-    """
+    scene: Scene
+    plan: Plan
+    measures: tuple[str | Function, ...]
+    units: Mapping[str, str] = field(default_factory=dict)  # of varied numbers and measures, where they have one
+
+    @cached_property
+    def chosen(self) -> tuple[Measure, ...]:
+        """The measures."""
+        return tuple(measure(given) for given in self.measures)
+
+    @cached_property
+    def columns(self) -> list[slice]:
+        """Where the numbers of each measure are in a row of all of them."""
+        ends = np.cumsum([m.size for m in self.chosen]).tolist()
+        return [slice(end - m.size, end) for m, end in zip(self.chosen, ends, strict=True)]
+
+    @cached_property
+    def two(self) -> bool:
+        """Whether a measure compares two runs."""
+        return any(m.two for m in self.chosen)
+
+    @cached_property
+    def batch(self) -> "Batch | None":
+        """What runs the cases side by side; None where series do not take the scene, or a key changes the run."""
+        solver, kinds = self.scene.solver, {parsed(key)[0] for key in self.plan.keys}
+        if kinds - {"model", "effects", "start"} or "start.time" in self.plan.keys or not takes(self.scene):
+            return None
+        if solver.accuracy is not None and solver.accuracy < VECTOR.finest:
+            return None
+        batch = Batch(self)
+        return batch if batch.series[0].covered else None
+
+    def scene_of(self, row: Array) -> Scene:
+        """The scene with the numbers (keys,) of a case. Raises InputError for a key that names no number."""
+        return set_numbers(self.scene, self.plan.keys, row)
+
+    def __getstate__(self) -> dict:
+        """What is sent to another process: what is given, and nothing that follows from it."""
+        return {"scene": self.scene, "plan": self.plan, "measures": self.measures, "units": self.units}
+
+    def __setstate__(self, state: dict) -> None:
+        self.__dict__.update(state)
+
+
+class Block(NamedTuple):
+    """The measures of c cases."""
+
+    values: Array  # (c, numbers of all measures); NaN where a case could not be run or has none
+    why: Array  # (c,) of text: why a case could not be run, "" where it could
+
+    @classmethod
+    def empty(cls, cases: int, numbers: int) -> "Block":
+        """Without any measure yet."""
+        return cls(np.full((cases, numbers), np.nan), np.full(cases, "", dtype=object))
+
+
+def checked(task: Task) -> Task:
+    """The task with its units. Raises InputError for keys or measures that no case could have."""
+    scene, names = typical(task), [m.name for m in task.chosen]
+    varied = dict(zip(short_names(task.plan.keys), task.plan.keys, strict=True))
+    units = {name: unit for name, key in varied.items() if (unit := unit_of_key(key, scene))}
+    units |= {m.name: m.unit for m in task.chosen if m.unit}
+    for i, name in enumerate(names):
+        if name in names[:i] or name in RESERVED or name in varied:
+            why = (
+                "given twice; give one of them as a function of another name"
+                if name in names[:i]
+                else "a name of the result"
+            )
+            raise InputError(f"measure: {name} is {why}")
+        if not name or name.startswith((".", "__")) or "/" in name:
+            raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
+    lengths = dict[str, int]()
+    for dimension, length in (pair for m in task.chosen for pair in m.dims):
+        if lengths.setdefault(dimension, length) != length or dimension in varied or dimension in RESERVED:
+            raise InputError(
+                f"measure: two dimensions are called {dimension}; give one of them another name, or both one length"
+            )
+    if series := {m.name: m.series for m in task.chosen if m.series}:
+        at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
+        try:
+            run = Trajectory.of(run_to_setting(scene.model_copy(update=at_start)))
+        except RunError:
+            return replace(task, units=units)  # every case will say why
+        with inside("measure"):
+            units = {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])} | units
+    return replace(task, units=units)
+
+
+def typical(task: Task) -> Scene:
+    """The scene of a case whose numbers can be had: the last one, else one before. Raises InputError if there is none."""
+    places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
+    for row in task.plan.rows(places):
+        try:
+            return task.scene_of(row)
+        except InputError as error:
+            errors.append(error)
+    raise errors[-1]
+
+
+def set_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
+    """The scene with these numbers (keys,) at their key paths. Raises InputError for a key that names no number."""
+    whole = [int(x) if x.is_integer() and abs(x) < LARGEST_COUNT else x for x in row.tolist()]  # a count takes no float
+    try:
+        return scene.replace(dict(zip(keys, whole, strict=True)))
+    except InputError as error:
+        raise InputError(str(error).removeprefix("Scene: ")) from None
+
+
+# --- a block of cases -----------------------------------------------------------------------------------------------
+
+
+def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) -> Block:
+    """The measures of the cases from `begin` to `end`. Raises Interrupted once `stopped` is set."""
+    stopped = stopped or Event()
 
     def look(t: float = 0.0) -> None:
-        if stopped is not None and stopped.is_set():
+        if stopped.is_set():
             raise Interrupted("stopped by the user")
 
     rows = task.plan.rows(np.arange(begin, end))
-    block, vectors = Block.empty(len(rows), task.columns[-1].stop), vectors_of(task)
-    done = vectors.fill(rows, block) if vectors else np.zeros(len(rows), bool)
+    block, done = Block.empty(len(rows), task.columns[-1].stop), np.zeros(len(rows), bool)
+    if task.batch:
+        for series in task.batch.series:
+            series.stopped = stopped
+        done = task.batch.fill(rows, block)
     for i in np.flatnonzero(~done):
         look()
         block.values[i], block.why[i] = run_case(task, rows[i], look)
@@ -52,9 +182,18 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
 def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
     try:
-        scene = set_numbers(task.scene, task.plan.keys, row)
-        run = run_to_setting(scene, progress=progress)
-        looser = run_to_setting(_looser(scene), progress=progress) if task.two else run
+        scene = task.scene_of(row)
+        run = looser = run_to_setting(scene, progress=progress)
+        if task.two:  # at a tolerance or accuracy 100 times looser, or a step twice as long
+            solver = scene.solver
+            if solver.accuracy is not None:
+                setting = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
+            elif solver.step is not None:
+                setting = {"step": 2 * solver.step}
+            else:
+                setting = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
+            other = scene.model_copy(update={"solver": solver.replaced(**setting)})
+            looser = run_to_setting(other, progress=progress)
         return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
     except Interrupted:
         raise
@@ -62,52 +201,47 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
         return np.full(task.columns[-1].stop, np.nan), str(error)
 
 
-def _looser(scene: Scene) -> Scene:
-    """The scene at a tolerance or accuracy 100 times looser, or a step twice as long."""
-    solver = scene.solver
-    if solver.accuracy is not None:
-        settings = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
-    elif solver.step is not None:
-        settings = {"step": 2 * solver.step}
-    else:
-        settings = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
-    return scene.model_copy(update={"solver": solver.replaced(**settings)})
-
-
-class Vectors:
-    """A sweep whose cases go side by side."""
+class Batch:
+    """The cases of a sweep side by side; `series` are those of its setting, and looser ones or a ladder of settings."""
 
     def __init__(self, task: Task) -> None:
         scene = typical(task)
-        with_flips = any(m.name.startswith("flip_time") for m in task.chosen)
-        self._flips = sums = accumulated(build(scene.model)) if with_flips else []
+        self._flips = (
+            accumulated(build(scene.model)) if any(m.name.startswith("flip_time") for m in task.chosen) else []
+        )
         if all(m.ends for m in task.chosen):
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
-        self.task, self.scene, self.ladder = task, scene, None
-        moved, keys = None, [key for key in task.plan.keys if key.startswith("start.")]
+        self.task, self.scene, self.ladder, moved = task, scene, None, scene
+        keys = [key for key in task.plan.keys if key.startswith("start.")]
         with suppress(PendpinError):  # a start with other numbers, where it is varied
             moved = set_numbers(scene, keys, np.random.default_rng(0).uniform(0.1, 1.0, len(keys)))
-        model = build(scene.model)
-        starts = [start_state(model, case.start) for case in (scene, moved or scene)]
-        made = partial(Series, scene, starts=np.array(starts), flips=sums)
+        starts = np.array([start_state(build(scene.model), case.start) for case in (scene, moved)])
+        made = partial(Series, scene, starts=starts, flips=self._flips)
         if scene.solver.accuracy:
             self.ladder = Ladder(scene, made)
             self.series = self.ladder.series[::-1]
         else:
             fine = scene.solver.tolerance or 0.0
             self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
-        self._joints = _start_joints(task, self.series[0].dynamics.model)
-        self._start = start_state(self.series[0].dynamics.model, scene.start)
-        self._starts_alone = all(key.startswith("start") for key in task.plan.keys)
-        self._clock = scene.clock
+        # Where in (q, v) each key belongs, if all are angles or rates of the start in radians: then no scene is made.
+        self._state, paths = (
+            start_state(self.series[0].dynamics.model, scene.start),
+            [parsed(k) for k in task.plan.keys],
+        )
+        states = all(len(path) == 3 and path[:1] + path[1:2] in STATES for path in paths)
+        self._joints: tuple[Indices, Indices] | None = None
+        if states and task.scene.start.unit != "degrees":
+            model = self.series[0].dynamics.model
+            joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
+            self._joints = np.array([path[1] == "velocities" for path in paths], int), np.array(joints)
 
     def fill(self, rows: Array, block: Block) -> Mask:
         """Put in what the cases with these numbers (k, keys) give; those that went well (k,), the rest is untouched."""
-        places, cases = self._cases(rows) if self._joints is None else self._starts(rows, self._joints)
+        places, cases = self._cases(rows)
         done = np.zeros(len(rows), bool)
         if cases:
-            for piece in cases.pieces(len(self._clock)):
+            for piece in cases.pieces(len(self.scene.times)):
                 done[places[piece]] = self._fill_piece(rows, places[piece], cases.some(piece), block)
         return done
 
@@ -116,70 +250,62 @@ class Vectors:
 
         A number that is 0 makes another structure: its equations lack what it stands for.
         """
+        if self._joints is not None:
+            states = np.tile(self._state, (len(rows), 1, 1))
+            states[:, *self._joints] = rows
+            places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))
+            return places, self.series[0].started(*np.moveaxis(states[places], 1, 0))
         cases = dict[int, Cases]()
         for place, row in enumerate(rows):
             with suppress(PendpinError):  # simulate says why
-                if case := self.series[0].case(set_numbers(self.task.scene, self.task.plan.keys, row)):
+                if case := self.series[0].case(self.task.scene_of(row)):
                     cases[place] = case
         return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
 
-    def _starts(self, rows: Array, joints: tuple[Indices, Indices]) -> tuple[Indices, Cases]:
-        """The cases of numbers (k, keys) that are angles and rates of the start."""
-        states = np.tile(self._start, (len(rows), 1, 1))
-        states[:, *joints] = rows
-        places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))
-        return places, self.series[0].started(*np.moveaxis(states[places], 1, 0))
-
-    def _runs(self, cases: Cases) -> tuple[list[Motions], Mask]:
-        """The motions of c cases and, where two are compared, looser ones; which cases (c,) met the setting."""
-        if self.ladder:
-            *runs, met = self.ladder.run(cases)
-        else:
-            runs, met = [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
-        return [run._replace(t=self._clock) for run in runs], met
-
     def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
         """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
-        runs, good = self._runs(cases)
+        if self.ladder:
+            *runs, good = self.ladder.run(cases)
+        else:
+            runs, good = [series.run(cases, self.scene.times) for series in self.series], np.ones(len(cases.q), bool)
+        runs = [run._replace(t=self.scene.clock) for run in runs]
         for run in runs:
             good &= run.finite
         if self._flips:  # as series on angles, which a thin rod at its pole does not have
             good &= ~_turning_at_poles(cases)
-        if self._starts_alone:  # else each case has energies of its own
+        if all(key.startswith("start") for key in self.task.plan.keys):  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
-        columns = [_measure_motions(m, runs) for m in self.task.chosen]
-        for values, columns_of in zip(columns, self.task.columns, strict=True):
+        needs_run = np.zeros((len(good), len(self.task.chosen)), bool)  # which measures positions and rates do not tell
+        for k, (m, columns) in enumerate(zip(self.task.chosen, self.task.columns, strict=True)):
+            evaluate, values = m.of_motions if m.two else m.of_motion, None
+            with suppress(LookupError):  # a series of something else than an angle
+                values = evaluate(*runs[: 1 + m.two]) if evaluate else None
             if values is not None:
-                block.values[places[good], columns_of.start] = values[good]
-        untold = [
-            np.isnan(values) & m.between if values is not None else np.ones(len(good), bool)
-            for m, values in zip(self.task.chosen, columns, strict=True)
-        ]
-        for i in np.flatnonzero(good & np.any(untold, 0)).tolist():
+                block.values[places[good], columns.start] = values[good]
+            needs_run[:, k] = True if values is None else np.isnan(values) & m.between
+        for i in np.flatnonzero(good & needs_run.any(1)).tolist():
             if self.series[0].stopped.is_set():
                 break
-            self._complete(rows, int(places[i]), i, [k for k, which in enumerate(untold) if which[i]], runs, block)
+            place = int(places[i])
+            try:
+                whole = [self._complete(rows[place], run, i) for run in runs]
+                for k in np.flatnonzero(needs_run[i]).tolist():
+                    values = evaluate_measure(self.task.chosen[k], whole[0], whole[-1])
+                    block.values[place, self.task.columns[k]] = np.ravel(values)
+            except PendpinError as error:
+                block.values[place], block.why[place] = np.nan, str(error)
         return good
 
-    def _complete(self, rows: Array, place: int, i: int, missing: list[int], runs: list[Motions], block: Block) -> None:
-        """Put in the measures of case i of `runs` that need whole runs; its numbers are rows[place] (keys,)."""
-        try:
-            whole = [self._whole(rows[place], run, i) for run in runs]
-            for k in missing:
-                values = evaluate_measure(self.task.chosen[k], whole[0], whole[-1])
-                block.values[place, self.task.columns[k]] = np.ravel(values)
-        except PendpinError as error:
-            block.values[place], block.why[place] = np.nan, str(error)
-
-    def _whole(self, row: Array, motions: Motions, place: int) -> RunRecord:
-        """The trajectory of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
+    def _complete(self, row: Array, motions: Motions, place: int) -> RunRecord:
+        """The run of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""
         scene = set_numbers(self.scene, self.task.plan.keys, row).by("taylor", self.series[0].tolerance)
         dynamics = self.series[0].bound(scene)
         dynamics.use_compiled_samples()
-        version = installed("heyoka")["heyoka"] or ""
-        steps, none = int(motions.steps[place]), np.zeros((len(scene.times), 0))
-        run = Run(scene.times, motions.q[place], motions.v[place], None, none, steps, steps, 0, 0.0, "heyoka", version)
-        return fill_in(scene, dynamics, None, run)
+        version, steps = installed("heyoka")["heyoka"] or "", int(motions.steps[place])
+        run = Run.at_states(scene.times, motions.q[place], motions.v[place])
+        return fill_in(
+            scene, dynamics, None, replace(run, steps=steps, evaluations=steps, library="heyoka", version=version)
+        )
 
 
 def _turning_at_poles(cases: Cases) -> Mask:
@@ -193,36 +319,53 @@ def _turning_at_poles(cases: Cases) -> Mask:
     return at_pole
 
 
-def _measure_motions(m: Measure, motions: list[Motions]) -> Array | None:
-    """The measure (c,) from positions and rates alone; None where these do not say it."""
-    try:
-        if m.two:
-            return m.of_motions(*motions) if m.of_motions else None
-        return m.of_motion(motions[0]) if m.of_motion else None
-    except LookupError:  # a series of something else
-        return None
+class Ladder:
+    """Accuracy as the target for cases side by side: series from coarse to fine, made by `make` for a tolerance.
 
+    A case is done when the estimate from its last three runs (runs/accuracy/estimate.py) meets the target. The rest is left
+    to the search for one case, which also says why a target cannot be met.
+    """
 
-def _start_joints(task: Task, model: Model) -> tuple[Indices, Indices] | None:
-    """Where in (q, v) each key belongs, if all are angles or rates of the start in radians; else None."""
-    paths = [parsed(key) for key in task.plan.keys]
-    fields = ("positions", "velocities")
-    states = all(len(path) == 3 and path[0] == "start" and path[1] in fields for path in paths)
-    if not states or task.scene.start.unit == "degrees":
-        return None
-    joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
-    return np.array([fields.index(str(path[1])) for path in paths]), np.array(joints)
+    def __init__(self, scene: Scene, make: Callable[[float], Series]) -> None:
+        self._target, self._every = scene.solver.accuracy or 0.0, choose_density(scene)
+        self._times = sample_closely(scene, self._every).times
+        self._refinement = refine_by_tolerance(TAYLOR, self._target)
+        first = min(VECTOR.coarser * self._target, SETTING.loosest)
+        settings = [first / VECTOR.finer**i for i in range(VECTOR.most_series)]
+        self.series = [make(setting) for setting in settings if setting >= self._refinement.least]
 
+    def run(self, cases: Cases) -> tuple[Motions, Motions, Mask]:
+        """Motions at the output times, those of tolerances 100 times looser, and which cases (c,) meet the target."""
+        runs = [series.run(cases, self._times) for series in self.series[:3]]
+        met = self._met(cases, runs, self.series[0].tolerance)
+        for coarsest, series in zip(self.series[1:], self.series[3:], strict=False):
+            if not len(left := np.flatnonzero(~met)):
+                break
+            few = cases.some(left)
+            finer = [*(run.some(left) for run in runs[1:]), series.run(few, self._times)]
+            met[left] = self._met(few, finer, coarsest.tolerance)
+            for whole, part in zip(runs, finer, strict=True):
+                whole.put(left, part)
+        every = slice(None, None, self._every)
+        looser, finest = (run._replace(t=run.t[every], q=run.q[:, every], v=run.v[:, every]) for run in runs[-2:])
+        return finest, looser, met
 
-@lru_cache(1)
-def vectors_of(task: Task) -> Vectors | None:
-    """What runs a task side by side, made once for it; None where series do not take its scene, or a key changes the run."""
-    solver, kinds = task.scene.solver, {parsed(key)[0] for key in task.plan.keys}
-    side_by_side = (
-        takes(task.scene)
-        and (solver.accuracy is None or solver.accuracy >= VECTOR.finest)
-        and not kinds - {"model", "effects", "start"}
-        and "start.time" not in task.plan.keys
-    )
-    made = Vectors(task) if side_by_side else None
-    return made if made and made.series[0].covered else None
+    @np.errstate(invalid="ignore")  # a case that cannot be integrated to its end does not meet the target
+    def _met(self, cases: Cases, runs: Sequence[Motions], coarsest: float) -> Mask:
+        """Whether the error of the last of three runs of each case (c,), with rounding, is within the target."""
+        points = [evaluate_each(marks_at, run.models, run.q) for run in runs]
+        met = np.zeros(len(cases.q), bool)
+        for i, model in enumerate(cases.models):
+            coarse, middle, fine = (of_case[i] for of_case in points)
+            length = choose_length(model, fine)
+            pairs = ((coarse, middle), (middle, fine))
+            first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
+            gaps = Gaps(first, second, (VECTOR.finer, VECTOR.finer), self._refinement.pace, self._refinement.scatter)
+            rounding = (
+                ROUNDING.start_units * EPS * (1 + np.abs(runs[-1].q[i]).max() + first / (VECTOR.step_error * coarsest))
+            )
+            size = float(tip_distance(fine, fine[:1], length).max())
+            alike = not second.any() and np.abs(runs[-1].v[i]).any()  # says nothing of the error
+            error = estimate_error(gaps, size, rounding, ESTIMATE.negligible * self._target).error[-1]
+            met[i] = error <= self._target and not alike
+        return met

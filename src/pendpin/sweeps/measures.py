@@ -24,7 +24,7 @@ from pendpin.motions.search import Changes, extreme, find_instants, find_largest
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
 from pendpin.motions.trajectory import Trajectory
-from pendpin.runs.batches.series import Motions
+from pendpin.runs.batches import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
 from pendpin.sweeps.extremes import largest

@@ -20,8 +20,9 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
 from pendpin.ground.keypaths import leaves
+from pendpin.sweeps.cases import Block, Task
 from pendpin.sweeps.plan import CASE, Plan, short_names
-from pendpin.sweeps.task import Block, Task, versions
+from pendpin.sweeps.workers import versions
 
 FORMAT = 3
 MAX_JSON = 100_000_000  # bytes, of a store's own description

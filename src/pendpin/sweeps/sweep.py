@@ -2,24 +2,22 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from contextlib import ExitStack, closing
+from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.errors import InputError, RunError, shown
 from pendpin.ground.arrays import ArrayLike
 from pendpin.ground.files import refuse_targets
 from pendpin.ground.libraries import optional
-from pendpin.runs.batches.pools import cores
-from pendpin.runs.batches.series import WIDTH
+from pendpin.runs.batches import WIDTH
 from pendpin.scene import Scene, chosen_scene
 from pendpin.sweeps import plan as plans
-from pendpin.sweeps.cases import run_block, vectors_of
+from pendpin.sweeps.cases import Block, Task, checked, run_block
 from pendpin.sweeps.measures import MEASURES, Function
 from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Store
-from pendpin.sweeps.task import EXTRA, Task, checked
-from pendpin.sweeps.workers import Results, Span, remote_cluster, run_in_processes, run_in_threads, run_on_cluster
+from pendpin.sweeps.workers import EXTRA, Span, cores, in_processes, in_threads, run_all, run_on_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
 BLOCK_SECONDS = 3.0  # of a block
@@ -79,15 +77,37 @@ def sweep(
     if not measures:
         raise InputError("measure: nothing is measured; name a number of a run, such as swing")
     task = checked(Task(chosen, plan, measures))
-    _check_place(workers, dask)
+    most = WORKERS_EACH * cores()
+    if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
+        raise InputError(
+            f"workers: {shown(workers)} is not a count from 1 to {most}, {WORKERS_EACH} for each processor"
+        )
+    if dask is not None and not isinstance(dask, str):
+        raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
+    if workers is not None and dask is not None:
+        raise InputError("workers: the cluster of `dask` has its own; give one of both")
     if not isinstance(out, str | Path | None):
         raise InputError(f"out: {shown(out)} is not the path of a store")
     new = out is None or not Path(out).exists()
     if out is not None and new:
         refuse_targets([Path(out)], [])
-    size = _block_size(task, workers or cores()) if new else 1
-    results = Store(task, None if out is None else Path(out), size)
-    _run(task, results, workers, dask, progress)
+    results = Store(task, None if out is None else Path(out), _block_size(task, workers or cores()) if new else 1)
+    left, count = results.left(), plan.count
+    spans = [results.blocks.span(block) for block in left]
+    if dask is not None and spans:
+        blocks = run_on_cluster(run_block, Task, (chosen, plan, measures), spans, dask)
+    elif workers is not None and workers > 1 and spans:
+        optional("cloudpickle", "a sweep in processes", EXTRA)  # pickle refuses functions of a script
+        blocks = in_processes(partial(_run_span, task), spans, workers)
+    else:
+        blocks = in_threads(partial(run_block, task), spans, workers or cores())
+
+    def end_early(done: int, reason: str) -> tuple[str, Any]:
+        again = "; the same sweep resumes from there" if results.path else ""
+        return f"{reason} after {done} of {count} cases{again}", results.dataset()
+
+    put, show = (lambda place, block: results.put(left[place], block)), (lambda done: progress(done, count))
+    run_all(blocks, spans, count, put, show, end_early)
     dataset = results.dataset()
     own = tuple(f"{m.name}: " for m in task.chosen if callable(m.function) and m.name not in MEASURES)
     if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):
@@ -95,49 +115,13 @@ def sweep(
     return dataset
 
 
-def _check_place(workers: int | None, dask: str | None) -> None:
-    """Raises InputError for a number of workers or an address that cannot be."""
-    most = WORKERS_EACH * cores()
-    if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
-        right = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
-        raise InputError(f"workers: {shown(workers)} is not {right}")
-    if dask is not None and not isinstance(dask, str):
-        raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
-    if workers is not None and dask is not None:
-        raise InputError("workers: the cluster of `dask` has its own; give one of both")
-
-
-def _run(task: Task, results: Store, workers: int | None, dask: str | None, progress: Progress) -> None:
-    count, left = task.plan.count, results.left()
-    spans = [results.blocks.span(block) for block in left]
-    done = count - sum(end - begin for begin, end in spans)
-    try:
-        progress(done, count)
-        with ExitStack() as stack:
-            for place, block in stack.enter_context(closing(_run_spans(task, spans, workers, dask, stack))):
-                results.put(left[place], block)
-                begin, end = spans[place]
-                done += end - begin
-                progress(done, count)
-    except (KeyboardInterrupt, Interrupted):
-        again = "; the same sweep resumes from there" if results.path else ""
-        raise Interrupted(f"stopped by the user after {done} of {count} cases{again}", results.dataset()) from None
-    except RunError as error:
-        raise RunError(str(error), results.dataset()) from None
-
-
-def _run_spans(task: Task, spans: list[Span], workers: int | None, dask: str | None, stack: ExitStack) -> Results:
-    """The results of the blocks that are left, as they come; a cluster ends with the stack."""
-    if spans and dask is not None:
-        return run_on_cluster(task, spans, stack.enter_context(remote_cluster(dask)))
-    if spans and workers is not None and workers > 1:
-        return run_in_processes(task, spans, workers)
-    return run_in_threads(task, spans, workers or cores())
+def _run_span(task: Task, span: Span) -> Block:
+    return run_block(task, *span)
 
 
 def _block_size(task: Task, workers: int) -> int:
     """How many cases make a block of a few seconds of processor time."""
-    few = min(WIDTH if vectors_of(task) else 1, task.plan.count)
+    few = min(WIDTH if task.batch else 1, task.plan.count)
     run_block(task, 0, 1)  # what is compiled or imported is not counted
     begin = time.thread_time()
     run_block(task, 0, few)

@@ -1,91 +1,187 @@
-"""Who runs a sweep's blocks: threads of this process, other processes of this machine, or a Dask cluster of the user."""
+"""Who runs many blocks of cases: threads of this process, other processes of this machine, or a Dask cluster of the user.
 
+Processes end when the process that started them ends, for any reason.
+"""
+
+import os
 import pickle
+import signal
 import warnings
-from collections.abc import Generator, Iterator, Sequence
-from contextlib import contextmanager
-from functools import lru_cache, partial
+from collections.abc import Callable, Generator, Iterator, Sequence
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures.process import BrokenProcessPool
+from contextlib import contextmanager, suppress
+from importlib.util import find_spec
 from itertools import islice
-from threading import Event
-from typing import Any
+from multiprocessing import get_context
+from multiprocessing.connection import Connection
+from threading import Event, Thread
+from typing import Any, TypeVar
 
-from pendpin.errors import InputError, RunError
-from pendpin.ground.libraries import optional
-from pendpin.runs.batches.pools import in_processes, in_threads
-from pendpin.sweeps.cases import run_block, vectors_of
-from pendpin.sweeps.task import EXTRA, Block, Task, versions
+from pendpin.errors import InputError, Interrupted, RunError
+from pendpin.ground.libraries import VERSION, installed, optional
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
 CONNECTING = 10  # s
 PATIENCE = 60  # s without a block, until it is asked whether workers are left
+GUARD = 'in a script put the call under `if __name__ == "__main__":`'
+DIED = f"a worker process has ended unexpectedly; {GUARD}; if memory ran out, take fewer workers"
+LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the bits of a result depend
+EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 
+Job = TypeVar("Job")
+Result = TypeVar("Result")
 Span = tuple[int, int]  # the first case of a block, and the one behind its last
-Results = Generator[
-    tuple[int, Block], None, None
-]  # of blocks in the order of completion, each with the index of its span
 
 
-def run_in_threads(task: Task, spans: Sequence[Span], workers: int) -> Results:
-    """The blocks' results from threads of this process. Close the iterator to stop."""
-    vectors, stopped = vectors_of(task), Event()  # made here, for all threads
-    if vectors:
-        for series in vectors.series:
-            series.stopped = stopped
-    return in_threads(lambda span: run_block(task, *span, stopped), spans, workers, stopped.set)
+def cores() -> int:
+    """How many processors this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
-def run_in_processes(task: Task, spans: Sequence[Span], workers: int) -> Results:
-    """The blocks' results from processes of this machine. Raises RunError where one dies."""
-    packed = optional("cloudpickle", "a sweep in processes", EXTRA).dumps(task)  # pickle refuses functions of a script
-    return in_processes(partial(_run_packed, packed), spans, workers)
+def run_all(
+    results: Generator[tuple[int, Result], None, None],
+    spans: Sequence[Span],
+    count: int,
+    put: Callable[[int, Result], None],
+    progress: Callable[[int], None],
+    end_early: Callable[[int, str], tuple[str, Any]],
+) -> None:
+    """Put the result of each block as it comes; `progress` is called with the number of finished cases, of `count`.
+
+    Raises Interrupted after Ctrl-C, and RunError where a worker is lost, with the message and the partial result that
+    `end_early` returns for a number of finished cases and a reason.
+    """
+    done = count - sum(end - begin for begin, end in spans)
+    try:
+        progress(done)
+        for place, result in results:
+            put(place, result)
+            done += spans[place][1] - spans[place][0]
+            progress(done)
+    except (KeyboardInterrupt, Interrupted):
+        raise Interrupted(*end_early(done, "stopped by the user")) from None
+    except RunError as error:
+        raise RunError(str(error), end_early(done, str(error))[1]) from None
+    finally:
+        results.close()  # ends what still runs
 
 
-def _run_packed(packed: bytes, span: Span) -> Block:
-    return run_block(_unpacked(packed), *span)
+def in_threads(
+    run: Callable[[int, int, Event], Result], spans: Sequence[Span], workers: int
+) -> Generator[tuple[int, Result], None, None]:
+    """The results of blocks, in the order of completion, each with the index of its span, from threads of this process.
+
+    Close the iterator to end them: the event that `run` is given is set, and the rest is not begun.
+    """
+    pool, stopped = ThreadPoolExecutor(workers), Event()
+    try:
+        yield from _results({pool.submit(run, *span, stopped): place for place, span in enumerate(spans)})
+    finally:
+        stopped.set()
+        pool.shutdown(cancel_futures=True)
 
 
-@lru_cache(1)
-def _unpacked(packed: bytes) -> Task:
-    """The task, unpacked once in a process, so that its equations are compiled once."""
-    return pickle.loads(packed)
+def in_processes(
+    task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
+) -> Generator[tuple[int, Result], None, None]:
+    """The results of jobs, in the order of completion, each with the index of its job, from processes of this machine.
 
-
-def run_on_cluster(task: Task, spans: Sequence[Span], client: Any) -> Results:
-    """The blocks' results from the workers of a Dask cluster; a block of a lost worker is run again by another."""
-    from distributed import wait as wait_for_one
-
-    shared, left = client.submit(Task, task.scene, task.plan, task.measures, pure=False), iter(enumerate(spans))
-    places: dict[str, int] = {}
-
-    def submit(count: int) -> set[Any]:
-        futures = set()
-        for place, span in islice(left, count):
-            future = client.submit(run_block, shared, *span, pure=False, retries=DEATHS)
-            places[future.key] = place
-            futures.add(future)
-        return futures
-
-    running = submit(AHEAD * max(1, len(client.scheduler_info()["workers"])))
-    while running:
+    The task is sent once to each. Close the iterator to end them: they stop at once, as they do where this process is
+    killed. What a task raises is raised here; RunError where a process dies.
+    """
+    packer = optional("cloudpickle", "work in processes", EXTRA) if find_spec("cloudpickle") else pickle
+    packed = packer.dumps(task)  # by cloudpickle functions of a script too
+    context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
+    listening, open_end = context.Pipe(duplex=False)
+    pool = ProcessPoolExecutor(workers, context, _begin_process, (listening, packed))
+    try:
+        blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is for this process alone
         try:
-            now: Any = wait_for_one(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
-        except TimeoutError:
-            if not client.scheduler_info()["workers"]:
-                raise RunError("every worker of the cluster is lost; the same command resumes the sweep") from None
-            continue
-        running -= now.done
-        for future in now.done:
+            places = {pool.submit(_run_job, job): place for place, job in enumerate(jobs)}
+        finally:
+            signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
+        yield from _results(places)
+        pool.shutdown()
+    except BrokenProcessPool:
+        raise RunError(DIED) from None
+    finally:
+        open_end.close()  # ends the running processes
+        pool.shutdown(cancel_futures=True)
+
+
+def _results(places: dict[Future[Result], int]) -> Generator[tuple[int, Result], None, None]:
+    for done in as_completed(places):
+        yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
+
+
+_task: Any = None  # of a process: packed until its first job
+
+
+def _begin_process(link: Connection, packed: bytes) -> None:
+    """Keep the task, and end this process when the other end of the link is closed, also by the end of its process."""
+    global _task
+    _task = packed
+
+    def wait() -> None:
+        with suppress(EOFError, OSError):
+            link.recv_bytes()
+        os._exit(1)
+
+    Thread(target=wait, daemon=True).start()
+
+
+def _run_job(job: Any) -> Any:
+    global _task
+    _task = pickle.loads(_task) if isinstance(_task, bytes) else _task
+    return _task(job)
+
+
+# --- a Dask cluster --------------------------------------------------------------------------------------------------
+
+
+def run_on_cluster(
+    run: Callable[..., Result], make: Callable[..., Any], given: Sequence[Any], spans: Sequence[Span], address: str
+) -> Generator[tuple[int, Result], None, None]:
+    """The results of run(make(*given), begin, end) from the workers of a Dask cluster, which has to run already.
+
+    What `make` returns is made once for all; a block of a lost worker is run again by another.
+    """
+    with _remote_cluster(address) as client:
+        from distributed import wait as wait_for_one
+
+        shared, left = client.submit(make, *given, pure=False), iter(enumerate(spans))
+        places: dict[str, int] = {}
+
+        def submit(count: int) -> set[Any]:
+            futures = set()
+            for place, span in islice(left, count):
+                future = client.submit(run, shared, *span, pure=False, retries=DEATHS)
+                places[future.key] = place
+                futures.add(future)
+            return futures
+
+        running = submit(AHEAD * max(1, len(client.scheduler_info()["workers"])))
+        while running:
             try:
-                block = future.result()
-            except Exception as error:
-                raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
-            yield places.pop(future.key), block
-        running |= submit(len(now.done))
+                now: Any = wait_for_one(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
+            except TimeoutError:
+                if not client.scheduler_info()["workers"]:
+                    raise RunError("every worker of the cluster is lost; the same command resumes the sweep") from None
+                continue
+            running -= now.done
+            for future in now.done:
+                try:
+                    block = future.result()
+                except Exception as error:
+                    raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
+                yield places.pop(future.key), block
+            running |= submit(len(now.done))
 
 
 @contextmanager
-def remote_cluster(address: str) -> Iterator[Any]:
+def _remote_cluster(address: str) -> Iterator[Any]:
     """A client of a cluster that runs already. Raises InputError where none answers, or workers have other libraries."""
     dask, distributed = (optional(name, "a sweep on a cluster", EXTRA) for name in ("dask", "distributed"))
     try:
@@ -97,21 +193,21 @@ def remote_cluster(address: str) -> Iterator[Any]:
     with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), client:
         if not client.scheduler_info()["workers"]:
             raise InputError(f"dask: the cluster at {address} has no workers; start one: dask worker {address}")
-        _check_versions(client)
+        ours = versions()
+        try:
+            by_worker = client.run(versions)
+        except Exception as error:
+            raise InputError(f"dask: a worker cannot run pendpin: {error}; install it there as here") from None
+        for worker, theirs in by_worker.items():
+            for name, version in ours.items():
+                if theirs.get(name) != version:
+                    there, remedy = theirs.get(name) or "not at all", "install the same versions"
+                    raise InputError(
+                        f"dask: the worker {worker} has {name} {there}, and this process {version}: {remedy}"
+                    )
         yield client
 
 
-def _check_versions(client: Any) -> None:
-    """Raises InputError for workers with other versions than here, or without pendpin: their bits may differ."""
-    ours = versions()
-    try:
-        by_worker = client.run(versions)
-    except Exception as error:
-        raise InputError(f"dask: a worker cannot run pendpin: {error}; install it there as here") from None
-    for worker, theirs in by_worker.items():
-        for name, version in ours.items():
-            if theirs.get(name) != version:
-                raise InputError(
-                    f"dask: the worker {worker} has {name} {theirs.get(name) or 'not at all'}, and this process {version}: "
-                    "install the same versions"
-                )
+def versions() -> dict[str, str | None]:
+    """The versions on which the bits of a result depend."""
+    return {"pendpin": VERSION} | installed(*LIBRARIES)

@@ -146,7 +146,7 @@ class ComparisonThresholds:
 
 @dataclass(frozen=True)
 class VectorThresholds:
-    """Targets of many cases at once, by series at ever finer tolerances (side_by_side.py)."""
+    """Targets of many cases at once, by series at ever finer tolerances (sweeps/cases.py)."""
 
     # Finer targets are near to rounding, which only the search for one case measures.
     finest: float = 1e-9

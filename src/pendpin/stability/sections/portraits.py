@@ -15,7 +15,7 @@ from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
-from pendpin.runs.batches.series import Level, Series, takes
+from pendpin.runs.batches import Level, Series, takes
 from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.stability.sections.points import PATIENCE, Crossing, wrapped
 

@@ -1,12 +1,9 @@
 """Batches: many runs of scenes of one structure, as arrays, side by side in the processor's vectors.
 
-Starts and numbers go in, states come out, in pieces. Three callers have batches: `simulate_many`, a sweep, and the search
-for an accuracy of many cases; pools.py shares the pieces among threads and processes. The equations are compiled once, as
-Taylor series with their numbers as parameters. A case differs from others of its structure in its start and in the numbers
-of its model and effects, which are run-time parameters of one set of series. What a case gives does not depend on its
-neighbours in the vector.
-
-Other scenes are run by `simulate`.
+Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. The equations are
+compiled once, as Taylor series with their numbers as parameters. A case differs from others of its structure in its start and
+in the numbers of its model and effects, which are run-time parameters of one set of series. What a case gives does not
+depend on its neighbours in the vector.
 """
 
 import math

@@ -1,0 +1,257 @@
+"""Many starts of one scene at once.
+
+A smooth scene of few joints is compiled once, as Taylor series of several starts side by side in SIMD vectors, each with
+its own steps; threads share the starts. Any other scene is simulated start by start, in this process, or in several if
+`workers` asks for them: a process runs the script that started it again. docs/accuracy.md lists the alternatives that
+were measured.
+"""
+
+import time
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
+from functools import cached_property
+from pathlib import Path
+from threading import Event
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.dynamics.dynamics import bind
+from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.ground.records import LARGEST
+from pendpin.integrators import automatic, integrator_for, taylor_takes
+from pendpin.integrators.fixed import largest_step
+from pendpin.integrators.taylor import Taylor
+from pendpin.model import kinematics
+from pendpin.model.build import FARTHEST, Model, build
+from pendpin.runs.batches import MOST_JOINTS, Series, ends_well
+from pendpin.runs.simulate import run_to_setting
+from pendpin.scene import Scene, Start, chosen_scene
+from pendpin.sweeps.workers import Span, cores, in_processes, in_threads, run_all
+from pendpin.trajectory import Counts
+
+SUMMED = ("steps", "evaluations", "seconds", "compile_seconds")
+MAX_BYTES = 4e9  # of the result
+
+
+@dataclass(frozen=True, kw_only=True)
+class EnsembleStats(Counts):
+    """Counts and times of all runs together; seconds are summed over the workers."""
+
+    workers: int
+    failures: dict[int, str] = field(default_factory=dict)  # reasons of starts that ended early, by index
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Ensemble:
+    """Motions of one scene from k starts, at the same times; NaN from where a start ended early."""
+
+    joints: tuple[str, ...]
+    t: Array  # (n,) s
+    q: Array  # (k, n, nv) rad, m for prismatic joints
+    v: Array  # (k, n, nv)
+    stats: EnsembleStats
+    scene: Scene  # of its start only the time is used
+
+    def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
+        """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
+        q = self.q[starts]
+        flat = kinematics.tips(self._model, kinematics.poses(self._model, q.reshape(-1, q.shape[-1])))
+        return flat.reshape(*q.shape[:2], *flat.shape[1:])
+
+    def __repr__(self) -> str:
+        k, n, nv = self.q.shape
+        failed = f", {len(self.stats.failures)} ended early" if self.stats.failures else ""
+        return f"Ensemble of {k} starts: {n} samples of {nv} joints, {self.stats.method}, {self.stats.seconds:.3g} s{failed}"
+
+    @cached_property
+    def _model(self) -> Model:
+        return build(self.scene.model)
+
+
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
+def simulate_many(
+    scene: Scene | str | Path,
+    positions: ArrayLike,
+    velocities: ArrayLike,
+    *,
+    method: str | None = None,
+    tolerance: float | None = None,
+    workers: int | None = None,
+    progress: Callable[[int], None] = lambda done: None,
+) -> Ensemble:
+    """Simulate a scene from many starts.
+
+    Each row equals the result of `simulate` for that start within the tolerance, and does not depend on the others. The
+    rows of a start that ends early are NaN from there on; `stats.failures` holds the reason.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        positions: (k, nv) rad, in model order.
+        velocities: (k, nv) rad/s.
+        method: in place of the scene's; with "auto", smooth scenes of up to MOST_JOINTS joints use taylor.
+        tolerance: in place of the scene's.
+        workers: processes for methods other than taylor, which runs in threads on all processors; this process if absent.
+            A script with processes needs `if __name__ == "__main__":`.
+        progress: called with the number of finished starts.
+
+    Returns:
+        The Ensemble.
+
+    Raises:
+        InputError: for starts or a scene that cannot be run.
+        Interrupted: after Ctrl-C, with the result so far as `partial`.
+    """
+    scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
+    dynamics = bind(scene)
+    q, v = _starts(dynamics.model, scene, positions, velocities)
+    if workers is not None and (not isinstance(workers, int) or isinstance(workers, bool) or workers < 1):
+        raise InputError(f"workers: {shown(workers)} is not a whole number above 0")
+    free = (
+        scene.solver.method == "auto"
+        and not scene.solver.accuracy
+        and taylor_takes(scene, dynamics, False, MOST_JOINTS)
+    )
+    if free and automatic(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start shows whether it is stiff
+        scene = scene.with_solver(method="taylor")
+    starts, count = _Starts(scene, q, v), len(q)
+    if starts.series is not None:
+        workers = min(workers or cores(), count)
+        cases = starts.series.started(q, v)
+        spans = [(int(piece[0]), int(piece[-1]) + 1) for piece in cases.pieces(len(scene.times), workers)]
+    else:
+        workers, spans = min(workers or 1, count), [(i, i + 1) for i in range(count)]
+    if starts.series is not None or workers == 1:
+        parts = in_threads(starts.run, spans, workers)
+    else:
+        parts = in_processes(starts.run_span, spans, workers)
+    rows = np.full((2, count, len(scene.times), q.shape[1]), np.nan)
+    done, failures, took = np.zeros(count, bool), dict[int, str](), list[Counts]()
+
+    def put(place: int, part: _Part) -> None:
+        begin, end = spans[place]
+        rows[:, begin:end], done[begin:end] = part.rows, True
+        failures.update({begin + i: why for i, why in part.failures.items()})
+        took.extend(part.took)
+
+    def ensemble(reason: str = "") -> Ensemble:
+        libraries = sorted({(counts.library, counts.version) for counts in took})
+        total: dict[str, Any] = {name: sum(getattr(counts, name) for counts in took) for name in SUMMED}
+        if starts.series is not None:
+            total["compile_seconds"] += starts.series.compile_seconds
+        stats = EnsembleStats(
+            method=", ".join(sorted({counts.method for counts in took})) or scene.solver.method,
+            tolerance=scene.solver.tolerance,
+            step=largest_step(scene.times, scene.solver.step),
+            **total,
+            workers=workers,
+            library=", ".join(library for library, _ in libraries),
+            version=", ".join(number for _, number in libraries),
+            failures=dict(sorted((failures | {int(i): f"not run: {reason}" for i in np.flatnonzero(~done)}).items())),
+        )
+        return Ensemble(dynamics.model.joints, scene.clock, rows[0], rows[1], stats, scene)
+
+    def end_early(finished: int, reason: str) -> tuple[str, Ensemble]:
+        return f"{reason} after {finished} of {count} starts", ensemble(reason)
+
+    run_all(parts, spans, count, put, progress, end_early)
+    return ensemble()
+
+
+class _Part(NamedTuple):
+    """What m starts gave."""
+
+    rows: Array  # (2, m, n, nv), positions and rates; NaN from where a start ended early
+    failures: dict[int, str]  # why it did, by its place
+    took: list[Counts]
+
+
+class _Starts:
+    """Many starts q, v (k, nv) of a scene, run in parts: by `series` side by side, if there are any, else one by one."""
+
+    def __init__(self, scene: Scene, q: Array, v: Array) -> None:
+        self.scene, self.q, self.v, self.series = scene, q, v, None
+        integrator = None
+        if scene.solver.method != "auto" and not scene.solver.accuracy:
+            integrator = integrator_for(scene, bind(scene))
+        if isinstance(integrator, Taylor):
+            series = Series(scene, integrator.tolerance, np.stack([q, v], 1))
+            self.series = series if series.covered else None
+            self.library = integrator.library, integrator.version
+
+    def run_span(self, span: Span) -> _Part:
+        """The starts of a span."""
+        return self.run(*span, Event())
+
+    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
+    def run(self, begin: int, end: int, stopped: Event) -> _Part:
+        """The starts from `begin` to `end`. Raises Interrupted once `stopped` is set."""
+
+        def look(t: float = 0.0) -> None:
+            if stopped.is_set():
+                raise Interrupted("stopped by the user")
+
+        scene, q, v = self.scene, self.q[begin:end], self.v[begin:end]
+        part = _Part(np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), {}, [])
+        done = np.zeros(len(q), bool)
+        if self.series is not None:
+            self.series.stopped, clock = stopped, time.thread_time()
+            motions = self.series.run(self.series.started(q, v), scene.times)
+            seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
+            done = ends_well(self.series.dynamics, motions.q, motions.v)
+            part.rows[:, done] = motions.q[done], motions.v[done]
+            counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}
+            how = {"method": "taylor", "tolerance": scene.solver.tolerance, "step": None}
+            part.took.append(Counts(**how, **counts, library=self.library[0], version=self.library[1]))
+        for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
+            look()
+            start = Start(time=scene.start.time, positions=tuple(q[i].tolist()), velocities=tuple(v[i].tolist()))
+            try:
+                run = run_to_setting(scene.model_copy(update={"start": start}), progress=look)
+            except Interrupted:
+                raise
+            except RunError as error:
+                run, part.failures[i] = error.partial, str(error)
+            except InputError as error:
+                part.failures[i] = str(error)
+                continue
+            part.rows[:, i, : len(run.t)] = run.q, run.v
+            part.took.append(run.stats)
+        return part
+
+
+# --- what is refused ------------------------------------------------------------------------------------------------
+
+
+def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> tuple[Array, Array]:
+    """Positions and velocities as arrays (k, nv). Raises InputError for shapes and sizes that cannot be run."""
+    q, v = _numbers("positions", positions, model, FARTHEST), _numbers("velocities", velocities, model, LARGEST)
+    if len(q) != len(v):
+        raise InputError(f"velocities: {len(v)} starts, where positions have {len(q)}")
+    n, nv = len(scene.times), len(model.joints)
+    if (size := 16.0 * len(q) * n * nv) > MAX_BYTES:
+        raise InputError(
+            f"positions: {len(q)} starts with {n} samples of {nv} joints need {size / 1e9:.3g} GB, more "
+            f"than {MAX_BYTES / 1e9:g} GB; use fewer starts, or fewer solver.samples"
+        )
+    return q, v
+
+
+def _numbers(name: str, values: ArrayLike, model: Model, most: float) -> Array:
+    """Rows of finite numbers, (k, nv), as an array of their own."""
+    nv = len(model.joints)
+    try:
+        rows = np.array(values)
+    except ValueError:
+        raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
+    if rows.dtype.kind not in "iuf":
+        raise InputError(f"{name}: {shown(values)} is not an array of numbers")
+    if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
+        raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
+    rows = rows.astype(float)
+    if (bad := ~(np.abs(rows) <= most)).any():
+        start, joint = np.argwhere(bad)[0]
+        right = f"a finite number up to {most:g}"
+        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {right}")
+    return rows
