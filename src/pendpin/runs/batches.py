@@ -2,8 +2,8 @@
 
 Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. The equations are
 compiled once, as Taylor series with their numbers as parameters. A case differs from others of its structure in its start and
-in the numbers of its model and effects, which are run-time parameters of one set of series. What a case gives does not
-depend on its neighbours in the vector.
+in the numbers of its model and effects: run-time parameters of one set of series. What a case gives does not depend on its
+neighbours in the vector.
 """
 
 import math
