@@ -1,9 +1,9 @@
 """Batches: many runs of scenes of one structure, as arrays, side by side in the processor's vectors.
 
 Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. The equations are
-compiled once, as Taylor series with their numbers as parameters. A case differs from others of its structure in its start and
-in the numbers of its model and effects: run-time parameters of one set of series. What a case gives does not depend on its
-neighbours in the vector.
+compiled once, as Taylor series with their numbers as parameters. A case differs from others of its structure in its start
+and in the numbers of its model and effects: run-time parameters of one set of series. What a case gives does not depend on
+its neighbours in the vector.
 """
 
 import math
