@@ -9,8 +9,7 @@ from pathlib import Path
 
 from pages import write_between_marks
 from pendpin.graphics.style import write_figure
-from pendpin.verification.agreement.published import published_cases
-from pendpin.verification.agreement.validate import AgreementReport, draw_motions, validate
+from pendpin.verification.agreement import AgreementReport, draw_motions, published_cases, validate
 
 DOCS = Path(__file__).parents[1] / "docs"
 

@@ -24,8 +24,7 @@ from pendpin.ground.arrays import Array
 from pendpin.model.kinematics import tip_distance
 from pendpin.scene import builtin_scene
 from pendpin.sweeps.workers import cores
-from pendpin.verification.simulators import task_of
-from pendpin.verification.simulators.mujoco import _model, _places
+from pendpin.verification.simulators import mujoco_model, mujoco_places, task_of
 from pendpin.verification.work_precision.cost import machine
 
 ERROR = 1e-9
@@ -92,10 +91,10 @@ class Rollout:
 
     def __init__(self, scene: pp.Scene, steps: int, threads: int) -> None:
         task = task_of(scene)
-        self.model, self.steps, self.threads = _model(mujoco, task), steps, threads
+        self.model, self.steps, self.threads = mujoco_model(mujoco, task), steps, threads
         self.model.opt.integrator = mujoco.mjtIntegrator.mjINT_RK4
         self.model.opt.timestep = task.interval / steps
-        self.places, self.outputs = _places(self.model, task), len(task.times) - 1
+        self.places, self.outputs = mujoco_places(self.model, task), len(task.times) - 1
         self.data = [mujoco.MjData(self.model) for _ in range(max(1, threads))]
         self.pool = mujoco.rollout.Rollout(nthread=threads)
 

@@ -129,7 +129,7 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
     "microseconds called milliseconds": ("verification/work_precision/report.py", "3g} µs", "3g} ms"),
     "the unit of a step left out": ("verification/work_precision/report.py", '" s" if curve.kind', '"" if curve.kind'),
     "the claim of an accuracy without its scale": (
-        "verification/agreement/validate.py",
+        "verification/agreement/__init__.py",
         "return run.stats.error * scale(build(run.source.model))",
         "return run.stats.error",
     ),

@@ -25,10 +25,8 @@ from pages import write_between_marks
 from pendpin.errors import RunError
 from pendpin.integrators import uncompiled
 from pendpin.scene import builtin_scene
-from pendpin.verification.simulators import drake_peers, mujoco_peers, scipy_peers, task_of
-from pendpin.verification.simulators.base import PeerTask
+from pendpin.verification.simulators import PeerTask, drake_peers, mujoco_peers, scipy_peers, task_of
 from pendpin.verification.work_precision.cost import SAMPLES, cost
-from pendpin.verification.work_precision.figure import save_cost_plot
 from pendpin.verification.work_precision.report import UNCOMPILED, CostReport, time_text
 
 TOP = Path(__file__).parents[1]
@@ -222,7 +220,7 @@ def main() -> None:
         if rods == 1:
             beside_raw_heyoka(console, given)
         if options.pictures:
-            save_cost_plot(report, options.pictures / f"cost_{rods}.png", short=True)
+            report.plot(options.pictures / f"cost_{rods}.png", short=True)
         console.print(f"{report.machine}; {report.versions}")
     if options.pages:
         write_between_marks(TOP / "docs" / "accuracy.md", "costs", markdown(rows))

@@ -12,9 +12,8 @@ from mpmath import mp, mpf
 import pendpin as pp
 from pendpin.cli import main
 from pendpin.scene import METHODS
-from pendpin.verification.agreement import validate as module
-from pendpin.verification.agreement.published import published_cases
-from pendpin.verification.agreement.validate import TO_ACCURACY, USUAL, largest_difference, page, validate
+from pendpin.verification import agreement as module
+from pendpin.verification.agreement import TO_ACCURACY, USUAL, page, published_cases, validate
 
 CASES = published_cases()
 QUICK = ("dop853", "rk4")
@@ -128,8 +127,8 @@ def test_a_difference_is_taken_at_the_published_times() -> None:
     case = CASES["iftomm-a01"]
     run = pp.simulate(case.scene, times=(0.0, 0.3, 1.0, 100.0, 1000.0, 2000.0), method="taylor", tolerance=1e-16)
     moved = changed(run, q=np.where(run.t[:, None] == 100.0, run.q + 1e-3, run.q))
-    assert largest_difference(case.quantities[0], run) < 1e-9
-    assert largest_difference(case.quantities[0], moved) == pytest.approx(1e-3, rel=0.05)
+    assert case.quantities[0].difference(run) < 1e-9
+    assert case.quantities[0].difference(moved) == pytest.approx(1e-3, rel=0.05)
 
 
 def command(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:

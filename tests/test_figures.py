@@ -17,9 +17,8 @@ from pendpin.graphics.style import STYLE
 from pendpin.stability.sections import bifurcation, portrait, strobe
 from pendpin.stability.sections.points import read_crossing
 from pendpin.sweeps.figure import draw_map
-from pendpin.verification.agreement.validate import draw_motions
-from pendpin.verification.work_precision.figure import draw_all, draw_cost
-from pendpin.verification.work_precision.series import Curve, Point
+from pendpin.verification.agreement import draw_motions
+from pendpin.verification.work_precision.report import Curve, Point, draw_all, draw_cost
 from test_work_precision_report import REPORT
 
 SOURCE = Path(pp.__file__).parent
@@ -110,12 +109,12 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
         lambda: swept("start.positions.theta_1"),
         lambda: swept("start.positions.theta_1", "model.rods[0].length"),
     ],
-    "verification/work_precision/figure.py draw_all": [
+    "verification/work_precision/report.py draw_all": [
         lambda: draw_all(REPORT),
         lambda: draw_all(many_curves(22)),
     ],
-    "verification/work_precision/figure.py draw_cost": [lambda: draw_cost(REPORT), lambda: draw_cost(many_curves(22))],
-    "verification/agreement/validate.py draw_motions": [lambda: draw_motions(["adams-2", "conical"])],
+    "verification/work_precision/report.py draw_cost": [lambda: draw_cost(REPORT), lambda: draw_cost(many_curves(22))],
+    "verification/agreement/__init__.py draw_motions": [lambda: draw_motions(["adams-2", "conical"])],
 }
 
 

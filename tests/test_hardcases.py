@@ -10,8 +10,8 @@ from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.motions.simulate import simulate
 from pendpin.verification import hardcases
-from pendpin.verification.hardcases import CASES, hard
-from pendpin.verification.hardcases.base import GROUPS, THICK, Case, outcome, scene
+from pendpin.verification.hardcases import CASES, hard, outcome
+from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"

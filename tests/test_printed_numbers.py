@@ -22,12 +22,9 @@ from pendpin.stability.lyapunov import Lyapunov
 from pendpin.stability.report import stability
 from pendpin.sweeps.figure import sweep_report
 from pendpin.sweeps.significance import EffectRow, EffectsReport
-from pendpin.verification.agreement.published import published_cases
-from pendpin.verification.agreement.validate import AgreementReport, Comparison, validate
-from pendpin.verification.hardcases import CASES, HardReport
-from pendpin.verification.hardcases.base import Outcome
-from pendpin.verification.work_precision.report import CostReport, CostRow, row
-from pendpin.verification.work_precision.series import Curve, Point
+from pendpin.verification.agreement import AgreementReport, Comparison, published_cases, validate
+from pendpin.verification.hardcases import CASES, HardReport, Outcome
+from pendpin.verification.work_precision.report import CostReport, CostRow, Curve, Point, row
 
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 MOST_EVENTS = 5  # in the list, here

@@ -54,7 +54,10 @@ PACKAGES = {"pinocchio": "pinocchio", "mujoco": "mujoco", "drake": "pydrake"}
 def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
     """A folder for each scene."""
     top = tmp_path_factory.mktemp("reference")
-    return {name: write_reference(scene, top / name.replace(" ", "-")).path for name, scene in SCENES.items()}
+    folders = {name: top / name.replace(" ", "-") for name in SCENES}
+    for name, scene in SCENES.items():
+        write_reference(scene, folders[name])
+    return folders
 
 
 def loaded(name: str, path: Path) -> ModuleType:
@@ -92,7 +95,7 @@ def test_the_engine_agrees_at_every_state(name: str, folders: dict[str, Path], e
 
 def test_two_dampings_are_carried_by_mjcf_alone(tmp_path: Path, engine: ModuleType) -> None:
     """Drake takes one of the two of SDF's universal joint, and engines ignore those of a URDF: neither is written."""
-    folder = write_reference(DAMPED, tmp_path / "damped").path
+    folder = Path(write_reference(DAMPED, tmp_path / "damped").data["path"])
     assert {file.name for file in folder.glob("model.*")} == {"model.xml"}
     file = folder_test(folder, engine)
     if "mujoco" in str(engine.__file__):
@@ -129,7 +132,7 @@ def test_a_wrong_model_is_found(planted: str, folders: dict[str, Path], tmp_path
             "xyz": {"model.rods[0].com": 0.50005},
         }[planted]
     )
-    other = write_reference(scene, tmp_path / "other").path
+    other = Path(write_reference(scene, tmp_path / "other").data["path"])
     (tmp_path / "other" / "model.urdf").write_text(text)
     file = folder_test(other, engine)
     with pytest.raises(AssertionError, match="is off by"):
@@ -212,15 +215,15 @@ def test_what_a_format_cannot_carry_is_left_out_and_said(tmp_path: Path) -> None
     """Drag is in no model file; viscous damping is in MJCF and SDF; a thin rod has no SDF. The numbers stay."""
     rod = SCENES["rod"]
     drag = write_reference(rod.replace(effects=(GRAVITY, pp.effects.Drag())), tmp_path / "drag")
-    assert set(drag.left_out) == {"model.urdf", "model.xml", "model.sdf"}
-    assert "effects[1]: drag" in drag.left_out["model.xml"]
-    assert "effects[1]: drag" in (drag.path / "README.md").read_text()
-    assert len(json.loads((drag.path / "reference.json").read_text())["states"]) == STATES
+    assert set(drag.data["left_out"]) == {"model.urdf", "model.xml", "model.sdf"}
+    assert "effects[1]: drag" in drag.data["left_out"]["model.xml"]
+    assert "effects[1]: drag" in (tmp_path / "drag" / "README.md").read_text()
+    assert len(json.loads((tmp_path / "drag" / "reference.json").read_text())["states"]) == STATES
     damped = write_reference(rod.replace(effects=(GRAVITY, pp.effects.Viscous(coefficient=0.1))), tmp_path / "damped")
-    assert set(damped.left_out) == {"model.urdf"}
-    assert (damped.path / "model.xml").read_text().count('damping="0.1"') == 2
+    assert set(damped.data["left_out"]) == {"model.urdf"}
+    assert (tmp_path / "damped" / "model.xml").read_text().count('damping="0.1"') == 2
     thin = write_reference(rod.replace({"model.rods[0].radius": 0.0}), tmp_path / "thin")
-    assert set(thin.left_out) == {"model.sdf"}
+    assert set(thin.data["left_out"]) == {"model.sdf"}
 
 
 def test_the_scene_in_the_folder_is_the_scene(folders: dict[str, Path]) -> None:

@@ -195,17 +195,17 @@ def test_missing_libraries_are_named(monkeypatch):
         require_libraries()
 
 
-# --- what verification/simulators/drake.py says of Drake ------------------------------------------------------------------
+# --- what verification/simulators.py says of Drake ------------------------------------------------------------------
 
 
 def test_drake_keeps_the_derivative_of_a_rejected_step():
     """To notice when Drake corrects it: whether results are cached changes them, once a step has been rejected."""
     from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig
 
-    from pendpin.verification.simulators.drake import _plant, _set
+    from pendpin.verification.simulators import drake_plant, set_drake
 
     task = pendpin.verification.simulators.task_of(chain(3))
-    plant = _plant(task)
+    plant = drake_plant(task)
 
     def end(caching):
         simulator = Simulator(plant)
@@ -213,7 +213,7 @@ def test_drake_keeps_the_derivative_of_a_rejected_step():
             SimulatorConfig(integration_scheme="runge_kutta5", use_error_control=True, accuracy=1e-9), simulator
         )
         context, integrator = simulator.get_mutable_context(), simulator.get_mutable_integrator()
-        _set(plant, context, task, task.q, task.v)
+        set_drake(plant, context, task, task.q, task.v)
         if not caching:
             context.DisableCaching()
         integrator.request_initial_step_size_target(0.1)

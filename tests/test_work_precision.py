@@ -18,8 +18,7 @@ from pendpin.verification.work_precision import cost as work_precision
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.cost import cost
 from pendpin.verification.work_precision.references import by_elliptic_functions, by_runge_kutta, by_series, reference
-from pendpin.verification.work_precision.report import CostReport
-from pendpin.verification.work_precision.series import Curve
+from pendpin.verification.work_precision.report import CostReport, Curve
 from scenes import scene_of
 
 needs_heyoka = pytest.mark.skipif(find_spec("heyoka") is None, reason="not installed: heyoka")

@@ -16,10 +16,8 @@ from pendpin.model.kinematics import tip_distance
 from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
-from pendpin.verification.work_precision.figure import save_cost_plot
 from pendpin.verification.work_precision.references import by_elliptic_functions
-from pendpin.verification.work_precision.report import CostReport, row
-from pendpin.verification.work_precision.series import Curve, Point
+from pendpin.verification.work_precision.report import CostReport, Curve, Point, row
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------
@@ -88,12 +86,12 @@ def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
     from matplotlib.figure import Figure
     from matplotlib.image import imread
 
-    drawing = ElementTree.parse(save_cost_plot(REPORT, tmp_path / "cost.svg")).getroot()
+    drawing = ElementTree.parse(REPORT.plot(tmp_path / "cost.svg")).getroot()
     lines = [
         group for group in drawing.iter("{http://www.w3.org/2000/svg}g") if group.get("id", "").startswith("line2d")
     ]
     assert len(lines) > len(REPORT.curves)
-    picture = imread(save_cost_plot(REPORT, tmp_path / "cost.png"))
+    picture = imread(REPORT.plot(tmp_path / "cost.png"))
     assert picture.shape == (744, 1200, 4)
     assert len(np.unique(picture.reshape(-1, 4), axis=0)) > 20
     before = contents(tmp_path)
@@ -105,7 +103,7 @@ def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyP
     monkeypatch.setattr(Figure, "savefig", fail)
     for name in ("cost.svg", "cost.png", "new.pdf"):
         with pytest.raises(pp.InputError, match=f"{name}: cannot be written: No space left on device"):
-            save_cost_plot(REPORT, tmp_path / name)
+            REPORT.plot(tmp_path / name)
     assert contents(tmp_path) == before
 
 

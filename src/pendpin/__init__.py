@@ -25,13 +25,13 @@ if TYPE_CHECKING:
     from pendpin.stability.modes import modes
     from pendpin.sweeps.ensemble import Ensemble, simulate_many
     from pendpin.sweeps.sweep import sweep
-    from pendpin.verification.agreement.validate import validate
+    from pendpin.verification.agreement import validate
     from pendpin.verification.work_precision.cost import cost
 
 __version__ = VERSION
 
 _HOMES = {
-    "verification.agreement.validate": ("validate",),
+    "verification.agreement": ("validate",),
     "motions.crosschecks.crosscheck": ("crosscheck",),
     "doctor.diagnose": ("diagnose",),
     "fitting": ("Fit", "fit"),

@@ -11,6 +11,7 @@ from pendpin.cli.inputs import Json, Plot, SceneInput, flag, lasting, naming_opt
 from pendpin.cli.outputs import print_files, print_json, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
 from pendpin.errors import PendpinError
+from pendpin.ground.files import write_whole
 
 
 @on_scene
@@ -47,12 +48,11 @@ def hard(
     json: Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
-    from pendpin.verification.hardcases import CASES
+    from pendpin.verification.hardcases import catalogue_report
     from pendpin.verification.hardcases import hard as run_cases
-    from pendpin.verification.hardcases.base import catalogue_report
 
     if listed:
-        print_report(catalogue_report(CASES.values()), json)
+        print_report(catalogue_report(), json)
         return
     with limited(limit) as work:
         with waiting("the hard cases", json, work) as progress:
@@ -81,8 +81,8 @@ def validate(
 
     The table has a line for each published quantity, with the method that differs most.
     """
-    from pendpin.verification.agreement.validate import sources_report
-    from pendpin.verification.agreement.validate import validate as compare
+    from pendpin.verification.agreement import page, sources_report
+    from pendpin.verification.agreement import validate as compare
 
     if listed:
         print_report(sources_report(), json)
@@ -93,9 +93,7 @@ def validate(
             report = compare(cases or (), chosen, progress)
         print_report(report.report(), json)
     if html is not None:
-        from pendpin.verification.agreement.validate import write_page
-
-        print_files([write_page(html, report)], json)
+        print_files([write_whole(html, lambda file: file.write(page(report).encode()))], json)
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:
@@ -118,12 +116,7 @@ def reference(
 
     with limited(limit) as work, chosen.noted() as scene, waiting("numbers in 50 digits", json, work):
         made = write_reference(scene, out, seed)
-    if json:
-        print_json({"path": str(made.path), "files": made.files, "left_out": made.left_out})
-        return
-    print_files([made.path / name for name in made.files])
-    for name, why in made.left_out.items():
-        print(f"{name} is left out: {why}")
+    print_report(made, json)
 
 
 # --- what accuracy costs in time: pendpin cost ----------------------------------------------------------------------
@@ -155,7 +148,6 @@ def cost(
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from pendpin.verification.work_precision.cost import cost as measure
-    from pendpin.verification.work_precision.figure import save_cost_plot
 
     refuse_outputs(chosen.files, plot=plot)
     names = [name.strip() for name in methods.split(",")] if methods else None
@@ -167,7 +159,7 @@ def cost(
             report = measure(scene, **options, progress=progress)
         print_report(report.report(), json)
         if plot:
-            print_files([save_cost_plot(report, plot, short)], json)
+            print_files([report.plot(plot, short)], json)
     if report.interrupted:
         raise KeyboardInterrupt
 

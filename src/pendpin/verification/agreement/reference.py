@@ -5,7 +5,6 @@ difference bounds its error.
 """
 
 import json
-from dataclasses import dataclass
 from importlib import resources
 from pathlib import Path
 from typing import Any
@@ -17,11 +16,12 @@ from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.effects import Effect, FieldEffect, Viscous
 from pendpin.equations import recursion
 from pendpin.equations.base import exact
-from pendpin.equations.trees import Tree, joints_at, prepared
+from pendpin.equations.trees import joints_at, prepared
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import EPS, Array, applied
 from pendpin.ground.files import write_folder
 from pendpin.ground.libraries import VERSION
+from pendpin.ground.report import Report
 from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
 from pendpin.model.urdf import parse, read_urdf
@@ -39,17 +39,8 @@ WORTH = 1e-6  # rad: where the families differ by more, as after a while in chao
 TEMPLATES = resources.files("pendpin.verification.agreement").joinpath("folder")
 
 
-@dataclass(frozen=True)
-class ReferenceFolder:
-    """What was written where, and which files were left out, with the reasons."""
-
-    path: Path
-    files: tuple[str, ...]
-    left_out: dict[str, str]
-
-
-def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -> ReferenceFolder:
-    """Write the folder `out` for a scene, whole or not at all.
+def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -> Report:
+    """Write the folder `out` for a scene, whole or not at all; the report lists its files, and those that are left out.
 
     Raises InputError for a model that Pinocchio does not hold, for effects with events, and for a folder that is there.
     """
@@ -62,7 +53,16 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     texts, left_out = _models(scene, dynamics)
     states, state_bounds = reference_states(dynamics, np.random.default_rng(seed))
     motion, motion_bounds = reference_motion(scene)
-    texts["reference.json"] = _json(scene, dynamics, states, motion, {"states": state_bounds, "motion": motion_bounds})
+    conventions = {
+        "units": "SI, rad",
+        "gravity": dynamics.loads.constant.tolist(),
+        "wrench": "force, then moment, by the parent on the child, at the joint's origin, in the child's frame",
+        "effects": [effect.kind for effect in scene.effects],
+        "versions": {"pendpin": VERSION},
+    }
+    numbers = {"joints": list(dynamics.model.joints), "states": states, "motion": motion}
+    numbers |= {"bounds": {"states": state_bounds, "motion": motion_bounds}, "conventions": conventions}
+    texts["reference.json"] = json.dumps(numbers, indent=1) + "\n"
     texts["test_reference.py"] = TEMPLATES.joinpath("test_reference.py.in").read_text(encoding="utf-8")
     texts["README.md"] = _readme(texts, left_out, states)
 
@@ -72,7 +72,11 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
             (folder / name).write_text(text, encoding="utf-8")
 
     write_folder(path, fill)
-    return ReferenceFolder(path, ("scene.toml", *sorted(texts)), left_out)
+    files = ["scene.toml", *sorted(texts)]
+    words = [f"wrote {path / name}" for name in files] + [
+        f"{name} is left out: {why}" for name, why in left_out.items()
+    ]
+    return Report(words, {"path": str(path), "files": files, "left_out": left_out})
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
@@ -102,9 +106,8 @@ def _carried(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
             for joint in effect.joints or model.joints:
                 damping[joint] = damping.get(joint, 0.0) + effect.coefficient
         elif not (isinstance(effect, FieldEffect) and effect.constant):
-            raise InputError(
-                f"effects[{i}]: {effect.kind} is not part of a model file; its numbers are in reference.json"
-            )
+            where = f"effects[{i}]: {effect.kind}"
+            raise InputError(f"{where} is not part of a model file; its numbers are in reference.json")
     return damping
 
 
@@ -113,13 +116,13 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
         raise InputError("engines ignore the damping of a URDF; MJCF and SDF carry it")
     if isinstance(scene.model, Chain):
         return chain_urdf(scene.model)
-    if isinstance(scene.model, UrdfModel):
-        robot = parse(read_urdf(scene.model).text.encode())
-        for joint in robot.iter("joint"):  # its <dynamics> do not act in the scene, and some engines would let them act
-            for element in joint.findall("dynamics"):
-                joint.remove(element)
-        return ElementTree.tostring(robot, encoding="unicode") + "\n"
-    raise InputError("a pin.Model has no URDF text")
+    if not isinstance(scene.model, UrdfModel):
+        raise InputError("a pin.Model has no URDF text")
+    robot = parse(read_urdf(scene.model).text.encode())
+    for joint in robot.iter("joint"):  # its <dynamics> do not act in the scene, and some engines would let them act
+        for element in joint.findall("dynamics"):
+            joint.remove(element)
+    return ElementTree.tostring(robot, encoding="unicode") + "\n"
 
 
 # --- states ---------------------------------------------------------------------------------------------------------
@@ -149,41 +152,25 @@ def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, An
     """Accelerations, mass matrix, wrenches and energies at a state q, v (nv,), on the numbers of xp."""
     tree, field = tree_of(dynamics.model.pin), dynamics.loads.field(0.0)
     tau, external = (None if x is None else xp.asarray(x[0]) for x in loads_at(dynamics, q[None], v[None]))
-    q_, v_, g = (xp.asarray(x) for x in (q, v, field))
+    q_, v_, g, none = (xp.asarray(x) for x in (q, v, field, np.zeros(3)))
+    prepared_tree, signs = prepared(tree, xp)
     a = recursion.accelerations(tree, q_, v_, g, tau, external, xp=xp)
-    M = _mass_matrix(tree, q_, xp)
-    return {
-        "a": a,
-        "mass_matrix": M,
-        "wrench": recursion.wrenches(tree, q_, v_, a, g, external, xp=xp),
-        "kinetic": v_ @ M @ v_ / 2,
-        "potential": _potential(tree, q_, g, xp),
-    }
 
-
-def _mass_matrix(tree: Tree, q: Array, xp: Any) -> Array:
-    """The mass matrix (nv, nv): the torques that unit accelerations need, without rates and gravity."""
-    still, weightless, unit = (xp.asarray(x) for x in (np.zeros(len(q)), np.zeros(3), np.eye(len(q))))
-    axes, signs = prepared(tree, xp)[0].axes, prepared(tree, xp)[1]
-    columns = []
-    for column in unit:
-        wrench = recursion.wrenches(tree, q, still, column, weightless, xp=xp)
+    columns = []  # of the mass matrix: the torques that unit accelerations need, without rates and gravity
+    for unit in xp.asarray(np.eye(len(q))):
+        wrench = recursion.wrenches(tree, q_, xp.asarray(np.zeros(len(q))), unit, none, xp=xp)
         parts = [row[3:] if kind == "revolute" else row[:3] for row, kind in zip(wrench, tree.kinds, strict=True)]
-        columns.append([axis @ part for axis, part in zip(axes, parts, strict=True)])
-    return np.array(columns).T * signs[:, None]
+        columns.append([axis @ part for axis, part in zip(prepared_tree.axes, parts, strict=True)])
+    M = np.array(columns).T * signs[:, None]
 
-
-def _potential(tree: Tree, q: Array, field: Array, xp: Any) -> Any:
-    """- sum of m g.r over the centres of mass, in J."""
-    tree, signs = prepared(tree, xp)
-    places: dict[int, tuple[Array, Array]] = {-1: (xp.asarray(np.eye(3)), xp.asarray(np.zeros(3)))}
-    energy = xp.asarray(np.zeros(1))[0]
-    for i, joint in enumerate(joints_at(tree, signs * q, xp)):
+    places: dict[int, tuple[Array, Array]] = {-1: (xp.asarray(np.eye(3)), none)}
+    potential = xp.asarray(np.zeros(1))[0]  # - sum of m g.r over the centres of mass, J
+    for i, joint in enumerate(joints_at(prepared_tree, signs * q_, xp)):
         R, r = places[joint.parent]
-        R, r = R @ joint.R, r + applied(R, joint.r)
-        places[i] = R, r
-        energy = energy - tree.masses[i] * (field @ (r + applied(R, tree.coms[i])))
-    return energy
+        places[i] = R, r = R @ joint.R, r + applied(R, joint.r)
+        potential = potential - prepared_tree.masses[i] * (g @ (r + applied(R, prepared_tree.coms[i])))
+    wrench = recursion.wrenches(tree, q_, v_, a, g, external, xp=xp)
+    return {"a": a, "mass_matrix": M, "wrench": wrench, "kinetic": v_ @ M @ v_ / 2, "potential": potential}
 
 
 # --- motion ---------------------------------------------------------------------------------------------------------
@@ -195,32 +182,11 @@ def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
     apart = np.maximum.accumulate(np.abs(first.q - second.q).max(1))
     count = max(1, int((apart <= WORTH).sum()))
     motion = {name: getattr(first, name)[:count].tolist() for name in ("t", "q", "v")}
-    bounds = {
-        name: float(MARGIN * np.abs(getattr(first, name) - getattr(second, name))[:count].max()) + EPS
-        for name in ("q", "v")
-    }
-    return motion, bounds
+    apart = {name: np.abs(getattr(first, name) - getattr(second, name))[:count].max() for name in ("q", "v")}
+    return motion, {name: float(MARGIN * off) + EPS for name, off in apart.items()}
 
 
 # --- texts ----------------------------------------------------------------------------------------------------------
-
-
-def _json(scene: Scene, dynamics: Dynamics, states: list, motion: dict, bounds: dict) -> str:
-    conventions = {
-        "units": "SI, rad",
-        "gravity": dynamics.loads.constant.tolist(),
-        "wrench": "force, then moment, by the parent on the child, at the joint's origin, in the child's frame",
-        "effects": [effect.kind for effect in scene.effects],
-        "versions": {"pendpin": VERSION},
-    }
-    data = {
-        "joints": list(dynamics.model.joints),
-        "states": states,
-        "motion": motion,
-        "bounds": bounds,
-        "conventions": conventions,
-    }
-    return json.dumps(data, indent=1) + "\n"
 
 
 FORMATS = {

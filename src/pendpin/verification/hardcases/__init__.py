@@ -1,15 +1,96 @@
-"""The hard cases: scenes that break simulators, each with a bound from physics or analysis (docs/hard_cases.md)."""
+"""The hard cases: scenes that break simulators, each with a bound from physics or analysis (docs/hard_cases.md).
 
-from collections.abc import Sequence
+base.py has the record of a case; poles.py, chaos.py, chains.py and stiff.py the cases; catalogue.toml their texts. Here they
+are run: each on its methods, or in MuJoCo, Drake and SciPy on Pinocchio's accelerations, each at its best setting.
+"""
 
-from pendpin.verification.claims import Progress, choose_cases
+import time
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cache, partial
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from pendpin.errors import MissingLibrary, RunError
+from pendpin.ground.report import Report, Result, Table
+from pendpin.model import kinematics
+from pendpin.model.build import build
+from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import Trajectory
+from pendpin.scene import Scene
+from pendpin.trajectory import Derived, Stats
+from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once, simulators
 from pendpin.verification.hardcases import chains, chaos, poles, stiff
-from pendpin.verification.hardcases.base import Case, HardReport, Outcome, outcomes, reported
+from pendpin.verification.hardcases.base import Case, Solve, scene
 
-_FAMILIES = (poles, chaos, chains, stiff)
-CASES = {
-    case.name: case for case in sorted((c for family in _FAMILIES for c in family.CASES), key=lambda case: case.group)
-}
+_CASES = (*poles.CASES, *chaos.CASES, *chains.CASES, *stiff.CASES)
+CASES = {case.name: case for case in sorted(_CASES, key=lambda case: case.group)}
+FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")  # of a case, in JSON
+
+
+@dataclass(frozen=True)
+class Outcome(Claim):
+    """The result of one case on one method."""
+
+    seconds: float
+    claimed: bool = True  # False for other algorithms and simulators
+    beside: bool = False  # whether it is another algorithm, there to show how it fails
+    left_out: bool = False  # whether it needs a library that is not installed
+
+    def __str__(self) -> str:
+        return f"{self.case} on {self.method}: {self.failure or f'{self.measured:.3g} is above {self.bound:.3g}'}"
+
+    @property
+    def verdict(self) -> str:
+        """The outcome in one word."""
+        if self.left_out:
+            return "left out"
+        if self.claimed:
+            return super().verdict
+        return "holds" if self.ok else "fails, as expected" if self.beside else "fails"
+
+
+@dataclass(frozen=True, repr=False)
+class HardReport(Result):
+    """The outcomes so far, and their cases."""
+
+    outcomes: tuple[Outcome, ...]
+    cases: tuple[Case, ...]
+    stopped: bool = False  # True if the user stopped it before the end
+
+    @property
+    def broken(self) -> tuple[Outcome, ...]:
+        """The claims that did not hold."""
+        return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
+
+    @property
+    def fault(self) -> str | None:
+        """The broken claims in one line; None if all claims hold."""
+        return describe_broken(self.broken)
+
+    def report(self) -> Report:
+        """What was measured of each case on each method, which runs failed, and how many claims are broken."""
+        rows = []
+        for name, o in zip(name_once([o.case for o in self.outcomes]), self.outcomes, strict=True):
+            measured = "none" if o.measured is None else f"{o.measured:.1e}"
+            rows.append((name, o.method, measured, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"))
+        words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
+        if claims := [o for o in self.outcomes if o.claimed]:
+            words.append(f"{len(claims)} claims, {len(self.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
+        outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
+        described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
+        data = {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": described}
+        head = ("case", "method", "measured", "bound", "verdict", "seconds")
+        return Report((Table(head, rows), *words), data, self.fault)
+
+
+def catalogue_report() -> Report:
+    """The names of the hard cases, their titles and bounds."""
+    rows = [(case.name, case.title, f"{case.bound:.1e}") for case in CASES.values()]
+    data = [{name: getattr(case, name) for name in ("name", "title", "figure", "bound")} for case in CASES.values()]
+    return Report((Table(("case", "what", "bound"), rows),), data)
 
 
 def hard(
@@ -26,8 +107,129 @@ def hard(
     outcomes so far. Raises InputError for an unknown case, MissingLibrary for a missing simulator.
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
-    if not peers:
-        return reported(cases, lambda case: outcomes(case, methods, full, progress))
-    from pendpin.verification.hardcases.other_simulators import contests, run_on_peers
+    run = partial(_run_on_peers if peers else _run, methods=methods, full=full, progress=progress)
+    cases = _contests(cases) if peers else cases
+    results, stopped = collect(outcome for case in cases for outcome in run(case))
+    return HardReport(results, cases, stopped)
 
-    return reported(contests(cases), lambda case: run_on_peers(case, progress))
+
+def _run(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
+    """A case on its methods and beside them, or only on those in `methods`."""
+    for method in case.methods:
+        if methods is None or method in methods:
+            progress(f"{case.name} on {method}")
+            yield outcome(case, method, full)
+    if case.beside is not None and methods is None:
+        progress(f"{case.name}, beside")
+        begin = time.process_time()
+        beside = case.beside()
+        seconds = (time.process_time() - begin) / max(len(beside), 1)
+        for name, figure in beside.items():
+            yield Outcome(case.name, name, figure, case.bound, None, seconds, claimed=False, beside=True)
+
+
+def outcome(case: Case, method: str, full: bool) -> Outcome:
+    """One case on one of its methods, with its setting."""
+    setting: dict[str, Any] = dict(case.methods[method])
+    return _measure(case, method, lambda scene: simulate(scene, method=method, **setting), full)
+
+
+def _measure(case: Case, method: str, solve: Solve, full: bool) -> Outcome:
+    """One case solved by `solve`; an error of the run is an outcome too."""
+    begin = time.process_time()
+    figure, error = attempt(lambda: float(case.measure(solve, full)))  # JSON takes no NumPy numbers
+    failure = error and str(error)
+    if figure is not None and not isfinite(figure):
+        figure, failure = None, "its numbers are not finite"
+    missing, seconds = isinstance(error, MissingLibrary), time.process_time() - begin
+    return Outcome(case.name, method, figure, case.bound, failure, seconds, claimed=not missing, left_out=missing)
+
+
+# --- the short forms in other simulators ----------------------------------------------------------------------------
+
+LIMIT = 20.0  # s that a run may take
+CLOSE = 1e-6  # of the chain's length: the bound where tips are compared with pendpin's at a tight tolerance
+SIMULATORS: Mapping[str, tuple[Callable[..., Iterator[simulators.Peer]], str, tuple[float, ...]]] = {
+    # its peers, its best method, and settings from coarse to fine: steps as fractions of the duration, or tolerances
+    "MuJoCo RK4": (simulators.mujoco_peers, "mujoco rk4", (1e-3, 1e-4, 1e-5)),
+    "Drake RK5": (simulators.drake_peers, "drake rk5", (1e-9, 1e-12)),
+    "SciPy DOP853": (simulators.scipy_peers, "scipy dop853", (1e-9, 1e-12)),
+}
+GRAVITY_ALONE = (1, 2, 3, 5, 6, 7, 12, 13, 14, 15)  # groups whose figures come from angles alone, but for some cases
+NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pendpin's settings; starts at other times
+    *("pole-torque-thick", "pole-phi-torque-thin", "pole-torque-thin", "swings-in-space", "triple-1e4"),
+    *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
+)
+COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pendpin's
+    **{f"cone-{rate:g}": partial(chaos.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
+    "swings-in-space": lambda: scene(chaos.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
+    "triple-1e4": lambda: chaos.triple(3.0),
+    "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),
+    "whip": lambda: chains.whip(12, 0.3),
+    "chaos-methods": lambda: chaos.wild(5.0),
+}
+
+
+def _contests(cases: Sequence[Case]) -> tuple[Case, ...]:
+    """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's.
+
+    Raises MissingLibrary where a simulator is not installed.
+    """
+    simulators.require_libraries()
+    direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
+    compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
+    return tuple(sorted([*direct, *compared], key=lambda case: case.group))
+
+
+def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
+    """A case whose figure is the distance of tips to pendpin's."""
+
+    @cache
+    def ours() -> Trajectory:
+        return simulate(make_scene(), method="dop853", tolerance=1e-13)
+
+    def measure(solve: Solve, full: bool) -> float:
+        length = kinematics.chain_length(build(make_scene().model))
+        return float(kinematics.tip_distance(solve(make_scene()).tips, ours().tips, length).max())
+
+    words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
+    return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
+
+
+def _run_on_peers(case: Case, progress: Progress, **_: Any) -> Iterator[Outcome]:
+    """A case on `auto` and on other simulators: the best of some settings, none finer after a run longer than LIMIT."""
+    progress(f"{case.name} on auto")
+    yield replace(outcome(case, "auto", full=False), claimed=False)
+    for name, (make_peers, method, settings) in SIMULATORS.items():
+        progress(f"{case.name} on {name}")
+        outcomes: list[Outcome] = []
+        for setting in settings:
+            solve = partial(_run_peer, make_peers, method, setting)
+            outcomes.append(replace(_measure(case, f"{name}, {setting:g}", solve, full=False), claimed=False))
+            if outcomes[-1].seconds > LIMIT:
+                break
+        yield min(outcomes, key=lambda o: np.inf if o.measured is None else o.measured)
+
+
+def _run_peer(
+    make_peers: Callable[..., Iterator[simulators.Peer]], method: str, setting: float, scene: Scene
+) -> Trajectory:
+    """A scene run by another simulator; NaN for what it does not compute. Raises RunError if it does not reach its end."""
+    peer = next(peer for peer in make_peers(simulators.task_of(scene)) if peer.name == method)
+    setting *= (scene.duration or 1.0) if peer.kind == "step" else 1.0
+    try:
+        run = peer.run(setting, LIMIT)
+    except RuntimeError as error:  # Drake's, before its first step
+        raise RunError(str(error)) from None
+    if run.failure:
+        raise RunError(run.failure)
+    model, (n, nv) = build(scene.model), run.q.shape
+    unknown, wrench = np.full((n, nv), np.nan), np.full((n, nv, 6), np.nan)
+    tips = kinematics.tips(model, kinematics.poses(model, run.q))
+    tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))
+    counts: Any = {"steps": run.steps, "evaluations": run.evaluations, "events": 0}
+    counts |= {"seconds": run.seconds, "compile_seconds": 0.0}
+    how: Any = {"method": peer.name, "tolerance": tolerance, "step": step, "library": peer.library}
+    stats = Stats(**how, **counts, engine="", version="")
+    derived = Derived(unknown, wrench, unknown[:, 0], unknown[:, 0], tips, None)
+    return Trajectory(joints=model.joints, t=run.t, q=run.q, v=unknown, derived=derived, stats=stats)

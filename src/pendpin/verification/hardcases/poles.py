@@ -1,6 +1,6 @@
 """Rods through the pole phi = pi/2, and starts on the pole and upright, where rounding determines when they move."""
 
-from functools import cache, partial
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -27,10 +27,10 @@ from pendpin.verification.hardcases.base import (
     tip_errors,
 )
 
+# --- through the pole: thin rods ------------------------------------------------------------------------------------
+
 FAST = 9.0  # rad/s: enough for full turns, through both poles
-
-
-# --- thin rods ------------------------------------------------------------------------------------------------------
+TURNING: dict[str, Any] = {"bound": 1e-12 * 1000 * 180, "methods": settings(auto=1e-12, rk45=1e-12, taylor=1e-16)}
 
 
 def _straight_through(solve: Solve, full: bool) -> float:
@@ -106,18 +106,8 @@ def _passing(radius: float, aim: float) -> Case:
         at_pole, end = passage(radius, aim)
         return float(np.abs(solve(at_pole).q[-1] - end).max())
 
-    return case(
-        "thick-pole",
-        bound=1e-12 * 1000 * np.pi / narrow,
-        methods=settings(auto=1e-12, radau=1e-12, taylor=1e-16),
-        measure=measure,
-        mm=1e3 * radius,
-        aim=aim,
-        narrow=narrow,
-    )
-
-
-TURNING: dict[str, Any] = {"bound": 1e-12 * 1000 * 180, "methods": settings(auto=1e-12, rk45=1e-12, taylor=1e-16)}
+    methods, words = settings(auto=1e-12, radau=1e-12, taylor=1e-16), {"mm": 1e3 * radius, "aim": aim, "narrow": narrow}
+    return case("thick-pole", 1e-12 * 1000 * np.pi / narrow, methods, measure, **words)
 
 
 # --- starts on the pole and upright ---------------------------------------------------------------------------------
@@ -158,9 +148,9 @@ def _across(solve: Solve, full: bool) -> float:
     return float(np.abs(run.q[:, 1] - POLE - 1.5 * run.t**2).max())
 
 
-def _no_motion(solve: Solve, full: bool, phi: float) -> float:
+def _no_motion(solve: Solve, full: bool) -> float:
     motor = Motor(joint="theta", torque=1.0)
-    return refused(solve, lambda: scene(THIN, motor, q=(0.0, phi), v=(0.0, 0.0), duration=2.0), "rod", "radius")
+    return refused(solve, lambda: scene(THIN, motor, q=(0.0, POLE), duration=2.0), "rod", "radius")
 
 
 def _upright(solve: Solve, full: bool) -> float:
@@ -184,53 +174,27 @@ TIGHT = settings(auto=1e-12, taylor=1e-16)
 FINE = settings(auto=FINEST, taylor=1e-16)
 
 
-# --- the cases ---------
+# --- the cases ------------------------------------------------------------------------------------------------------
 
+LEVEL, SPUN, HANG = (0.0, POLE), (SPIN, 0.0), J / (ROD.mass * ROD.properties.h)
 CASES = (
     case("thin-pole", **TURNING, measure=_straight_through),
     case("thin-pole-close", **TURNING, measure=_close_by),
-    case(
-        "thin-pole-chain", bound=2 * 1e-12 * 2000 * 240, methods=settings(auto=1e-12, lsoda=1e-12), measure=_in_a_chain
-    ),
+    case("thin-pole-chain", 2 * 1e-12 * 2000 * 240, settings(auto=1e-12, lsoda=1e-12), _in_a_chain),
     *(_passing(radius, aim) for radius in (1e-3, 1e-4) for aim in (1e-3, 1e-6, 0.0)),
-    case("pole-rest-thin", bound=FALLING, methods=TIGHT, measure=_fall(THIN, REDUCED, (0.0, POLE), (0.0, 0.0))),
-    case("pole-spin-thin", bound=FALLING, methods=TIGHT, measure=_fall(THIN, REDUCED, (0.0, POLE), (SPIN, 0.0))),
-    case(
-        "pole-rest-thick",
-        bound=FALLING,
-        methods=TIGHT | settings(gauss6=0.002),
-        measure=_fall(THICK, J / (ROD.mass * ROD.properties.h), (0.0, POLE), (0.0, 0.0)),
-    ),
-    case(
-        "pole-spin-thick",
-        bound=float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J),
-        methods=FINE,
-        measure=_spinning,
-    ),
-    case(
-        "pole-torque-thick",
-        bound=1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20,
-        methods=TIGHT,
-        measure=_about_itself,
-    ),
-    case("pole-phi-torque-thin", bound=1e-12 * 500 * 13.5, methods=settings(auto=1e-12, radau=1e-12), measure=_across),
-    case("pole-torque-thin", bound=0.0, methods=settings(auto=None), measure=partial(_no_motion, phi=POLE)),
+    case("pole-rest-thin", FALLING, TIGHT, _fall(THIN, REDUCED, LEVEL, (0.0, 0.0))),
+    case("pole-spin-thin", FALLING, TIGHT, _fall(THIN, REDUCED, LEVEL, SPUN)),
+    case("pole-rest-thick", FALLING, TIGHT | settings(gauss6=0.002), _fall(THICK, HANG, LEVEL, (0.0, 0.0))),
+    case("pole-spin-thick", float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J), FINE, _spinning),
+    case("pole-torque-thick", 1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20, TIGHT, _about_itself),
+    case("pole-phi-torque-thin", 1e-12 * 500 * 13.5, settings(auto=1e-12, radau=1e-12), _across),
+    case("pole-torque-thin", 0.0, settings(auto=None), _no_motion),
     case(
         "upright-exact",
         bound=0.0,
         methods=settings(auto=None, rk45=None, radau=None, taylor=None, gauss4=0.1, rk4=0.1, euler=0.1),
         measure=_upright,
     ),
-    case(
-        "upright-1e-15",
-        bound=float(np.log1p(FINEST / 1e-15)) / SWING,
-        methods=FINE | settings(gauss6=0.01, rk4=0.001),
-        measure=_leaning,
-    ),
-    case(
-        "upright-pi",
-        bound=float(np.log1p((FINEST * np.pi + 20 * EPS) / (2 * OFF_POLE))) / SWING,
-        methods=FINE,
-        measure=_upside_down,
-    ),
+    case("upright-1e-15", float(np.log1p(FINEST / 1e-15)) / SWING, FINE | settings(gauss6=0.01, rk4=0.001), _leaning),
+    case("upright-pi", float(np.log1p((FINEST * np.pi + 20 * EPS) / (2 * OFF_POLE))) / SWING, FINE, _upside_down),
 )

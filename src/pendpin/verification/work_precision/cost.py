@@ -1,10 +1,10 @@
-"""Work and precision: every method, and other simulators, over a series of tolerances or steps."""
+"""Work and precision: every method, and other simulators, over a series of tolerances or steps, from coarse to fine."""
 
 import os
 import platform
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
@@ -29,8 +29,7 @@ from pendpin.verification.work_precision.references import (
     reference,
     refuse_other_equations,
 )
-from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, CostRow, row
-from pendpin.verification.work_precision.series import Climb, Series, Trial, steps, tolerances
+from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, row
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
 ACCURACY = 1e-9
@@ -42,23 +41,53 @@ LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libr
 OF_REFERENCE = 1.2  # s of it, at most, for each run of a reference
 WORTH = (0.01, 3.0)  # s, and times the cheapest first run: longer runs are not tried, unless thorough
 SEVERAL_JOINTS = 6  # from more on, thorough series of taylor take every fourth tolerance
+MOST_STEPS = 20  # of a series of steps
+GROWTH = 2.0  # of the time from one setting to the next
+PATIENCE = 5.0  # times the time that a run is worth: one that takes longer is stopped
 LIBRARIES = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
 
 
-@dataclass(frozen=True, eq=False)
-class _Bench:
-    """What all series share."""
+@dataclass(frozen=True)
+class Trial:
+    """One run: its tips, or why there are none."""
 
-    scene: Scene  # up to the reference's horizon
-    known: Reference
-    model: Model
-    first_step: float  # s, of series of steps
-    compiles: bool  # whether methods compile the scene's equations, and can be asked not to
-    thorough: bool
+    tips: Array | None  # (n, rods, 3) m, W
+    seconds: float
+    steps: int = 0
+    evaluations: int = 0
+    compile_seconds: float = 0.0
+    library: str = ""
+    failure: str | None = None
+    hopeless: bool = False  # whether other settings fail as well
 
-    def error_of(self, points: Array) -> float:
-        """The largest distance of tips (n, rods, 3) to the reference, over the length."""
-        return float(tip_distance(self.known.tips, points, scale(self.model)).max())
+
+@dataclass(eq=False)
+class Series:
+    """One method, or one of another simulator, with the runs made so far."""
+
+    name: str
+    library: str
+    kind: str  # of its settings: "tolerance" or "step"
+    settings: Iterator[float]  # from coarse to fine
+    run: Callable[[float, float], Trial]  # with a setting and the s after which it is stopped
+    peer: bool = False
+    points: list[Point] = field(default_factory=list)
+    failures: list[str] = field(default_factory=list)
+    ended: bool = False
+
+    @property
+    def curve(self) -> Curve:
+        """What was measured."""
+        return Curve(self.name, self.library, self.kind, tuple(self.points), tuple(self.failures), self.peer)
+
+    @property
+    def expected(self) -> float:
+        """The s that the next run takes, about; 0 before the first."""
+        return GROWTH * self.points[-1].seconds if self.points else 0.0
+
+    def first_at(self, error: float) -> float | None:
+        """The least s of a first run that meets an error, compiling included."""
+        return min((point.first_seconds for point in self.points if point.error <= error), default=None)
 
 
 def cost(
@@ -101,23 +130,36 @@ def cost(
     _check(scene, methods, accuracy, peers)
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
-    bench = _bench(scene, accuracy, thorough)
-    methods_tried = [_method(bench, method) for method in methods or _suited(bench)]
+    bench = _bench(scene, accuracy, thorough, repetitions, budget, progress)
+    series = [_method(bench, method) for method in methods or _suited(bench)]
     others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
-    climb = Climb(bench.error_of, repetitions, budget, thorough, progress)
     contested, interrupted = list[float](), False
     try:
-        contested.extend(
-            _contests(bench, climb, methods_tried, others, accuracy, limit)
-        )  # keeps what came before Ctrl-C
-        for one in methods_tried + others if thorough else ():
-            climb.up_to(one, bench.known.error, budget, limit)
+        contested.extend(_contests(bench, series, others, accuracy, limit))  # keeps what came before Ctrl-C
+        for one in series + others if thorough else ():
+            bench.climb(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
-    missing, curves = simulators.missing() if peers else (), [one.curve for one in methods_tried + others]
-    rows = [row(curves, error, bench.known.error) for error in contested]  # of all points: a later one may be better
-    return _report(bench, methods_tried + others, rows, accuracy, repetitions, missing, interrupted)
+    known, model, curves = bench.known, bench.model, tuple(one.curve for one in series + others)
+    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+    return CostReport(
+        subject=f"{count} {name}{'s' if count > 1 else ''}",
+        curves=curves,
+        accuracy=accuracy,
+        error=known.error,
+        solutions=known.solutions,
+        duration=known.duration,
+        horizon=known.horizon,
+        halted=known.halted,
+        machine=machine(),
+        versions={name: version for name, version in installed(*LIBRARIES).items() if version},
+        repetitions=repetitions,
+        thorough=thorough,
+        interrupted=interrupted,
+        missing=simulators.missing() if peers else (),
+        rows=tuple(row(curves, error, known.error) for error in contested),  # of all points: a later one may be better
+    )
 
 
 def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
@@ -136,8 +178,77 @@ def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: 
         simulators.peers(scene)
 
 
+@dataclass(frozen=True, eq=False)
+class _Bench:
+    """What all series share."""
+
+    scene: Scene  # up to the reference's horizon
+    known: Reference
+    model: Model
+    first_step: float  # s, of series of steps
+    compiles: bool  # whether methods compile the scene's equations, and can be asked not to
+    thorough: bool  # whether every setting is measured, or tolerances only from the error that is wanted on
+    repetitions: int
+    budget: float  # s: a method whose run takes longer has ended
+    progress: Callable[[str], None]
+
+    def climb(self, series: Series, error: float, worth: float, limit: Budget) -> None:
+        """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left."""
+        while not series.ended and series.first_at(error) is None and series.expected <= worth and limit.left > 0:
+            setting = None
+            for setting in series.settings:
+                if self.thorough or series.kind == "step" or setting <= error * (1 + 1e-9):
+                    break
+            if setting is None:
+                series.ended = True
+                return
+            self.progress(f"{series.name}, {setting:.1e}")
+            trial = series.run(setting, min(PATIENCE * worth, limit.left))
+            series.library = trial.library or series.library
+            series.ended = trial.hopeless or trial.seconds > self.budget
+            if trial.tips is None:
+                series.failures.append(trial.failure or "")
+                if trial.seconds > worth:
+                    return
+                continue
+            spent, times = trial.seconds, []  # as many repetitions as are worth it; the least time counts
+            while len(times) < self.repetitions and spent < worth:
+                times.append(series.run(setting, PATIENCE * worth).seconds)
+                spent += times[-1]
+            off = float(tip_distance(self.known.tips, trial.tips, scale(self.model)).max())  # over the length
+            counts = (trial.steps, trial.evaluations, trial.compile_seconds)
+            series.points.append(Point(setting, off, min(times, default=trial.seconds), *counts))
+
+    def contest(self, series: Iterable[Series], error: float, limit: Budget) -> None:
+        """Every series up to one error, as far as it is worth it beside the cheapest of them."""
+        if error < self.known.error:
+            return
+        best, (least, times) = np.inf, WORTH
+        for one in series:
+            worth = self.budget if self.thorough else min(max(least, times * best), self.budget)
+            self.climb(one, error, worth, limit)
+            best = min(best, one.first_at(error) or np.inf)
+
+
+def _bench(
+    scene: Scene, accuracy: float, thorough: bool, repetitions: int, budget: float, progress: Callable[[str], None]
+) -> _Bench:
+    samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
+    scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
+    solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
+    known = reference(scene, KNOWN * accuracy, solutions, limit)
+    solver = scene.solver.model_copy(update={"samples": len(known.t)})
+    scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
+    pilot = run_to_setting(scene.by("dop853", 1e-3))
+    if not thorough:
+        refuse_other_equations(scene, pilot)
+    first_step = scene.duration / max(pilot.stats.steps, len(known.t) - 1, 1)
+    compiles = scene.solver.engine == "auto" and "compiled" in pilot.stats.engine
+    return _Bench(scene, known, build(scene.model), first_step, compiles, thorough, repetitions, budget, progress)
+
+
 def _contests(
-    bench: _Bench, climb: Climb, series: list[Series], others: list[Series], accuracy: float, limit: Budget
+    bench: _Bench, series: list[Series], others: list[Series], accuracy: float, limit: Budget
 ) -> Iterator[float]:
     """Every series up to each accuracy, from coarse to fine, each yielded when it is done.
 
@@ -146,66 +257,9 @@ def _contests(
     accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
     for i, error in enumerate(accuracies):
         asked = max(sum(other >= least for other in accuracies[i:]), 1)
-        _contest(climb, bench, series, error, Budget(limit.left / asked / (2 if others else 1)))
-        _contest(climb, bench, others, error, Budget(limit.left / (2 * asked - 1)))
+        bench.contest(series, error, Budget(limit.left / asked / (2 if others else 1)))
+        bench.contest(others, error, Budget(limit.left / (2 * asked - 1)))
         yield error
-
-
-def _report(
-    bench: _Bench,
-    series: list[Series],
-    rows: list[CostRow],
-    accuracy: float,
-    repetitions: int,
-    missing: tuple[str, ...],
-    interrupted: bool,
-) -> CostReport:
-    exact, model = bench.known, bench.model
-    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
-    return CostReport(
-        subject=f"{count} {name}{'s' if count > 1 else ''}",
-        curves=tuple(one.curve for one in series),
-        accuracy=accuracy,
-        error=exact.error,
-        solutions=exact.solutions,
-        duration=exact.duration,
-        horizon=exact.horizon,
-        halted=exact.halted,
-        machine=machine(),
-        versions={name: version for name, version in installed(*LIBRARIES).items() if version},
-        repetitions=repetitions,
-        thorough=bench.thorough,
-        interrupted=interrupted,
-        missing=missing,
-        rows=tuple(rows),
-    )
-
-
-def _bench(scene: Scene, accuracy: float, thorough: bool) -> _Bench:
-    samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
-    scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
-    solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
-    exact = reference(scene, KNOWN * accuracy, solutions, limit)
-    solver = scene.solver.model_copy(update={"samples": len(exact.t)})
-    scene = scene.model_copy(update={"duration": exact.horizon, "solver": solver})
-    pilot = run_to_setting(scene.by("dop853", 1e-3))
-    if not thorough:
-        refuse_other_equations(scene, pilot)
-    first_step = scene.duration / max(pilot.stats.steps, len(exact.t) - 1, 1)
-    compiles = scene.solver.engine == "auto" and "compiled" in pilot.stats.engine
-    return _Bench(scene, exact, build(scene.model), first_step, compiles, thorough)
-
-
-def _contest(climb: Climb, bench: _Bench, series: Iterable[Series], error: float, limit: Budget) -> None:
-    """Every series up to one error, as far as it is worth it beside the cheapest of them."""
-    if error < bench.known.error:
-        return
-    best = np.inf
-    for one in series:
-        least, times = WORTH
-        worth = climb.budget if bench.thorough else min(max(least, times * best), climb.budget)
-        climb.up_to(one, error, worth, limit)
-        best = min(best, one.first_at(error) or np.inf)
 
 
 # --- series -------------------------------------------------------------------------------------------------------
@@ -230,15 +284,11 @@ def _suited(bench: _Bench) -> Iterator[str]:
 
 
 def _method(bench: _Bench, method: str) -> Series:
+    """The series of a method of pendpin."""
     name = method.removesuffix(UNCOMPILED)
     fixed = name in fixed_methods()
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
-    settings = steps(bench.first_step) if fixed else tolerances(least_tolerance(name), stride)
-    return Series(method, "", "step" if fixed else "tolerance", settings, _run_of(bench, method))
-
-
-def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
-    name = method.removesuffix(UNCOMPILED)
+    settings = _steps(bench.first_step) if fixed else _tolerances(least_tolerance(name), stride)
 
     def run(setting: float, stop: float) -> Trial:
         begin, scene = time.thread_time(), bench.scene.by(name, setting)
@@ -251,14 +301,11 @@ def _run_of(bench: _Bench, method: str) -> Callable[[float, float], Trial]:
             seconds = stop if isinstance(error, Halted) else time.thread_time() - begin
             return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
         stats = result.stats
-        return Trial(
-            marks(bench.model, result.tips, result.q),
-            *(stats.seconds, stats.steps, stats.evaluations),
-            max(stats.compile_seconds, _compiled_in(scene)) if "compiled" in stats.engine else 0.0,
-            f"{stats.library} {stats.version}",
-        )
+        compiling = max(stats.compile_seconds, _compiled_in(scene)) if "compiled" in stats.engine else 0.0
+        counts = (stats.seconds, stats.steps, stats.evaluations, compiling)
+        return Trial(marks(bench.model, result.tips, result.q), *counts, f"{stats.library} {stats.version}")
 
-    return run
+    return Series(method, "", "step" if fixed else "tolerance", settings, run)
 
 
 def _compiled_in(scene: Scene) -> float:
@@ -268,6 +315,8 @@ def _compiled_in(scene: Scene) -> float:
 
 
 def _peer(bench: _Bench, peer: Peer) -> Series:
+    """The series of a method of another simulator."""
+
     def run(setting: float, stop: float) -> Trial:
         result = peer.run(setting, stop)
         if result.failure is not None:
@@ -275,11 +324,18 @@ def _peer(bench: _Bench, peer: Peer) -> Series:
         positions = marks(bench.model, tips(bench.model, poses(bench.model, result.q)), result.q)
         return Trial(positions, result.seconds, result.steps, result.evaluations)
 
-    settings = steps(bench.first_step) if peer.kind == "step" else tolerances(1e-14)
+    settings = _steps(bench.first_step) if peer.kind == "step" else _tolerances(1e-14)
     return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)
 
 
-# --- the machine ----------------------------------------------------------------------------------------------------
+def _tolerances(least: float, stride: int = 1) -> Iterator[float]:
+    """Decades, or every so many, from 0.01 to the least."""
+    yield from (10.0**-k for k in range(2, 19, stride) if 10.0**-k >= least * (1 - 1e-9))
+
+
+def _steps(first: float) -> Iterator[float]:
+    """Steps in s, each half the one before."""
+    yield from (first / 2**k for k in range(MOST_STEPS))
 
 
 def machine() -> str:

@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import bind
-from pendpin.effects import Effect, Gravity
+from pendpin.effects import Gravity
 from pendpin.engines import Compiled
 from pendpin.equations import exact
 from pendpin.errors import InputError
@@ -24,7 +24,7 @@ from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.simulate import run_within
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
-from pendpin.verification.claims import attempt
+from pendpin.verification import attempt
 
 SAME = 1e-9  # of the largest rate: difference of two equations by rounding
 LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops it
@@ -81,13 +81,11 @@ def reference(
         solution, _ = attempt(partial(maker, scene, model, length, limit))
         computed += [solution] if solution else []  # else it is not for this scene
         if len(computed) == 2:
-            return _agreed(scene, length, error, *computed)
-    raise InputError(
-        f"no reference solution: two families of methods are needed, and only {len(computed)} can run this scene"
-    )
-
-
-def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Solution) -> Reference:
+            break
+    else:
+        few = f"two families of methods are needed, and only {len(computed)} can run this scene"
+        raise InputError(f"no reference solution: {few}")
+    one, other = computed
     n = min(len(one.tips), len(other.tips))
     gap = np.maximum.accumulate(tip_distance(one.tips[:n], other.tips[:n], length))
     doubt = np.maximum.accumulate(one.doubt[:n] + other.doubt[:n]) + one.rounding + other.rounding
@@ -112,10 +110,13 @@ def _agreed(scene: Scene, length: float, error: float, one: Solution, other: Sol
 
 def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
-    chain, gravity = model.chain, _downwards(scene.effects)
-    if chain is None or chain.n != 1 or gravity is None:
+    chain, effects = model.chain, scene.effects
+    if chain is None or chain.n != 1 or len(effects) != 1 or not isinstance(effects[0], Gravity):
         raise InputError("no exact solution")
-    (q, v), rod = start_state(model, scene.start), model.rods[0].inertia
+    field = effects[0].field(0.0)
+    if not field[2] < 0 or field[:2].any():
+        raise InputError("no exact solution")
+    gravity, (q, v), rod = float(-field[2]), start_state(model, scene.start), model.rods[0].inertia
     in_plane = next((i for i in (0, 1) if not q[1 - i] and not v[1 - i]), None)
     if rod is None or rod.h <= 0 or (rod.I3 and in_plane is None):
         raise InputError("no exact solution")
@@ -130,14 +131,6 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: floa
     return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
 
 
-def _downwards(effects: tuple[Effect, ...]) -> float | None:
-    """The acceleration of gravity in m/s² if nothing else acts and it points down; else None."""
-    if len(effects) != 1 or not isinstance(effects[0], Gravity):
-        return None
-    field = effects[0].field(0.0)
-    return float(-field[2]) if field[2] < 0 and not field[:2].any() else None
-
-
 def by_series(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """The Taylor integrator, on the recursion or the closed form."""
     if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
@@ -149,9 +142,8 @@ def by_series(scene: Scene, model: Model, length: float, limit: float) -> Soluti
 def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
     scene = uncompiled(scene.by("dop853", 1e-14)) if limit == np.inf else _recursion(scene, model)
-    return _compare_runs(
-        f"Runge-Kutta (dop853) on {bind(scene).engine.name}", scene, length, "dop853", 1e-14, 1e-13, limit
-    )
+    name = f"Runge-Kutta (dop853) on {bind(scene).engine.name}"
+    return _compare_runs(name, scene, length, "dop853", 1e-14, 1e-13, limit)
 
 
 def _integrate_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
@@ -161,9 +153,8 @@ def _integrate_recursion(family: str, method: str, fine: float, coarse: float, m
         if len(model.joints) > most:
             raise InputError("too many joints")
         scene = _recursion(scene, model)
-        return _compare_runs(
-            f"{family} ({method}) on {bind(scene).engine.name}", scene, length, method, fine, coarse, limit
-        )
+        name = f"{family} ({method}) on {bind(scene).engine.name}"
+        return _compare_runs(name, scene, length, method, fine, coarse, limit)
 
     return solve
 

@@ -1,17 +1,90 @@
-"""What was found of error against time: a row for each accuracy, and sentences about them."""
+"""What was found of error against time: runs, curves and a row for each accuracy, sentences about them, and their figure."""
 
 from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
+from itertools import groupby
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
+from pendpin.errors import InputError, brief
+from pendpin.graphics.style import BLACK, COLORS, GREY, PALE, SHADE, new_figure, styled, write_figure
+from pendpin.ground.arrays import EPS
 from pendpin.ground.report import Report, Result, Table
-from pendpin.verification.work_precision.figure import draw_all, save_cost_plot
-from pendpin.verification.work_precision.series import Curve, Point
 
 ACCURACIES = (1e-3, 1e-6, 1e-9, 1e-12)  # that every report answers for
 UNCOMPILED = " not compiled"  # after the name of a method: called from Python, where `simulate` would compile
 ONCE = 2.0  # times dearer is the first run of what is cheapest in the long run, if another method is named for a single run
+
+
+@dataclass(frozen=True)
+class Point:
+    """One run: its setting, its error, its cost."""
+
+    setting: float  # the tolerance, or the step in s
+    error: float  # largest tip distance to the reference during the run, divided by the chain's length
+    seconds: float  # of integration with its sampling: the least of some repetitions, warm-up and compiling apart
+    steps: int
+    evaluations: int
+    compile_seconds: float = 0.0  # before the first run
+
+    @property
+    def first_seconds(self) -> float:
+        """Of the first run, compiling included, s."""
+        return self.seconds + self.compile_seconds
+
+
+@dataclass(frozen=True, repr=False)
+class Curve:
+    """One method, or one method of another simulator, from coarse to fine."""
+
+    name: str
+    library: str
+    kind: str  # of its settings: "tolerance" or "step"
+    points: tuple[Point, ...]
+    failures: tuple[str, ...] = ()  # why runs did not reach the end
+    peer: bool = False
+
+    def __repr__(self) -> str:
+        errors = ", ".join(f"{point.error:.1e} at {point.setting:.0e}" for point in self.points)
+        return brief(f"Curve of {self.name}, error at each {self.kind}: {errors or 'none'}")
+
+    @property
+    def compile_seconds(self) -> float:
+        """The longest time of compiling, s."""
+        return max((point.compile_seconds for point in self.points), default=0.0)
+
+    def point_at(self, error: float) -> Point | None:
+        """The cheapest point that meets this error."""
+        return next((point for point in self.front if point.error <= error), None)
+
+    def seconds_at(self, error: float) -> float | None:
+        """The least time in which this error is met, interpolated in logarithms between its points; None if it is not."""
+        found = self.setting_and_seconds_at(error)
+        return found and found[1]
+
+    def setting_and_seconds_at(self, error: float) -> tuple[float, float] | None:
+        """The setting that meets this error in the least time, and that time, interpolated between its points."""
+        front = self.front
+        for cheaper, point in zip((None, *front), front, strict=False):
+            if point.error <= error:
+                if cheaper is None:
+                    return point.setting, point.seconds
+                share = np.log(cheaper.error / error) / np.log(cheaper.error / max(point.error, EPS))
+                between = ((cheaper.setting, point.setting), (cheaper.seconds, point.seconds))
+                setting, seconds = (float(a * (b / a) ** share) for a, b in between)
+                return setting, seconds
+        return None
+
+    @property
+    def front(self) -> tuple[Point, ...]:
+        """Its points that no other beats in both error and time, the cheapest first."""
+        points: list[Point] = []
+        for point in sorted(self.points, key=lambda point: (point.seconds, point.error)):
+            if not points or point.error < points[-1].error:
+                points.append(point)
+        return tuple(points)
 
 
 @dataclass(frozen=True)
@@ -50,26 +123,19 @@ def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
     if accuracy < least:
         return CostRow(accuracy, why=f"the reference is accurate to {least:.0e} only")
     met = [(curve, point) for curve in curves if (point := curve.point_at(accuracy))]
-    best = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].seconds, default=None)
     peer = min(((c, p) for c, p in met if c.peer), key=lambda pair: pair[1].seconds, default=None)
-    other = {"peer": peer[0].name, "peer_seconds": peer[1].seconds} if peer else {}
-    if best is None:
+    more: dict[str, Any] = {"peer": peer[0].name, "peer_seconds": peer[1].seconds} if peer else {}
+    own = [(c, p) for c, p in met if not c.peer]
+    if not own:
         ours = [curve for curve in curves if not curve.peer]
         hopeless = ours and all(curve.failures and not curve.points for curve in ours)  # no run reached its end
-        return CostRow(
-            accuracy, **other, why=ours[0].failures[0] if hopeless else "no method reaches it in the time allowed"
-        )
-    curve, point = best
-    first = (point.first_seconds, point.seconds)
-    return CostRow(accuracy, curve.name, curve.kind, point.setting, *first, **_cheapest_single_run(met, point), **other)
-
-
-def _cheapest_single_run(met: list[tuple[Curve, Point]], best: Point) -> dict[str, Any]:
-    """The cheapest first run, if it is much cheaper than that of the best point."""
-    curve, point = min(((c, p) for c, p in met if not c.peer), key=lambda pair: pair[1].first_seconds)
-    if point.first_seconds * ONCE > best.first_seconds:
-        return {}
-    return {"once": _taken(curve.name, curve.kind, point.setting), "once_seconds": point.first_seconds}
+        why = ours[0].failures[0] if hopeless else "no method reaches it in the time allowed"
+        return CostRow(accuracy, **more, why=why)
+    curve, best = min(own, key=lambda pair: pair[1].seconds)
+    other, once = min(own, key=lambda pair: pair[1].first_seconds)
+    if once.first_seconds * ONCE <= best.first_seconds:
+        more |= {"once": _taken(other.name, other.kind, once.setting), "once_seconds": once.first_seconds}
+    return CostRow(accuracy, curve.name, curve.kind, best.setting, best.first_seconds, best.seconds, **more)
 
 
 @dataclass(frozen=True, repr=False)
@@ -92,9 +158,13 @@ class CostReport(Result):
     missing: tuple[str, ...] = ()  # other simulators that were asked for and are not installed
     rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
 
-    def plot(self, path: str | Path | None = None) -> Any:
-        """The figure of all methods that were measured; a path (.png, .pdf, .svg) is written. Raises InputError."""
-        return draw_all(self) if path is None else save_cost_plot(self, path)
+    def plot(self, path: str | Path | None = None, short: bool = False) -> Any:
+        """The figure of all methods that were measured, or of the cheapest of each tool.
+
+        A path (.png, .pdf, .svg) is written, whole or not at all. Raises InputError.
+        """
+        draw = draw_cost if short else draw_all
+        return draw(self) if path is None else write_figure(path, lambda: draw(self))
 
     def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
         """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
@@ -108,15 +178,20 @@ class CostReport(Result):
 
     def report(self) -> Report:
         """The fastest method for each accuracy; where all was measured, every method's time at some errors; sentences."""
-        methods = [_methods(self), *_further(self)] if self.thorough else []
+        methods: list[str | Table] = []
+        if self.thorough:
+            no_run = (curve for curve in self.curves if curve.failures and not curve.points)
+            methods = [_methods(self), *(f"{curve.name} failed: {curve.failures[-1]}" for curve in no_run)]
+            compiled = [f"{c.name} {time_text(c.compile_seconds)}" for c in self.curves if c.compile_seconds]
+            methods += [f"Compiling, on its own: {', '.join(compiled)}."] if compiled else []
         least = f"Processor times of {self.horizon:g} s of the scene: the least of {self.repetitions} after a first"
-        end = f"{self.machine}; {self.versions_text}. {least}; a first run counts its compiling, but no imports."
+        end = f"{self.machine_text}. {least}; a first run counts its compiling, but no imports."
         return Report((_accuracies(self), *methods, *self.words, end), asdict(self) | {"words": self.words})
 
     @property
-    def versions_text(self) -> str:
-        """The libraries and their versions."""
-        return ", ".join(f"{name} {number}" for name, number in self.versions.items())
+    def machine_text(self) -> str:
+        """The machine, and the libraries with their versions."""
+        return f"{self.machine}; {', '.join(f'{name} {number}' for name, number in self.versions.items())}"
 
     @property
     def words(self) -> tuple[str, ...]:
@@ -125,63 +200,40 @@ class CostReport(Result):
 
 
 def _words(report: CostReport) -> Iterator[str]:
+    """The results in sentences: of a thorough report at each decade of error, by the runs of the table."""
+    accuracy, error = report.accuracy, report.error
     if report.horizon < report.duration:
-        differ = f"later, the two references differ by more than {report.accuracy / 10:.0e}"
+        differ = f"later, the two references differ by more than {accuracy / 10:.0e}"
         why = "the rest would take long; --thorough measures it" if report.halted else differ
         yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
-    yield f"Error of the reference: {report.error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
+    yield f"Error of the reference: {error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
     if report.missing:
         yield f"Not installed, and so not compared: {', '.join(report.missing)} (pip install mujoco drake)."
+    best = report.best(accuracy)
     if not report.thorough:
-        yield from _next_digit(report)
+        if best and (finer := report.best(accuracy / 10)):
+            more = f"from {accuracy:g} to {accuracy / 10:g} takes {finer[1] / best[1]:.2f} times the time"
+            yield f"One more digit, {more}, each by its fastest method."
         return
-    yield from _asked(report)
-    for first, last, name in _spans(report):
+    if best is None:
+        yield f"No method that was tried reaches {accuracy:g} within the time allowed."
+    else:
+        name, seconds = best
+        finer = next(curve for curve in report.curves if curve.name == name).seconds_at(accuracy / 10)
+        more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
+        yield f"{accuracy:g} costs {time_text(seconds)} with {name}{more}."
+    rows = [row(report.curves, decade, error) for decade in report.decades]
+    for name, group in groupby((one for one in rows if one.method), key=lambda one: one.method):
+        decades = [one.accuracy for one in group]
+        first, last = decades[0], decades[-1]
         where = f"At {first:.0e}" if first == last else f"From {first:.0e} to {last:.0e}"
         yield f"{where} the cheapest is {name}."
-    yield from _against_peers(report)
-
-
-def _asked(report: CostReport) -> Iterator[str]:
-    if (best := report.best(report.accuracy)) is None:
-        yield f"No method that was tried reaches {report.accuracy:g} within the time allowed."
-        return
-    name, seconds = best
-    finer = next(curve for curve in report.curves if curve.name == name).seconds_at(report.accuracy / 10)
-    more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
-    yield f"{report.accuracy:g} costs {time_text(seconds)} with {name}{more}."
-
-
-def _next_digit(report: CostReport) -> Iterator[str]:
-    best = report.best(report.accuracy)
-    finer = best and report.best(report.accuracy / 10)
-    if best and finer:
-        more = f"from {report.accuracy:g} to {report.accuracy / 10:g} takes {finer[1] / best[1]:.2f} times the time"
-        yield f"One more digit, {more}, each by its fastest method."
-
-
-def _spans(report: CostReport) -> Iterator[tuple[float, float, str]]:
-    """Runs of decades with the same cheapest method: the first and last error, and its name; as the rows of the table."""
-    best = [(error, name) for error in report.decades if (name := row(report.curves, error, report.error).method)]
-    while best:
-        name = best[0][1]
-        count = next((i for i, (_, other) in enumerate(best) if other != name), len(best))
-        yield best[0][0], best[count - 1][0], name
-        best = best[count:]
-
-
-def _against_peers(report: CostReport) -> Iterator[str]:
-    """Beside the other simulators at each decade, by the runs of the table."""
-    for error in report.decades:
-        cheapest = row(report.curves, error, report.error)
-        if cheapest.seconds and cheapest.peer_seconds:
-            times = (
-                f"{cheapest.method} {time_text(cheapest.seconds)}, {cheapest.peer} {time_text(cheapest.peer_seconds)}"
-            )
-            yield f"At {error:.0e}: {times}, {cheapest.ratio:.3g} times as long."
-        elif cheapest.seconds and any(curve.peer for curve in report.curves):
-            ours = f"{cheapest.method} {time_text(cheapest.seconds)}"
-            yield f"At {error:.0e}: {ours}; no other simulator reaches it within the time allowed."
+    for one in rows:
+        ours = one.seconds and f"At {one.accuracy:.0e}: {one.method} {time_text(one.seconds)}"
+        if ours and one.peer_seconds:
+            yield f"{ours}, {one.peer} {time_text(one.peer_seconds)}, {one.ratio:.3g} times as long."
+        elif ours and any(curve.peer for curve in report.curves):
+            yield f"{ours}; no other simulator reaches it within the time allowed."
 
 
 def _accuracies(report: CostReport) -> Table:
@@ -189,7 +241,7 @@ def _accuracies(report: CostReport) -> Table:
     peers = any(row.peer for row in report.rows)
     rows = []
     for row in report.rows:
-        times = ("" if seconds is None else time_text(seconds) for seconds in (row.first_seconds, row.seconds))
+        times = (time_text(seconds) for seconds in (row.first_seconds, row.seconds))
         beside = f"{row.peer} {time_text(row.peer_seconds)}" if row.peer_seconds else ""
         beside += f", {row.ratio:.3g} x" if row.ratio else ""
         once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
@@ -203,7 +255,7 @@ def _methods(report: CostReport) -> Table:
     errors = [error for error in ACCURACIES if error >= report.error]
     rows = []
     for curve in report.curves:
-        times = ["" if t is None else time_text(t) for t in map(curve.seconds_at, errors)]
+        times = [time_text(curve.seconds_at(error)) for error in errors]
         point, unit = curve.point_at(report.accuracy), " s" if curve.kind == "step" else ""
         figures = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
         rows.append((curve.name, *times, *figures))
@@ -211,19 +263,152 @@ def _methods(report: CostReport) -> Table:
     return Table(("error:", *(f"{error:.0e}" for error in errors), *asked), rows)
 
 
-def _further(report: CostReport) -> Iterator[str]:
-    """Why methods have no run, and what compiling takes on its own."""
-    for curve in report.curves:
-        if curve.failures and not curve.points:
-            yield f"{curve.name} failed: {curve.failures[-1]}"
-    compiled = [f"{curve.name} {time_text(curve.compile_seconds)}" for curve in report.curves if curve.compile_seconds]
-    if compiled:
-        yield f"Compiling, on its own: {', '.join(compiled)}."
-
-
-def time_text(seconds: float) -> str:
-    """A time for a person to read."""
+def time_text(seconds: float | None) -> str:
+    """A time for a person to read; nothing for None."""
+    if seconds is None:
+        return ""
     for unit, size in (("s", 1.0), ("ms", 1e-3)):
         if seconds >= size:
             return f"{seconds / size:.3g} {unit}"
     return f"{seconds / 1e-6:.3g} µs"
+
+
+# --- error against time as one figure: the curves that matter in colour, the others grey with their names -----------
+
+DIGITS = (1e-3, 1e-9)  # errors between which the price of a digit is the mean
+TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
+NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
+MATTER = 4  # curves in colour: the cheapest of each tool, then those that are the cheapest at most errors
+SIZE = (10.0, 6.2)  # inches
+LINE, LETTER, AWAY = 8.0, 4.0, 4.0  # points: of a name at a curve's end, its height, a letter's width, its distance
+
+
+@styled()
+def draw_cost(report: CostReport) -> Any:
+    """The cheapest method of pendpin and of each other simulator in strong colours, all others pale."""
+    best, figure = _cheapest(report), new_figure(*SIZE)
+    ax, prices = figure.subplots(1, 2, width_ratios=(3.4, 1))
+    for tool, curve in best.items():
+        name = f"{NAMES.get(tool, tool)}: {curve.name.removeprefix(tool).strip()}"
+        _draw_curve(ax, curve, report.error, TOOLS[tool], name, 3.2 if tool == "pendpin" else 2.2)
+    others = [curve for curve in report.curves if curve not in best.values()]
+    for i, curve in enumerate(others):
+        label = "_again" if i else f"{len(others)} other curves that were measured"
+        ax.plot(*_points(curve, report.error), color=PALE, linewidth=1, zorder=1, label=label)
+    _frame(figure, ax, report)
+    figure.legend(loc="outside upper right", ncols=3)  # beside the curves, not on them
+    _draw_prices(prices, best)
+    return figure
+
+
+@styled()
+def draw_all(report: CostReport) -> Any:
+    """All methods: error across, falling to the right; seconds up; a line for each."""
+    figure = new_figure(*SIZE)
+    ax = figure.subplots()
+    matter = {curve.name: TOOLS[tool] for tool, curve in _cheapest(report).items()}
+    fronts = [best[0] for error in report.decades if (best := report.best(error)) is not None]
+    free = [color for color in COLORS if color not in matter.values()]
+    for name in sorted(dict.fromkeys(fronts), key=fronts.count, reverse=True):
+        if name not in matter and len(matter) < MATTER:
+            matter[name] = free[len(matter) % len(free)]
+    for name, color in matter.items():
+        curve = next(curve for curve in report.curves if curve.name == name)
+        _draw_curve(ax, curve, report.error, color, name, 2.2)
+    others = [curve for curve in report.curves if curve.name not in matter and _points(curve, report.error)[0]]
+    for curve in others:
+        ax.plot(*_points(curve, report.error), ".--" if curve.peer else ".-", color=PALE, linewidth=1, zorder=1)
+    _frame(figure, ax, report)
+    _name_ends(ax, others, report.error)
+    figure.legend(loc="outside upper right", ncols=MATTER)
+    return figure
+
+
+def _points(curve: Curve, least: float) -> tuple[list[float], list[float]]:
+    """The errors below 1 that the reference can tell, and their times in s."""
+    points = [point for point in curve.points if least < point.error < 1]
+    return [point.error for point in points], [point.seconds for point in points]
+
+
+def _cheapest(report: CostReport) -> dict[str, Curve]:
+    """The curve of each tool that meets the accuracy of interest in the least time; if none does, the most accurate.
+
+    Raises InputError where no run that can be drawn was made.
+    """
+
+    def rank(curve: Curve) -> tuple[float, float]:
+        seconds = curve.seconds_at(report.accuracy)
+        return (0.0, seconds) if seconds is not None else (1.0, min(point.error for point in curve.points))
+
+    best: dict[str, Curve] = {}
+    for curve in sorted((curve for curve in report.curves if _points(curve, report.error)[0]), key=rank):
+        best.setdefault(curve.name.split()[0] if curve.peer else "pendpin", curve)
+    if not best:
+        why = next((curve.failures[-1] for curve in report.curves if curve.failures), "no run was made")
+        raise InputError(f"there is no figure of costs, because no method could be measured: {why}")
+    return {tool: best[tool] for tool in TOOLS if tool in best}
+
+
+def _draw_curve(ax: Any, curve: Curve, least: float, color: str, label: str, width: float) -> None:
+    """One curve in colour; those of other simulators dashed."""
+    look = {"linewidth": width, "linestyle": "--" if curve.peer else "-", "marker": "o", "zorder": 3}
+    ax.plot(*_points(curve, least), color=color, label=label, **look)
+
+
+def _name_ends(ax: Any, curves: list[Curve], least: float) -> None:
+    """The name of each curve at its most accurate end, moved up or down where another name is, with a line to it."""
+    (left, right), (low, high) = (np.log(ax.get_xlim()), np.log(ax.get_ylim()))
+    width, height = 0.8 * 72 * SIZE[0], 0.8 * 72 * SIZE[1]  # points, about, of the axes
+    ends = []
+    for curve in curves:
+        error, seconds = min(zip(*_points(curve, least), strict=True))
+        x, y = (np.log(error) - left) / (right - left) * width, (np.log(seconds) - low) / (high - low) * height
+        ends.append((y, x, error, seconds, curve.name))
+    taken: list[tuple[float, float, float]] = []  # left, right and height of the names that are there
+    for y, x, error, seconds, name in sorted(ends):
+        end = x + AWAY + LETTER * len(name)
+        up = next(
+            step
+            for step in sorted(range(-20, 21), key=abs)
+            if all(end < a or x > b or abs(y + step * LINE / 2 - c) >= LINE for a, b, c in taken)
+        )
+        taken.append((x, end, y + up * LINE / 2))
+        place, line = (AWAY + 8 * (abs(up) > 1), up * LINE / 2), {"arrowstyle": "-", "color": PALE, "linewidth": 0.5}
+        look: Any = {"textcoords": "offset points", "va": "center", "fontsize": 7, "color": GREY}
+        ax.annotate(name, (error, seconds), place, arrowprops=line | {"shrinkA": 0, "shrinkB": 0}, **look)
+
+
+def _frame(figure: Any, ax: Any, report: CostReport) -> None:
+    """Logarithmic axes, what the reference cannot tell, the accuracy that was asked, titles."""
+    ax.set(xscale="log", yscale="log")
+    left, right = 1.0, report.error / 3
+    ax.set_xlim(left, right)  # errors fall to the right
+    ax.axvspan(report.error, right, color=SHADE, zorder=-1)
+    note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
+    ax.text(report.error, 0.02, " accuracy of\n the reference", color=GREY, rotation=90, **note)
+    ax.axvline(report.accuracy, color=BLACK, linewidth=0.9, linestyle=":")
+    ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
+    ax.set_xlabel("largest error of a tip over the chain's length; more accurate to the right")
+    ax.set_ylabel("time of the run, compiling apart (s)")
+    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
+    ax.set_title(title, fontsize=13, fontweight="bold")
+    figure.supxlabel(report.machine_text, fontsize=7, color=GREY)
+
+
+def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
+    """A bar for each tool: how many times as long a run takes that is ten times as accurate, in the mean within DIGITS."""
+    decades = [error for k in range(17) if DIGITS[1] * 0.99 <= (error := 10.0**-k) <= DIGITS[0] * 1.01]
+    prices: dict[str, float] = {}
+    for tool, curve in reversed(best.items()):
+        times = [seconds for error in decades if (seconds := curve.seconds_at(error)) is not None]
+        if len(times) > 1:
+            prices[tool] = (times[-1] / times[0]) ** (1 / (len(times) - 1))
+    names, bars = [NAMES.get(tool, tool) for tool in prices], list(prices.values())
+    drawn = ax.barh(names, bars, 0.55, color=[TOOLS[tool] for tool in prices])
+    ax.bar_label(drawn, [f"{price:.2f} x" for price in bars], padding=4, fontsize=11)
+    ax.set_xlim(0, 1.35 * max([1.0, *bars]))
+    ax.set_title("the next digit takes")
+    ax.spines["bottom"].set_visible(False)
+    ax.grid(visible=False)
+    ax.tick_params(left=False, bottom=False, labelbottom=False)
+    ax.set_box_aspect(1.2)
