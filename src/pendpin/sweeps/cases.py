@@ -31,7 +31,8 @@ from pendpin.runs.batches import Cases, Motions, Series, ends_well, takes
 from pendpin.runs.run import fill_in
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, unit_of_key
-from pendpin.sweeps.measures import Function, Measure, accumulated, evaluate_measure, measure
+from pendpin.sweeps.attractors import Attractor
+from pendpin.sweeps.measures import Function, Measure, accumulated, evaluate_measure, fitted, measure
 from pendpin.sweeps.plan import RESERVED, Plan, short_names
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import unit_of
@@ -55,7 +56,7 @@ class Task:
     @cached_property
     def chosen(self) -> tuple[Measure, ...]:
         """The measures."""
-        return tuple(measure(given) for given in self.measures)
+        return tuple(fitted(measure(given), self.scene, self.plan.keys) for given in self.measures)
 
     @cached_property
     def columns(self) -> list[slice]:
@@ -101,6 +102,23 @@ class Block(NamedTuple):
     def empty(cls, cases: int, numbers: int) -> "Block":
         """Without any measure yet."""
         return cls(np.full((cases, numbers), np.nan), np.full(cases, "", dtype=object))
+
+
+def sampled(task: Task) -> Task:
+    """The task with samples only where its measure looks, if that is the attractor alone and the scene has no others."""
+    look, solver = task.chosen[0].function, task.scene.solver
+    fixed = any(key.startswith(("duration", "solver", "start.time")) for key in task.plan.keys)
+    if (
+        len(task.chosen) > 1
+        or not isinstance(look, Attractor)
+        or not look.period
+        or solver.samples
+        or solver.times
+        or fixed
+    ):
+        return task
+    times = look.times(task.scene)
+    return task if times is None else replace(task, scene=task.scene.with_solver(times=tuple(times.tolist())))
 
 
 def checked(task: Task) -> Task:
@@ -281,8 +299,8 @@ class Batch:
             with suppress(LookupError):  # a series of something else than an angle
                 values = evaluate(*runs[: 1 + m.two]) if evaluate else None
             if values is not None:
-                block.values[places[good], columns.start] = values[good]
-            needs_run[:, k] = True if values is None else np.isnan(values) & m.between
+                block.values[places[good], columns] = values.reshape(len(good), -1)[good]
+            needs_run[:, k] = np.isnan(values) if m.between and values is not None else values is None
         for i in np.flatnonzero(good & needs_run.any(1)).tolist():
             if self.series[0].stopped.is_set():
                 break

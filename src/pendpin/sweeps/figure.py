@@ -11,6 +11,8 @@ from pendpin.errors import InputError, not_one_of
 from pendpin.graphics.style import BESIDE, COLORS, GREY, SHADE, new_figure, styled, with_unit, write_figure
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.report import Report, Table
+from pendpin.sweeps.attractors import KINDS
+from pendpin.sweeps.attractors import NAME as ATTRACTOR
 from pendpin.sweeps.measures import MEASURES
 from pendpin.sweeps.plan import short_names
 from pendpin.sweeps.store import NOT_RUN
@@ -27,16 +29,23 @@ def sweep_report(dataset: Any) -> Report:
     why = dataset["why"].values
     run, reasons = why != NOT_RUN, Counter(str(reason) for reason in why.flat if reason and reason != NOT_RUN)
     figures = {"least": np.min, "median": np.median, "most": np.max}
-    measures, rows = {}, []
+    measures, rows, kinds = {}, [], list[tuple[str, int]]()
     for name in names_of(dataset):
         values = dataset[name].values[run]
         good = values[np.isfinite(values)]
         ranges = {figure: float(of(good)) if good.size else np.nan for figure, of in figures.items()}
         measures[name] = ranges | {"none": values.size - good.size}
+        kinds += [(kind, int((values == i).sum())) for i, kind in enumerate(dataset[name].attrs.get(KINDS, []), 1)]
         rows.append((label(name, dataset), *(f"{x:.6g}" for x in ranges.values()), f"{measures[name]['none']}"))
     counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
     waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
-    words = [f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}"]
+    words = [f"  attractor {kind}: {cases} cases" for kind, cases in kinds]
+    words += [
+        f"  {name}: {m['none']} of {run.sum()} cases did not settle"
+        for name, m in measures.items()
+        if name == ATTRACTOR and m["none"]
+    ]
+    words += [f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}"]
     words += [f"  {times} x {reason}" for reason, times in reasons.most_common(MOST_REASONS)]
     if len(reasons) > MOST_REASONS:
         words += [f"  ... and {len(reasons) - MOST_REASONS} more reasons"]
@@ -134,7 +143,8 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     figure = new_figure(2.0 + 4.6 * columns if columns > 1 else 7.6, 1.2 + 4.4 * rows)
     axes = figure.subplots(rows, columns, squeeze=False, sharex=True, sharey=True)
     x, y = (dataset[dim].values for dim in dims)
-    colours = _colours([np.where(doubtful, np.nan, values) for values, doubtful, _ in panels])
+    kinds = dataset[name].attrs.get(KINDS, [])
+    colours = _colours([np.where(doubtful, np.nan, values) for values, doubtful, _ in panels], len(kinds))
     mesh: Any = None
     for ax, (values, doubtful, text) in zip(axes.flat, panels, strict=False):
         ax.set_facecolor(SHADE)  # where there is no value
@@ -149,7 +159,9 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
         ax.set_ylabel(label(dims[1], dataset))
     for ax in axes.flat[len(panels) :]:
         ax.remove()
-    figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
+    bar = figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
+    if 0 < len(kinds) <= len(COLORS):
+        bar.set_ticks(range(1, len(kinds) + 1), labels=kinds)
     patches = _legend(panels, Patch, describe_empty_cells(name, dataset))
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
@@ -159,17 +171,22 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
 def describe_empty_cells(name: str, dataset: Any) -> str:
     """What is so of the cells without a value: did not turn over in 10 s."""
     measure = MEASURES.get(name.removesuffix(".spread"))
-    text = measure.without if measure else "no value"
+    text = "did not settle" if name == ATTRACTOR else measure.without if measure else "no value"
     duration = json.loads(dataset.attrs.get("scene", "{}")).get("duration")
     if duration is not None and text != "no value":
         text += f" in {duration:g} s"
     return text if (dataset["why"].values == "").all() else f"{text}, or not run"
 
 
-def _colours(arrays: list[Array]) -> dict[str, Any]:
-    """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades."""
-    from matplotlib.colors import LogNorm
+def _colours(arrays: list[Array], kinds: int) -> dict[str, Any]:
+    """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades.
 
+    Numbers of a few kinds have a colour each.
+    """
+    from matplotlib.colors import ListedColormap, LogNorm
+
+    if 0 < kinds <= len(COLORS):
+        return {"cmap": ListedColormap(COLORS[:kinds]), "vmin": 0.5, "vmax": kinds + 0.5}
     values = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)
     if low < 0 < high:

@@ -5,8 +5,8 @@ it, the difference between the run and one at a tolerance 100 times looser: what
 """
 
 import math
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
 from functools import partial
 from itertools import pairwise
 from typing import Any
@@ -17,9 +17,10 @@ from pendpin.equations.base import PHI, THETA
 from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_of, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
-from pendpin.model.build import Model
+from pendpin.model.build import Model, build
 from pendpin.model.kinematics import evaluate_each, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolved, strays
+from pendpin.motions.periodic import drive_of
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.small_motions import largest_multiplier, small_motions
 from pendpin.motions.small_motions import stable as is_stable
@@ -27,6 +28,8 @@ from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches import Motions
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start
+from pendpin.sweeps.attractors import NAME as ATTRACTOR
+from pendpin.sweeps.attractors import PART, Attractor, read_attractor
 from pendpin.sweeps.extremes import largest
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT
@@ -88,6 +91,8 @@ def measure(name_or_function: str | Function) -> Measure:
         return _spread(measure(name_or_function.removesuffix(SPREAD)))
     if name_or_function in MEASURES:
         return MEASURES[name_or_function]
+    if name_or_function == ATTRACTOR or name_or_function.startswith(f"{ATTRACTOR}("):
+        return Measure(ATTRACTOR, "", read_attractor(name_or_function))
     series, _, statistic = name_or_function.rpartition(".")
     if series and statistic in STATISTICS:
         unit = "s" if statistic == "argmax" else ""
@@ -101,9 +106,23 @@ def measure(name_or_function: str | Function) -> Measure:
     if series:
         raise InputError(f"measure: {name_or_function}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
     raise InputError(
-        f"measure: {not_one_of(name_or_function, MEASURES)}; nor a series of a run followed by "
+        f"measure: {not_one_of(name_or_function, (*MEASURES, ATTRACTOR))}; nor a series of a run followed by "
         f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
     )
+
+
+def fitted(m: Measure, scene: Scene, keys: Sequence[str]) -> Measure:
+    """The measure as it is of a scene whose numbers at `keys` vary: that of attractors has a number of each joint."""
+    if not isinstance(m.function, Attractor):
+        return m
+    period = m.function.period
+    if period is None and not any("frequency" in key for key in keys):
+        period = (frequency := drive_of(scene)) and 2 * math.pi / frequency
+    look = Attractor(period, 1 + 4 * len(build(scene.model).joints))
+    times = look.times(scene) if period else None
+    told = times is not None and np.isin(times, scene.clock).all()  # by the samples; else each run is asked
+    of_motion = partial(look.of_motions, times) if times is not None and told else None
+    return replace(m, function=look, of_motion=of_motion, dims=((PART, look.size),))
 
 
 def _statistic(series: str, statistic: str, run: RunRecord) -> float:
@@ -141,6 +160,8 @@ def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
 
 
 def _spread(of: Measure) -> Measure:
+    if isinstance(of.function, Attractor):
+        raise InputError(f"measure: {of.name}{SPREAD}: the numbers of attractors have no difference")
     if of.function is None:
         raise InputError(f"measure: {of.name}{SPREAD}: {of.name} is a comparison of two runs already")
     function, of_motion = of.function, of.of_motion
@@ -178,6 +199,7 @@ EXTREMES = {"max": 1.0, "min": -1.0, "argmax": 1.0}  # statistics that are searc
 
 FAMILIES = (
     f"QUANTITY{choices(f'.{name}' for name in STATISTICS)}: of any quantity of a run, as in theta_1.max; .argmax is a time.",
+    f"{ATTRACTOR}, {ATTRACTOR}(PERIOD): the number of what a motion settles at, seen once in a period in s or of the drive.",
     f"MEASURE{SPREAD}: its difference between the run and one 100 times looser, an estimate of its error.",
 )
 

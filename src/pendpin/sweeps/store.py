@@ -20,6 +20,7 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
 from pendpin.ground.keypaths import leaves
+from pendpin.sweeps.attractors import with_numbers
 from pendpin.sweeps.cases import Block, Task
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.workers import versions
@@ -192,7 +193,7 @@ def _finished(data: Any) -> Any:
         for name in data.attrs["measures"]:
             data[name].values[blocks.region(block)] = np.nan
         data["why"].values[blocks.region(block)] = NOT_RUN
-    return data[[*data.attrs["measures"], "why"]].drop_encoding()
+    return with_numbers(data[[*data.attrs["measures"], "why"]].drop_encoding())
 
 
 def write_table(dataset: Any, path: Path) -> Path:

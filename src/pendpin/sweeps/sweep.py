@@ -13,7 +13,7 @@ from pendpin.ground.libraries import optional
 from pendpin.runs.batches import WIDTH
 from pendpin.scene import Scene, chosen_scene
 from pendpin.sweeps import plan as plans
-from pendpin.sweeps.cases import Block, Task, checked, run_block
+from pendpin.sweeps.cases import Block, Task, checked, run_block, sampled
 from pendpin.sweeps.measures import MEASURES, Function
 from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Store
@@ -76,7 +76,7 @@ def sweep(
     measures = (measure,) if isinstance(measure, str) or not isinstance(measure, Sequence) else tuple(measure)
     if not measures:
         raise InputError("measure: nothing is measured; name a number of a run, such as swing")
-    task = checked(Task(chosen, plan, measures))
+    task = checked(sampled(Task(chosen, plan, measures)))
     most = WORKERS_EACH * cores()
     if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
         raise InputError(
