@@ -20,7 +20,7 @@ import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import bind
 from pendpin.dynamics.symbols import record, records_by_rod
-from pendpin.effects.cables import _asin_over_x
+from pendpin.effects.joints import _asin_over_x
 from pendpin.graphics.run_drawing import plots_of
 from pendpin.model import kinematics
 from pendpin.model.build import build

@@ -20,12 +20,11 @@ from pendpin.effects.base import (
     Motion,
     OnJoints,
 )
-from pendpin.effects.cables import Anchor, Bending
 from pendpin.effects.drag import Drag
 from pendpin.effects.fields import Gravity, Rotation, Support
 from pendpin.effects.friction_and_stops import AsWritten, ContactEffect, DryFriction, Stop
-from pendpin.effects.joints import Motor, Spring, Torque, Viscous
-from pendpin.effects.push import Push
+from pendpin.effects.joints import Bending, Motor, Spring, Torque, Viscous
+from pendpin.effects.push import Anchor, Push
 from pendpin.ground.arrays import applied, cross, dot
 
 

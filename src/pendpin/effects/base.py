@@ -7,7 +7,7 @@ of any precision and on symbols.
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
 
 import numpy as np
 from pydantic import Field, field_validator
@@ -70,10 +70,27 @@ class Effect(Record):
         """Raise ValueError if the effect is not defined from `begin` to `end`, in s."""
 
 
+Kind = TypeVar("Kind", bound=Effect)
+
+
 class Idle(Effect):
     """In place of an effect of strength 0: the others keep their places in the list."""
 
     kind: str = Field(description="which effect it stands for")
+
+
+def pace_of(self: Any, begin: float, end: float, negligible: float) -> Pace:
+    """The `pace` of an effect that changes with time by its `track`, or by its `frequency`, or not at all."""
+    if track := getattr(self, "track", None):
+        return track.pace(begin, end, negligible)
+    return Pace.sinusoid(getattr(self, "frequency", None))
+
+
+def both_or_neither(effect: Kind, one: str, other: str) -> Kind:
+    """The effect. Raises ValueError where one of two parameters is given without the other."""
+    if (getattr(effect, one) is None) != (getattr(effect, other) is None):
+        raise ValueError(f"{one} and {other} go together")
+    return effect
 
 
 def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float) -> Array:
@@ -201,6 +218,10 @@ class Bodies(NamedTuple):
     def of(self, chosen: Array) -> "Bodies":
         """k of the bodies, by their indices (k,)."""
         return Bodies(*(column[chosen] for column in self))
+
+    def along(self, at: Any, xp: Any = np) -> Array:
+        """Points (n, 3) m in the link frames, `at` m from the joint towards the tip."""
+        return self.tip * (at / xp.sqrt((self.tip**2).sum(-1, keepdims=True)))
 
 
 class Motion(NamedTuple):

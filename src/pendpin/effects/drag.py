@@ -5,8 +5,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, Strict, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion
-from pendpin.effects.pace import Pace
+from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_of
 from pendpin.ground.arrays import Array, cross, dot
 from pendpin.ground.records import NotNegative, Positive, Vector
 
@@ -33,14 +32,7 @@ class Drag(BodyEffect):
     """
 
     parameters: ClassVar[tuple[str, ...]] = (
-        "density",
-        "coefficient",
-        "linear",
-        "wind",
-        "gust",
-        "frequency",
-        "diameter",
-        "payload_coefficient",
+        *("density", "coefficient", "linear", "wind", "gust", "frequency", "diameter", "payload_coefficient"),
     )
     strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift", "on_spheres")
     kind: Literal["drag"] = Field("drag", description="which effect it is")
@@ -59,9 +51,7 @@ class Drag(BodyEffect):
 
     @model_validator(mode="after")
     def _gust_has_a_frequency(self) -> Self:
-        if (self.gust is None) != (self.frequency is None):
-            raise ValueError("gust and frequency go together")
-        return self
+        return both_or_neither(self, "gust", "frequency")
 
     @property
     def quadratic(self) -> float:
@@ -98,9 +88,7 @@ class Drag(BodyEffect):
         """False: what acts on the axis does not turn a rod about it."""
         return False
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast it changes with time from `begin` to `end`, in s."""
-        return Pace.sinusoid(self.frequency)
+    pace = pace_of
 
     def air(self, t: Any, xp: Any = np) -> Array:
         """The velocity of the air over the ground at time t, (3,) in m/s."""

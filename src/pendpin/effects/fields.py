@@ -1,14 +1,21 @@
 """Uniform accelerations of everything: gravity, a support that moves, a frame that turns."""
 
-from collections.abc import Callable
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion
-from pendpin.effects.pace import STEADY, Pace
+from pendpin.effects.base import (
+    Bodies,
+    BodyEffect,
+    Effect,
+    FieldEffect,
+    FrameEffect,
+    Motion,
+    both_or_neither,
+    pace_of,
+)
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
 from pendpin.ground.arrays import Array, applied, cross
@@ -42,7 +49,7 @@ class Gravity(FieldEffect):
 
     @property
     def constant(self) -> bool:
-        """Gravity does not change with time."""
+        """True: it does not change with time."""
         return True
 
     def field(self, t: Any, xp: Any = np) -> Array:
@@ -99,7 +106,7 @@ class Tracked(Effect):
 
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
-        if self.csv and self.track and np.isnan(self.track.position(np.array([begin, end]))).any():
+        if self.csv and self.track and np.isnan(self.track.at(np.array([begin, end]))).any():
             raise ValueError(
                 f"{place_of(self.csv)}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
                 f"{begin:.9g} to {end:.9g} s"
@@ -136,40 +143,32 @@ class Support(Tracked, FrameEffect):
     def _one_of_two(self) -> Self:
         if (self.amplitude is None) == (self.csv is None):
             raise ValueError("a support needs an amplitude and a frequency, or a csv")
-        if (self.amplitude is None) != (self.frequency is None):
-            raise ValueError("amplitude and frequency go together")
+        both_or_neither(self, "amplitude", "frequency")
         if self.phase and self.amplitude is None:
             raise ValueError("a phase needs an amplitude and frequency")
         return self
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast it changes with time from `begin` to `end`, in s."""
-        return self.track.pace(begin, end, negligible) if self.track else Pace.sinusoid(self.frequency)
+    pace = pace_of
 
     def position(self, t: Any, xp: Any = np) -> Array:
         """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""
-        if self.track:
-            return self.track.position(t)
-        return self._wave(xp.sin(self._angle(t)), 1.0)
+        return self._course(t, 0, xp)
 
     def velocity(self, t: Any, xp: Any = np) -> Array:
         """How it moves, (3,) m/s."""
-        if self.track:
-            return self.track.velocity(t)
-        return self._wave(xp.cos(self._angle(t)), self.frequency)
+        return self._course(t, 1, xp)
 
     def acceleration(self, t: Any, xp: Any = np) -> Array:
         """How it accelerates, (3,) m/s²."""
+        return self._course(t, 2, xp)
+
+    def _course(self, t: Any, order: int, xp: Any) -> Array:
+        """A derivative of the position with respect to time."""
         if self.track:
-            return self.track.acceleration(t)
-        return self._wave(xp.sin(self._angle(t)), -((self.frequency or 0.0) ** 2))
-
-    def _angle(self, t: Any) -> Any:
-        return (self.frequency or 0.0) * t + self.phase
-
-    def _wave(self, value: Any, factor: Any) -> Array:
-        """A function of time along the amplitude, (..., 3)."""
-        return np.multiply.outer(value, np.array(self.amplitude) * factor)
+            return self.track.at(t, order)
+        frequency, wave = self.frequency or 0.0, xp.cos if order == 1 else xp.sin
+        factor = 1.0 if order == 0 else frequency if order == 1 else -(frequency**2)
+        return np.multiply.outer(wave(frequency * t + self.phase), np.array(self.amplitude) * factor)
 
 
 # --- a world that turns: the Earth, or a centrifuge -----------------------------------------------------------------
@@ -228,6 +227,8 @@ class Rotation(Tracked, BodyEffect):
         """False: inertial forces do not turn a thin rod about its axis."""
         return False
 
+    pace = pace_of
+
     @property
     def vector(self) -> Array | None:
         """Omega, (3,) in rad/s, in W; None where it changes with time."""
@@ -244,7 +245,7 @@ class Rotation(Tracked, BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega = motion.fixed(self._vector(xp) if self.track is None else _at(self.track.position, t))
+        omega = motion.fixed(self._vector(xp) if self.track is None else _vector_at(self.track, t, 0))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
@@ -252,14 +253,10 @@ class Rotation(Tracked, BodyEffect):
         moment = cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
         if self.track is None:
             return force, moment
-        rising = motion.fixed(_at(self.track.velocity, t))  # Omega', on which I = tr(E) - E acts
+        rising = motion.fixed(_vector_at(self.track, t, 1))  # Omega', on which I = tr(E) - E acts
         half_trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)[:, None] / 2
         moment = moment - half_trace * rising + _spread(bodies, motion, rising)
         return force - bodies.mass[:, None] * cross(rising, r), moment
-
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast the rate changes with time from `begin` to `end`, in s; a constant one does not."""
-        return self.track.pace(begin, end, negligible) if self.track else STEADY
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
         """Minus half the integral of |Omega x r|² dm, J, of the centrifugal force. None where the rate changes."""
@@ -271,9 +268,9 @@ class Rotation(Tracked, BodyEffect):
         return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
 
 
-def _at(of: Callable[[Any], Any], t: Any) -> Any:
+def _vector_at(track: Track, t: Any, order: int) -> Any:
     """A vector of a track, (3,) at a time; at times (k, 1, 1), for all bodies of each motion, (k, 1, 3)."""
-    vector = of(t)
+    vector = track.at(t, order)
     return vector[..., 0, :] if np.ndim(t) == 3 else vector
 
 

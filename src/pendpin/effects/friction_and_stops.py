@@ -16,12 +16,12 @@ class ContactEffect(JointNames, Effect):
 
     @property
     def smooth(self) -> bool:
-        """Sticking and impacts are not."""
+        """False: sticking and impacts are not."""
         return False
 
     @property
     def symbolic(self) -> bool:
-        """True: between two events it is."""
+        """True: between two events."""
         return True
 
     def resistance(self) -> tuple[float, float]:
@@ -106,9 +106,6 @@ class Stop(ContactEffect):
 # --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/acting.py) -----------------
 
 
-Flag = Annotated[bool, Strict()]
-
-
 class AsWritten(Effect):
     """The damping, friction and limits that a URDF writes at its joints, as the effects viscous, dry_friction and stop.
 
@@ -118,9 +115,9 @@ class AsWritten(Effect):
     """
 
     kind: Literal["as_written"] = Field("as_written", description="which effect it is")
-    damping: Flag = Field(True, description="whether <dynamics damping> acts")
-    friction: Flag = Field(True, description="whether <dynamics friction> acts")
-    limits: Flag = Field(True, description="whether <limit lower upper> acts")
+    damping: Annotated[bool, Strict()] = Field(True, description="whether <dynamics damping> acts")
+    friction: Annotated[bool, Strict()] = Field(True, description="whether <dynamics friction> acts")
+    limits: Annotated[bool, Strict()] = Field(True, description="whether <limit lower upper> acts")
 
     @property
     def smooth(self) -> bool:

@@ -1,20 +1,20 @@
-"""Torques about joint axes: viscous damping, springs, motors. For prismatic joints read N for N m and m for rad."""
+"""Torques about joint axes: damping, springs, bending, motors, functions. For prismatic joints read N for N m, m for rad."""
 
 import inspect
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import partial
 from hashlib import sha256
 from types import MethodType
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_serializer, model_validator
+from pydantic import Field, field_serializer, field_validator, model_validator
 
-from pendpin.effects.base import JointEffect, OnJoints, returned
+from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, pace_of, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.records import NotNegative, Number, Positive
+from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
 
 class Viscous(OnJoints):
@@ -37,9 +37,7 @@ class Viscous(OnJoints):
         """-coefficient v, (k,) N m."""
         return -self.coefficient * v
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """Time makes no difference."""
-        return STEADY
+    pace = pace_of
 
 
 class Spring(OnJoints):
@@ -58,14 +56,115 @@ class Spring(OnJoints):
         """-stiffness (q - rest), (k,) N m."""
         return -self.stiffness * (q - self.rest)
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """Time makes no difference."""
-        return STEADY
+    pace = pace_of
 
     def potential(self, q: Array, xp: Any = np) -> Any:
         """stiffness (q - rest)² / 2, summed over the joints, J; q is (n, nv) in rad."""
         return self.stiffness / 2 * ((q - self.rest) ** 2).sum(-1)
 
+
+# --- bending stiffness: what makes a chain of rods a cable ----------------------------------------------------------
+
+_FOLDED = 2.0**-60  # added to cos²(alpha / 2): a rod folded back exactly has a finite moment, and others that of before
+_HALVINGS = 3  # of the angle: the series then sees at most sin²(180°/16), and no kink below 180°
+_TERMS = np.array([1.0])
+for _k in range(1, 13):  # of asin(x)/x in powers of x²: the next one is below 1e-20 there
+    _TERMS = np.append(_TERMS, _TERMS[-1] * (2 * _k - 1) ** 2 / (2 * _k * (2 * _k + 1)))
+
+
+class Bending(JointEffect):
+    """Bending stiffness between each rod and the rod that it hangs on, as of a beam that is cut into rigid pieces.
+
+    The moment M = EI alpha / l acts between two rods about the normal of both axes, with the angle alpha between them and
+    the mean l of their lengths. Its potential is EI alpha² / (2 l), regular when the rods are straight. With `clamp`, a
+    direction in W, rods that hang on the world are held towards it with half their own length: the beam is clamped at the
+    support. A hinge bends about the axis that it has: the moment is minus the potential's derivative by its angle.
+
+    A rod that is folded back on its neighbour, alpha = 180 degrees, feels a moment without a direction.
+    n rods bend as a beam does, but for a part of 1/(2 n²).
+
+    stiffness is EI in N m²: Young's modulus times the second moment of area, pi r⁴ / 4 of a round section.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("stiffness",)
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness",)
+    kind: Literal["bending"] = Field("bending", description="which effect it is")
+    stiffness: NotNegative = Field(description="EI, N m²")
+    clamp: Vector | None = Field(
+        None, description="direction in W to which rods on the world are clamped, of any length but 0"
+    )
+
+    @field_validator("clamp")
+    @classmethod
+    def _not_zero(cls, clamp: Vector | None) -> Vector | None:
+        if clamp is not None and not any(clamp):
+            raise ValueError("a clamp of length 0 has no direction")
+        return clamp
+
+    def of_joints(self, lengths: Array, parents: Sequence[int] | None = None) -> Array:
+        """For each angle of n rods of these lengths in m: 1/l and the direction (3,) of no moment, (2 n, 4).
+
+        In the frame in which the rod hangs, it lies along -z at zero angles.
+        """
+        each = np.zeros((len(lengths), 4), np.result_type(lengths, float))
+        above = np.arange(-1, len(lengths) - 1) if parents is None else np.array(parents)
+        hung = above >= 0
+        each[hung, 0], each[:, 3] = 2 / (lengths[hung] + lengths[above[hung]]), -1.0
+        if self.clamp is not None:
+            direction = np.array(self.clamp) / np.abs(self.clamp).max()  # so that no square overflows
+            each[~hung, 0], each[~hung, 1:] = 2 / lengths[~hung], direction / np.linalg.norm(direction)
+        return np.repeat(each, 2, axis=0)
+
+    def torques(self, t: Any, q: Array, v: Array, xp: Any = np, each: Array | None = None) -> Array:
+        """-dV/dq, (2 n,) N m, of angles q (2 n,) rad and what `of_joints` gives."""
+        assert each is not None
+        s, c = xp.sin(q), xp.cos(q)
+        (s1, s2), (c1, c2) = (s[0::2], s[1::2]), (c[0::2], c[1::2])
+        inverse, x, y, z = each[0::2].T
+        w, u = _half_angle_squares(s1, c1, s2, c2, x, y, z)
+        factor = self.stiffness * inverse * _asin_over_x(w, u, xp) / xp.sqrt(u + _FOLDED)  # alpha / sin(alpha)
+        out = np.zeros(q.shape, np.result_type(factor, q))
+        out[0::2] = factor * c2 * (z * s1 - y * c1)
+        out[1::2] = factor * (x * c2 + s2 * (y * s1 + z * c1))
+        return out
+
+    def potential(self, q: Array, xp: Any = np, each: Array | None = None) -> Any:
+        """EI alpha² / (2 l), summed over the joints, J; q is (..., 2 n) in rad."""
+        assert each is not None
+        s, c = xp.sin(q), xp.cos(q)
+        inverse, *direction = each[0::2].T
+        w, u = _half_angle_squares(s[..., 0::2], c[..., 0::2], s[..., 1::2], c[..., 1::2], *direction)
+        return (2 * self.stiffness * inverse * w * _asin_over_x(w, u, xp) ** 2).sum(-1)
+
+    pace = pace_of
+
+
+def _half_angle_squares(s1: Any, c1: Any, s2: Any, c2: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
+    """The squares of sine and cosine of alpha / 2, from those of theta and phi and the direction (x, y, z) of no moment.
+
+    A quarter of the squares of difference and sum of two unit vectors: both without cancellation, and never below 0.
+    """
+    dx, dy, dz = s2, -s1 * c2, -c1 * c2
+    return (
+        ((dx - x) ** 2 + (dy - y) ** 2 + (dz - z) ** 2) * 0.25,
+        ((dx + x) ** 2 + (dy + y) ** 2 + (dz + z) ** 2) * 0.25,
+    )
+
+
+def _asin_over_x(w: Any, u: Any, xp: Any) -> Any:
+    """asin(x) / x of w = x² = 1 - u, smooth at 0: by halved angles, sin²(a/2) = sin²(a) / (2 (1 + cos(a)))."""
+    scale = 1.0
+    for _ in range(_HALVINGS):
+        twice = 2 * (1 + xp.sqrt(u))
+        w, scale = w / twice, scale * 2 / xp.sqrt(twice)
+        u = 1 - w
+    series = _TERMS[-1]
+    for term in _TERMS[-2::-1]:
+        series = series * w + term
+    return scale * series
+
+
+# --- motors ---------------------------------------------------------------------------------------------------------
 
 _DRIVE = ("torque", "amplitude", "frequency", "phase")
 _HOLD = ("target", "proportional", "derivative")
@@ -100,8 +199,7 @@ class Motor(JointEffect):
             )
         if not given:
             raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")
-        if (self.amplitude is None) != (self.frequency is None):
-            raise ValueError("amplitude and frequency go together")
+        both_or_neither(self, "amplitude", "frequency")
         if self.phase is not None and self.amplitude is None:
             raise ValueError("a phase needs an amplitude and frequency")
         if self.target is not None and self.proportional is None:
@@ -118,9 +216,7 @@ class Motor(JointEffect):
         """Whether it is a controller."""
         return self.proportional is not None or self.derivative is not None
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast it changes with time from `begin` to `end`, in s."""
-        return Pace.sinusoid(self.frequency)
+    pace = pace_of
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""
@@ -152,7 +248,6 @@ class Torque(OnJoints):
     steady: bool = Field(False, description="time makes no difference to it")
     shortest: Positive | None = Field(None, description="s, the shortest time in which it changes at rest")
     gradual: bool | None = Field(None, description="it changes with positions and rates as slowly as the motion does")
-
     every: Positive | None = Field(None, description="s, between two instants at which it is sampled; held in between")
 
     @model_validator(mode="after")

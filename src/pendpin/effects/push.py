@@ -1,14 +1,13 @@
-"""Given forces and torques on one rod."""
+"""Forces at a point of one rod: a given one, and a spring to a point of the world."""
 
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion
-from pendpin.effects.pace import Pace
+from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_of
 from pendpin.ground.arrays import Array, cross
-from pendpin.ground.records import Number, Positive, Vector
+from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
 ZERO: Vector = (0.0, 0.0, 0.0)
 
@@ -32,9 +31,7 @@ class Push(BodyEffect):
 
     @model_validator(mode="after")
     def _amplitude_has_a_frequency(self) -> Self:
-        if (self.amplitude is None) != (self.frequency is None):
-            raise ValueError("amplitude and frequency go together")
-        return self
+        return both_or_neither(self, "amplitude", "frequency")
 
     @property
     def on(self) -> tuple[str, ...]:
@@ -46,9 +43,7 @@ class Push(BodyEffect):
         """True with a torque; a force on the axis does not turn a rod about it."""
         return any(self.torque)
 
-    def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast it changes with time from `begin` to `end`, in s."""
-        return Pace.sinusoid(self.frequency)
+    pace = pace_of
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
@@ -68,6 +63,58 @@ class Push(BodyEffect):
 
     def _point(self, bodies: Bodies, xp: Any) -> Array:
         """Where the force acts, (1, 3) m in the link frame."""
-        if self.point is None:
-            return bodies.com
-        return bodies.tip * (self.point / xp.sqrt((bodies.tip**2).sum(-1, keepdims=True)))
+        return bodies.com if self.point is None else bodies.along(self.point, xp)
+
+
+class Anchor(BodyEffect):
+    """A spring and a damper from a point of one rod to a point of the world W.
+
+    F = stiffness (point - r) - damping r', with r the place of the rod's point `at` m from its joint, its tip if absent.
+    The spring has no length of its own. W moves with a moving support, and so does the point.
+
+    stiffness in N/m, damping in N s/m, point in m.
+    """
+
+    parameters: ClassVar[tuple[str, ...]] = ("point", "stiffness", "damping", "at")
+    strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
+    kind: Literal["anchor"] = Field("anchor", description="which effect it is")
+    link: str = Field(description="name of the rod: rod_1, rod_2, ...")
+    point: Vector = Field(description="m, in W")
+    stiffness: NotNegative = Field(description="N/m")
+    damping: NotNegative = Field(0.0, description="N s/m")
+    at: Number | None = Field(None, description="m along the rod from its joint; its tip if absent")
+
+    @property
+    def on(self) -> tuple[str, ...]:
+        """The link that is held."""
+        return (self.link,)
+
+    @property
+    def axial(self) -> bool:
+        """False: a force on the axis does not turn a rod about it."""
+        return False
+
+    pace = pace_of
+
+    @property
+    def resistances(self) -> tuple[str, ...]:
+        """The damping."""
+        return ("damping",)
+
+    def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
+        """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
+        held = self._held(bodies, xp)
+        away = motion.points(held) - motion.fixed(np.array(self.point))
+        force = -self.stiffness * away - self.damping * motion.velocities(held)
+        return force, cross(motion.levers(held - bodies.com), force)
+
+    def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
+        """stiffness / 2 times the square of the distance, J; None with damping."""
+        if self.damping:
+            return None
+        away = motion.points(self._held(bodies, xp)) - np.array(self.point)
+        return self.stiffness / 2 * (away**2).sum((-2, -1))
+
+    def _held(self, bodies: Bodies, xp: Any) -> Array:
+        """The point of the rod, (1, 3) m in the link frame."""
+        return bodies.tip if self.at is None else bodies.along(self.at, xp)

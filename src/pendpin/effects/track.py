@@ -29,7 +29,7 @@ LONGEST_GAP = 50  # median intervals; what a spline does in a longer one has not
 class Track:
     """Positions (3,) in m over time in s, and their derivatives.
 
-    Each function takes one time or many, and is NaN outside. The spline counts its time from the first row, whose own
+    At one time or many, NaN outside. The spline counts its time from the first row, whose own
     time is kept with all its digits: a track of the year 2026 in seconds since 1970 is as good as one from 0.
     """
 
@@ -86,17 +86,9 @@ class Track:
         shortest = np.minimum.reduceat(np.where(moves, np.maximum(steps, gaps), np.inf), first)
         return Pace(knots[1:-1][corner] - begins[0] + begin, shortest)
 
-    def position(self, t: Array) -> Array:
-        """Where it is at times (...) in s, (..., 3) in m."""
-        return self.spline(self._own(t))
-
-    def velocity(self, t: Array) -> Array:
-        """(..., 3) in m/s."""
-        return self.spline(self._own(t), 1)
-
-    def acceleration(self, t: Array) -> Array:
-        """(..., 3) in m/s²."""
-        return self.spline(self._own(t), 2)
+    def at(self, t: Array, order: int = 0) -> Array:
+        """Where it is at times (...) in s, (..., 3) in m, or a derivative of that, m/s^order."""
+        return self.spline(self._own(t), order)
 
     def _own(self, t: Array) -> Array:
         """Times (n,) in s since the first row; those outside by no more than rounding are put on the first or last row."""
@@ -128,20 +120,8 @@ class LookedUp:
     start: Any  # s, of the first row
     rest: Any  # s, what that number leaves out
 
-    def position(self, t: Any) -> Array:
-        """Where it is at the time t in s, (3,) m."""
-        return self._derivative(0, t)
-
-    def velocity(self, t: Any) -> Array:
-        """(3,) m/s."""
-        return self._derivative(1, t)
-
-    def acceleration(self, t: Any) -> Array:
-        """(3,) m/s²."""
-        return self._derivative(2, t)
-
-    def _derivative(self, order: int, t: Any) -> Array:
-        """The derivative (3,) of this order of the position at time t in s, m/s^order."""
+    def at(self, t: Any, order: int = 0) -> Array:
+        """A derivative (3,) of the position at time t in s, m/s^order."""
         local = t - self.start - self.rest
         begin, *coefficients = self.row(local)
         powers, s = np.array(coefficients).reshape(-1, 3), local - begin
@@ -157,14 +137,32 @@ def read_track(path: Path, columns: tuple[str, ...]) -> Track:
     The spline through the positions is of degree 5, with fewer than six positions the polynomial through all of them.
     Blank lines and lines that start with # are skipped. Raises InputError with the line where the file is not a track.
     """
+    from scipy.interpolate import PPoly, make_interp_spline
+
     rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV over time"), "CSV"), columns))
     if len(rows) < 2:
         raise InputError(f"{len(rows)} rows, where at least 2 are wanted")
     first = rows[0][0]
     with localcontext(prec=DIGITS):
-        t = np.array([float(time - first) for time, *_ in rows])
-    _refuse_gaps(t, float(first))
-    return Track(first, float(t[-1]), _splined(t, np.array([position for _, *position in rows])))
+        t = np.array([float(time - first) for time, *_ in rows])  # s since the first row
+    steps = np.diff(t)
+    longest, usual = int(np.argmax(steps)), np.median(steps)
+    if steps[longest] > LONGEST_GAP * usual:
+        begin, end = float(first) + t[longest], float(first) + t[longest + 1]
+        raise InputError(
+            f"nothing between t = {begin:.9g} and {end:.9g}, where a row comes every {usual:.3g} s; "
+            "a spline cannot fill that gap"
+        )
+    with np.errstate(all="ignore"):
+        try:
+            positions = np.array([position for _, *position in rows])
+            splines = [PPoly.from_spline(make_interp_spline(t, x, k=min(DEGREE, len(t) - 1))) for x in positions.T]
+        except ValueError as error:
+            raise InputError(f"no spline goes through its positions: {error}") from None
+    spline = PPoly(np.stack([column.c for column in splines], -1), splines[0].x)
+    if not (np.isfinite(spline.c).all() and np.isfinite(spline.derivative(2).c).all()):
+        raise InputError("its positions are too large, or too close in time, for accelerations")
+    return Track(first, float(t[-1]), spline)
 
 
 def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
@@ -200,29 +198,3 @@ def _value(number: int, name: str, cell: str) -> float:
     if abs(value) > LARGEST:
         raise InputError(f"line {number}: {name}: {shown(cell)} is beyond {LARGEST:g}")
     return value
-
-
-def _refuse_gaps(t: Array, first: float) -> None:
-    """Raise InputError where rows at times t (n,), in s since the first, are too far apart for a spline."""
-    steps = np.diff(t)
-    longest = int(np.argmax(steps))
-    if steps[longest] > LONGEST_GAP * np.median(steps):
-        raise InputError(
-            f"nothing between t = {first + t[longest]:.9g} and {first + t[longest + 1]:.9g}, where a row comes every "
-            f"{np.median(steps):.3g} s; a spline cannot fill that gap"
-        )
-
-
-def _splined(t: Array, positions: Array) -> Any:
-    """The spline through positions (n, 3) in m at times t (n,) in s since the first row."""
-    from scipy.interpolate import PPoly, make_interp_spline
-
-    with np.errstate(all="ignore"):
-        try:
-            columns = [PPoly.from_spline(make_interp_spline(t, x, k=min(DEGREE, len(t) - 1))) for x in positions.T]
-        except ValueError as error:
-            raise InputError(f"no spline goes through its positions: {error}") from None
-    spline = PPoly(np.stack([column.c for column in columns], -1), columns[0].x)
-    if not (np.isfinite(spline.c).all() and np.isfinite(spline.derivative(2).c).all()):
-        raise InputError("its positions are too large, or too close in time, for accelerations")
-    return spline

@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
-from pendpin.effects.cables import Anchor, Bending
+from pendpin.effects import Anchor, Bending
 from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices
 from pendpin.ground.arrays import EPS, Array
