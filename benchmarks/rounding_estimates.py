@@ -15,7 +15,7 @@ from rich.table import Table
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.equations import exact
-from pendpin.runs.accuracy.rounding import measure_rounding
+from pendpin.runs.accuracy.estimate import measure_rounding
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared

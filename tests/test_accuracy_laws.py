@@ -12,7 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.ground.arrays import EPS
-from pendpin.runs.accuracy.rounding import RoundingError, measure_rounding
+from pendpin.runs.accuracy.estimate import RoundingError, measure_rounding
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING
 from pendpin.runs.limits import Deadline

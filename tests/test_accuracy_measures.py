@@ -13,9 +13,16 @@ import pendpin as pp
 from laws import law
 from pendpin.ground.arrays import EPS
 from pendpin.model.build import build
-from pendpin.runs.accuracy.methods import list_alternatives, refine_by_step, refine_by_tolerance
-from pendpin.runs.accuracy.rounding import RoundingError, bound_rounding
-from pendpin.runs.accuracy.runs import Ruler, Runs, choose_length, choose_places
+from pendpin.runs.accuracy.estimate import RoundingError, bound_rounding
+from pendpin.runs.accuracy.runs import (
+    Ruler,
+    Runs,
+    choose_length,
+    choose_places,
+    list_alternatives,
+    refine_by_step,
+    refine_by_tolerance,
+)
 from pendpin.runs.accuracy.thresholds import INSTABILITY, ROUNDING, SAMPLE
 from pendpin.runs.limits import Deadline
 from pendpin.runs.run import prepare

@@ -17,7 +17,7 @@ from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import poses, tips
 from pendpin.runs.accuracy import runs as accuracy_runs
-from pendpin.runs.accuracy.rounding import measure_rounding, measure_rounding_of_lost_run
+from pendpin.runs.accuracy.estimate import measure_rounding, measure_rounding_of_lost_run
 from pendpin.runs.accuracy.runs import Attempt, Runs
 from pendpin.runs.accuracy.target import run_to_accuracy
 from pendpin.runs.batches import Cases, Motions

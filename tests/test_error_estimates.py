@@ -12,8 +12,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.equations import exact
 from pendpin.runs.accuracy.estimate import Gaps, estimate_error
-from pendpin.runs.accuracy.methods import refine_by_step, refine_by_tolerance
-from pendpin.runs.accuracy.runs import Runs, are_equal
+from pendpin.runs.accuracy.runs import Runs, are_equal, refine_by_step, refine_by_tolerance
 from pendpin.runs.accuracy.thresholds import ESTIMATE
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared

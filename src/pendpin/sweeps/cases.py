@@ -24,8 +24,7 @@ from pendpin.model.build import FARTHEST, build, start_state
 from pendpin.model.kinematics import evaluate_each, marks_at, tip_distance
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.accuracy.estimate import Gaps, estimate_error
-from pendpin.runs.accuracy.methods import TAYLOR, refine_by_tolerance
-from pendpin.runs.accuracy.runs import choose_density, choose_length, sample_closely
+from pendpin.runs.accuracy.runs import TAYLOR, choose_density, choose_length, refine_by_tolerance, sample_closely
 from pendpin.runs.accuracy.thresholds import ESTIMATE, ROUNDING, SETTING, VECTOR
 from pendpin.runs.batches import Cases, Motions, Series, ends_well, takes
 from pendpin.runs.run import fill_in

@@ -1,7 +1,7 @@
 """Accuracy as the target: the method and its setting that bring the tips within a given error.
 
-The scene is run with a coarse setting and with finer ones. Three runs in a row give an estimate of the error (estimate.py),
-a shifted run shows the effect of rounding (rounding.py); the finest run is returned where both together are within the
+The scene is run with a coarse setting and with finer ones. Three runs in a row give an estimate of the error,
+a shifted run shows the effect of rounding (estimate.py); the finest run is returned where both together are within the
 target. Else the setting is made finer, as far as that can help. Where the finest setting gives no estimate, the distance to
 a run of another method decides; and where the scene names no method, others are tried before the target is refused.
 """
@@ -14,23 +14,29 @@ from pendpin.dynamics.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import EPS, Array
-from pendpin.runs.accuracy.estimate import Estimate, Gaps, estimate_error, list_assumptions
-from pendpin.runs.accuracy.methods import (
-    Refinement,
-    choose_independent,
-    choose_method,
-    choose_refinement,
-    list_alternatives,
-)
-from pendpin.runs.accuracy.rounding import (
+from pendpin.runs.accuracy.estimate import (
+    Estimate,
+    Gaps,
     RoundingError,
     bound_rounding,
     compute_start_rounding,
+    estimate_error,
+    list_assumptions,
     measure_rounding,
     measure_rounding_of_lost_run,
     run_first,
 )
-from pendpin.runs.accuracy.runs import Attempt, Runs, are_equal, is_at_rest
+from pendpin.runs.accuracy.runs import (
+    Attempt,
+    Refinement,
+    Runs,
+    are_equal,
+    choose_independent,
+    choose_method,
+    choose_refinement,
+    is_at_rest,
+    list_alternatives,
+)
 from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, SEARCH, SETTING
 from pendpin.runs.limits import Deadline
 from pendpin.runs.run import ENERGY_ERROR, prepare
@@ -82,7 +88,6 @@ class _Search:
         self.scene, self.runs, self.target = scene, runs, scene.solver.accuracy or 0.0
         self.refinement: Refinement = choose_refinement(scene, runs)
         self.method = method_of(self.refinement.method)
-        self.may_jump = self.method.implicit and not built_in(scene.effects)
         first = scene.by(self.method.name, self.refinement.first)
         run, self.units = run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
         self.first = Attempt(first, self.refinement.first, run)
@@ -107,7 +112,14 @@ class _Search:
         """The run that meets the target. Raises NotMet, or RunError where no method can meet it."""
         if not self.scene.duration:
             return self._complete(0.0)
-        self._refuse_rounded_start()
+        error = compute_start_rounding(self.runs, self.ruler)
+        if error > self.target:
+            self.attempts = [replace(self.last, run=self.runs.run(self.first.scene))]  # not shifted
+            q = self.last.run.q[0]
+            joint = int(np.argmax(np.abs(q)))
+            where, off = f"{self.last.run.joints[joint]} = {q[joint]:.10g}", np.spacing(abs(q[joint]))
+            why = f"it is finer than the start, where {where} is rounded to {off:.1g}"
+            raise RunError(f"accuracy {self.target:g} is not met: {why}", self._complete(error))
         while (run := self._refine()) is None:
             pass
         return run
@@ -120,7 +132,12 @@ class _Search:
         self.attempts.append(Attempt(scene, setting, run))
         if self.first_gap is None:
             self.first_gap = self._measure_gap(-2, -1)
-        if self._is_same() and not is_at_rest(run):
+        same = are_equal(self.attempts[-2].run, run)
+        if (
+            not same and self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
+        ):  # as good as same steps
+            same = bool(self._measure_gap(-2, -1)[-1] <= ESTIMATE.small * self.ruler.measure_extent(run))
+        if same and not is_at_rest(run):
             del self.attempts[-2]
             return self._decide(self._compare_methods(), "finer settings give the same run")
         if len(self.attempts) < 3:
@@ -134,13 +151,21 @@ class _Search:
             verdict = self._estimate()
         if verdict.error[-1] <= self.target:
             return self._confirm(verdict.error)
+        error, reason = verdict.error, self._explain(verdict)
         if self.at_finest and not self._rounding_is_too_large():
-            return self._decide(np.minimum(verdict.error, self._compare_methods()), self._explain(verdict))
-        return self._decide(verdict.error, self._explain(verdict))
+            error = np.minimum(error, self._compare_methods())
+        return self._decide(error, reason)
 
     def _confirm(self, error: Array) -> RunRecord | None:
         """The last run if, where its estimate (n,) alone is not enough, further evidence supports it; as `_refine`."""
-        if self.may_jump or self._hardly_moves() or self._may_damp():
+        assert self.rounding is not None
+        rounding, implicit, own = self.rounding.last, self.method.implicit, not built_in(self.scene.effects)
+        # Near an unstable rest a method may take long steps that see no growth; all its runs then stay there and agree.
+        hardly_moves = self.ruler.measure_extent(self.last.run) <= max(ESTIMATE.noise * rounding, self.target)
+        # Implicit steps may damp what grows: all runs then fall behind alike. The steps that an accuracy below the reach
+        # of another method needs are too short for that.
+        may_damp = rounding > INSTABILITY.growing and self._bound_comparison() > COMPARISON.least_tolerance and implicit
+        if (implicit and own) or hardly_moves or may_damp:
             return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
         if self._is_unstable() and self.method.steps_follow_the_first:
             other = self.runs.run(self.last.scene, 2)  # of the same tolerance, which begins with other steps
@@ -173,34 +198,9 @@ class _Search:
         """Whether rounding alone keeps every claim above the target."""
         return self.rounding is not None and self.rounding.last > self.target
 
-    def _hardly_moves(self) -> bool:
-        """Whether the last run moves less than rounding errors may do, or than the target.
-
-        Near an unstable rest a method may take long steps that see no growth; all its runs then stay there and agree.
-        """
-        assert self.rounding is not None
-        return self.ruler.measure_extent(self.last.run) <= max(ESTIMATE.noise * self.rounding.last, self.target)
-
-    def _may_damp(self) -> bool:
-        """Whether implicit steps may damp what grows: all runs then fall behind alike, and their gaps say little.
-
-        The steps that an accuracy below the reach of another method needs are too short for that.
-        """
-        assert self.rounding is not None
-        grows = self.rounding.last > INSTABILITY.growing and self._bound_comparison() > COMPARISON.least_tolerance
-        return grows and self.method.implicit
-
     def _is_unstable(self) -> bool:
         """Whether the motion magnifies errors so much that they follow no law."""
         return self.rounding is not None and self.rounding.magnified_beyond(INSTABILITY.unstable)
-
-    def _is_same(self) -> bool:
-        """Whether the last two runs are the same, or as close as if they had the same steps."""
-        if are_equal(self.attempts[-2].run, self.last.run):
-            return True
-        same_steps = self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
-        small = ESTIMATE.small * self.ruler.measure_extent(self.last.run)
-        return same_steps and self._measure_gap(-2, -1)[-1] <= small
 
     # --- estimates --------------------------------------------------------------------------------------------------
 
@@ -211,22 +211,18 @@ class _Search:
     def _predict_fall(self, coarse: int, fine: int) -> float:
         """By what factor the error of one attempt should be smaller than that of another."""
         before, after = self.attempts[coarse], self.attempts[fine]
-        if before is self.first or is_at_rest(
-            after.run
-        ):  # shifted, so it takes more steps; those of a rest say nothing
-            return self.refinement.predict_fall(before.setting, after.setting)
-        more = after.run.stats.steps / max(before.run.stats.steps, 1)
+        more = np.inf  # the first run is shifted, so it takes more steps; those of a rest say nothing
+        if before is not self.first and not is_at_rest(after.run):
+            more = after.run.stats.steps / max(before.run.stats.steps, 1)
         return self.refinement.predict_fall(before.setting, after.setting, more)
 
     def _estimate(self) -> Estimate:
         """The estimate from the last three runs; with rounding errors once they are measured."""
-        gaps = Gaps(
-            *(self._measure_gap(-3, -2), self._measure_gap(-2, -1)),
-            (self._predict_fall(-3, -2), self._predict_fall(-2, -1)),
-            *(self.refinement.pace, self.refinement.scatter),
-        )
+        first, second = self._measure_gap(-3, -2), self._measure_gap(-2, -1)
+        promised = self._predict_fall(-3, -2), self._predict_fall(-2, -1)
+        gaps = Gaps(first, second, promised, self.refinement.pace, self.refinement.scatter)
         negligible = self.target * (ESTIMATE.negligible_at_finest if self.at_finest else ESTIMATE.negligible)
-        rounding = np.full(len(gaps.first), EPS) if self.rounding is None else self.rounding.error
+        rounding = np.full(len(first), EPS) if self.rounding is None else self.rounding.error
         safety = INSTABILITY.safety if self._is_unstable() else 1.0
         return estimate_error(gaps, self.ruler.measure_extent(self.last.run), rounding, negligible, safety)
 
@@ -237,8 +233,7 @@ class _Search:
         method = next(method for method in choose_independent(self.runs) if method != self.method.name)
         setting = self.last.setting if self.refinement.spacing is None else 1.0
         tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
-        other = self.runs.run(self.scene.by(method, tolerance))
-        gap = self.ruler.measure_gap(self.last.run, other)
+        gap = self.ruler.measure_gap(self.last.run, self.runs.run(self.scene.by(method, tolerance)))
         return ESTIMATE.disagreement * gap + self.rounding.error
 
     def _bound_comparison(self) -> float:
@@ -261,17 +256,13 @@ class _Search:
 
     def _choose_factor(self) -> float:
         """How much smaller the next error should be. Raises RunError if that would take too many steps."""
+        factor, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
         if len(self.attempts) == 1:
-            return self.refinement.usual
-        usual, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
+            return factor
         fall, gap = self._predict_fall(-2, -1), self._measure_gap(-2, -1)[-1]
-        if gap > ESTIMATE.small * self.ruler.measure_extent(self.last.run):
-            return self._limit_factor(usual)
-        error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
-        return self._limit_factor((scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace))
-
-    def _limit_factor(self, factor: float) -> float:
-        """The factor within the limits of one more run. Raises RunError if it would take too many steps."""
+        if gap <= ESTIMATE.small * self.ruler.measure_extent(self.last.run):
+            error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
+            factor = (scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace)
         before, last = self.attempts[-2:]
         steps = max(last.run.stats.steps, 1)
         more = np.log(steps / max(before.run.stats.steps, 1)) / np.log(before.setting / last.setting)
@@ -300,18 +291,13 @@ class _Search:
         """
         method = self.method.name if self.method.shows_rounding else "dop853"
         hopeless, sure = INSTABILITY.hopeless * self.target, self.scene.by(method, INSTABILITY.sure)
-
-        def measure(scene: Scene) -> RoundingError:
+        hints = [] if self.refinement.spacing else [self.attempts[1].scene]
+        for scene in (*hints, sure):
             like = replace(self.last, scene=scene)
-            return measure_rounding_of_lost_run(self.runs, like, hopeless, self.ruler)
-
-        if not self.refinement.spacing and measure(self.attempts[1].scene).last <= hopeless:
-            return
-        rounding = measure(sure)
-        if rounding.last <= hopeless:
-            self.chaos_denied = True
-            return
-        self.rounding = rounding
+            self.rounding = measure_rounding_of_lost_run(self.runs, like, hopeless, self.ruler)
+            if self.rounding.last <= hopeless:
+                self.rounding, self.chaos_denied = None, scene is sure
+                return
         if not self.method.shows_rounding:
             raise self._refusal(RunError, self._estimate().error, ROUNDING_GROWS)
         for setting in (INSTABILITY.sure, self.refinement.least):  # how far the finest runs reach
@@ -319,34 +305,18 @@ class _Search:
             self.attempts.append(Attempt(scene, setting, self.runs.run(scene)))
         raise self._refusal(RunError, self._bound_error(), ROUNDING_GROWS)
 
-    def _refuse_rounded_start(self) -> None:
-        """Raise RunError if the rounding error of the start is above the target."""
-        error = compute_start_rounding(self.runs, self.ruler)
-        if error > self.target:
-            self.attempts = [replace(self.last, run=self.runs.run(self.first.scene))]  # not shifted
-            q = self.last.run.q[0]
-            joint = int(np.argmax(np.abs(q)))
-            where, off = f"{self.last.run.joints[joint]} = {q[joint]:.10g}", np.spacing(abs(q[joint]))
-            raise RunError(
-                f"accuracy {self.target:g} is not met: it is finer than the start, where {where} is rounded to {off:.1g}",
-                self._complete(error),
-            )
-
     def _explain(self, verdict: Estimate) -> str:
         """Why no other run can meet the target."""
         gaps, stats = verdict.gaps, self.last.run.stats
         if self._rounding_is_too_large():
             return ROUNDING_GROWS
         if not verdict.small:
-            return (
-                f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart, not small beside "
-                f"the motion ({self.ruler.measure_extent(self.last.run):.1g})"
-            )
+            extent = self.ruler.measure_extent(self.last.run)
+            apart = f"runs with the finest settings are {gaps.second[-1]:.1g} of the length apart"
+            return f"{apart}, not small beside the motion ({extent:.1g})"
         if not verdict.regular:
-            return (
-                f"the gap between runs has fallen {gaps.fallen:.2g} times, where {stats.method} promises "
-                f"{gaps.promised[0]:.2g}"
-            )
+            fallen = f"the gap between runs has fallen {gaps.fallen:.2g} times"
+            return f"{fallen}, where {stats.method} promises {gaps.promised[0]:.2g}"
         return f"{stats.setting} is the finest of {stats.method}"
 
     def _refusal(self, kind: type[RunError], error: Array, why: str) -> RunError:

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 @dataclass(frozen=True)
 class SettingThresholds:
-    """The settings of one method from coarse to fine (methods.py)."""
+    """The settings of one method from coarse to fine (runs.py)."""
 
     # Tolerance of a first run, at most: looser ones give runs that have nothing in common with the motion.
     loosest: float = 1e-2
@@ -78,7 +78,7 @@ class SearchThresholds:
 
 @dataclass(frozen=True)
 class RoundingThresholds:
-    """How rounding is measured (rounding.py); benchmarks/rounding_estimates.py compares it with exact motions."""
+    """How rounding is measured (estimate.py); benchmarks/rounding_estimates.py compares it with exact motions."""
 
     # Units of rounding of the start, with a margin for directions in which shifts are magnified less.
     start_units: float = 4.0
