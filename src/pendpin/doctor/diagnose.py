@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from pendpin.doctor.checking.exact import need_sympy
 from pendpin.doctor.diagnosis import Diagnosis, examine
-from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements
+from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements, text_of
 from pendpin.errors import InputError, inside, shown
 from pendpin.ground.files import read_whole
 from pendpin.scene import Scene, load_scene
@@ -129,8 +129,6 @@ def _plain(value: Any) -> str:
         return value
     if isinstance(value, int | float):
         return repr(value)
-    from pendpin.doctor.reading.from_sympy import text_of
-
     if (text := text_of(value)) is None:
         raise InputError(f"{shown(value)} is neither text nor an expression of sympy")
     return text

@@ -6,7 +6,6 @@ from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import pairwise
-from typing import Any
 from urllib.parse import unquote
 
 from pendpin.errors import InputError, shown
@@ -55,6 +54,7 @@ _TYPED = re.compile(
 )
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
 _SEVERAL = re.compile(r"\(?\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*,?\s*\)?\s*=\s*(.+)", re.DOTALL)
+_LEFTS, _RIGHTS = re.compile(r"\\left\b"), re.compile(r"\\right\b")
 _EQUAL = re.compile(r"\\(?:equiv|triangleq|coloneqq|doteq)\b")
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
@@ -131,21 +131,17 @@ def rows(formula: str) -> list[tuple[int, str]]:
     for start, piece in pieces:
         bare = piece.strip().lstrip("&").strip()
         before = joined[-1][1].rstrip(" \n&\\") if joined else ""
-        goes_on = bool(before) and ("=" not in bare or before.endswith("=") or (bare[:1] in "+-*" and "=" not in bare))
-        if joined and (goes_on or not bare or _open(before)):
+        goes_on = bool(before) and ("=" not in bare or before.endswith("="))
+        is_open = before.count("(") > before.count(")") or len(_LEFTS.findall(before)) > len(_RIGHTS.findall(before))
+        if joined and (goes_on or not bare or is_open):
             first, text = joined[-1]
             if before.endswith("=") and bare.startswith("="):
-                text, piece = text.rstrip(" \n&\\")[:-1] + " ", piece
+                text = before[:-1] + " "
             joined[-1] = (first, text + " " * (start - first - len(text)) + piece if bare else text)
         elif bare:
             joined.append((start + len(piece) - len(piece.lstrip(" \n&")), piece.strip(" \n&")))
     whole = any("=" not in piece and not _EQUAL.search(piece) for _, piece in joined)
     return [(0, formula)] if whole or not joined else joined
-
-
-def _open(text: str) -> bool:
-    """Whether a bracket of a row is closed only in a later one."""
-    return text.count("(") > text.count(")") or len(re.findall(r"\\left\b", text)) > len(re.findall(r"\\right\b", text))
 
 
 def _chained(found: list[Statement]) -> list[Statement]:
@@ -178,16 +174,18 @@ def _formulas(text: str) -> Iterator[Formula]:
     while match := _OPENERS.search(text, place):
         opener = match[0]
         place = match.end()
-        fence = {"`": "$$", "<": "</math>", "[": opener.replace("[", "[/")}.get(
-            opener[0], opener.replace("begin", "end")
-        )
-        closer = _CLOSERS.get(opener, fence)
+        fences = {"`": "$$", "<": "</math>", "[": opener.replace("[", "[/")}
+        closer = _CLOSERS.get(opener, fences.get(opener[0], opener.replace("begin", "end")))
         if closer in missing:
             continue
+        end = text.find(closer, place)
         if opener[0] == "{":
-            end, closer = _end_of_braces(text, match.start()), "}"
-        else:
-            end = text.find(closer, place)
+            end, depth, closer = -1, 0, "}"
+            for brace in re.finditer(r"(?<!\\)[{}]", text[match.start() : match.start() + MOST_OF_A_LINE]):
+                depth += 1 if brace[0] == "{" else -1
+                if depth == 0:
+                    end = match.start() + brace.start()
+                    break
         if closer == "</math>" and (again := text.find("<math>", place)) >= 0 and not 0 <= end < again:
             end, closer = again, "<math>"  # the other is missing
         if end < 0:
@@ -199,16 +197,6 @@ def _formulas(text: str) -> Iterator[Formula]:
         formula, begin = unwrapped(body)
         yield match.start(), end + len(closer), place + begin, formula
         place = end + len(closer)
-
-
-def _end_of_braces(text: str, start: int) -> int:
-    """Where the brace that opens at a place is closed; -1 where it is not."""
-    depth = 0
-    for match in re.finditer(r"(?<!\\)[{}]", text[start : start + MOST_OF_A_LINE]):
-        depth += 1 if match[0] == "{" else -1
-        if depth == 0:
-            return start + match.start()
-    return -1
 
 
 def _pictures(text: str) -> Iterator[Formula]:
@@ -363,24 +351,20 @@ def read_toml(data: bytes, place: str) -> Document:
     unknown = [name for name in tables if name not in ("equations", "symbols", "rod", "convention")]
     if unknown:
         raise InputError(f"{place}: {shown(unknown[0])}: unknown key; known are equations, symbols, rod and convention")
-    equations = _texts(tables.get("equations", {}), "equations", place)
-    if not equations:
-        raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
-    symbols = _texts(tables.get("symbols", {}), "symbols", place)
-    words = {name: tables[name] for name in ("rod", "convention") if name in tables}
-    for name, value in words.items():
-        if not isinstance(value, str):
+    for name in ("equations", "symbols"):
+        table = tables.setdefault(name, {})
+        if not isinstance(table, dict):
+            raise InputError(f"{place}: {name}: {shown(table)} is not a table")
+        for key, value in table.items():
+            if not isinstance(value, str):
+                raise InputError(f"{place}: {name}.{key}: {shown(value)} is not text; write it in quotes")
+        if name == "equations" and not table:
+            raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
+    words = [tables.get(name) for name in ("rod", "convention")]
+    for name, value in zip(("rod", "convention"), words, strict=True):
+        if name in tables and not isinstance(value, str):
             raise InputError(f"{place}: {name}: {shown(value)} is not text")
-    return Document(tuple(statements(equations)), symbols, words.get("rod"), words.get("convention"))
-
-
-def _texts(table: Any, name: str, place: str) -> dict[str, str]:
-    if not isinstance(table, dict):
-        raise InputError(f"{place}: {name}: {shown(table)} is not a table")
-    for key, value in table.items():
-        if not isinstance(value, str):
-            raise InputError(f"{place}: {name}.{key}: {shown(value)} is not text; write it in quotes")
-    return table
+    return Document(tuple(statements(tables["equations"])), tables["symbols"], *words)
 
 
 def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]:
@@ -390,3 +374,24 @@ def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]
         if number > MOST_STATEMENTS:
             return
         yield Statement(unwrapped(text.strip().strip("$").strip())[0], name or f"equation {number}", name)
+
+
+def text_of(value: object) -> str | None:
+    """The text of an Eq, expression or column of sympy, its functions of time as names; None for anything else."""
+    from sympy import Derivative, Eq, Expr, MatrixBase, Symbol
+    from sympy.core.function import AppliedUndef
+
+    if isinstance(value, Eq):
+        left, right = text_of(value.lhs), text_of(value.rhs)
+        return None if left is None or right is None else f"{left} = {right}"
+    if isinstance(value, MatrixBase):
+        return f"({', '.join(str(text_of(entry)) for entry in value)})"
+    if not isinstance(value, Expr):
+        return None
+    rates = {}
+    for one in value.atoms(Derivative):
+        if isinstance(one.expr, AppliedUndef):
+            name, dots = one.expr.func.__name__, "d" * int(one.derivative_count)
+            rates[one] = Symbol(f"\\{dots}ot{{{name}}}" if name.startswith("\\") else dots + name)
+    value = value.xreplace(rates)
+    return str(value.xreplace({one: Symbol(one.func.__name__) for one in value.atoms(AppliedUndef)}))

@@ -1,4 +1,4 @@
-"""Tokens to trees: names with their accents and indices, sums, products, powers, functions, derivatives, matrices.
+"""Tokens to trees: sums, products with and without signs, powers, functions, derivatives, brackets, matrices.
 
 Written by hand and not from a grammar's rules, because every part keeps its place in the text, so that a mend can be written
 there, and because what is almost mathematics is refused with a reason and never read as something else.
@@ -8,11 +8,11 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word, unknown
-from pendpin.doctor.reading.tokens import ACCENTS, Token, is_latex, lines, tokens
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, unknown
+from pendpin.doctor.reading.symbols import CLOSING, OF_TIME, SymbolReader, symbol_of
+from pendpin.doctor.reading.tokens import is_latex, lines, tokens
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
-CLOSING = {"(": ")", "[": "]", "{": "}", "\\{": "\\}"}
 OPENING = {closed: opened for opened, closed in CLOSING.items()}
 SEPARATORS = (",", ";", "row", ".", "&")
 ENDS = {"close", "relation", "other relation", "condition", "end", *SEPARATORS}
@@ -21,9 +21,7 @@ DERIVATIVES = ("der", "diff", "Derivative", "D")
 POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
 OF_CODE = (*DERIVATIVES, "diag", *POWERS, *LISTS)
-FRAMES = set("ABINOWG")
 TIME = Written("t")
-OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 MOST_POWER = 12
 MOST_DIGITS = 30
 MOST_TERMS = 6  # of a sum with bounds
@@ -47,47 +45,8 @@ def lone(text: str, words: Vocabulary) -> Node | None:
     return found[0][0] if [len(sides) for sides in found] == [1] else None
 
 
-class Parser:
+class Parser(SymbolReader):
     """One pass over the tokens of a text."""
-
-    def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
-        end = found[-1].end if found else 0
-        self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
-        self.starred = any(token.text == "*" for token in found)  # products have a sign
-        self.place, self.bars, self.spaced = 0, 0, False  # of |, how many are open; whether blanks separate entries
-
-    # --- the cursor ---------------------------------------------------------------------------------------------
-
-    def peek(self, ahead: int = 0) -> Token:
-        """The token this number of places ahead."""
-        return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
-
-    def take(self) -> Token:
-        """The next token, and past it."""
-        token = self.peek()
-        self.place = min(self.place + 1, len(self.tokens) - 1)
-        return token
-
-    def took(self, *texts: str) -> bool:
-        """Whether these tokens come next, and past them."""
-        found = [self.peek(i).text for i in range(len(texts))] == [*texts]
-        self.place += len(texts) if found else 0
-        return found
-
-    @property
-    def end(self) -> int:
-        """The place behind the token before."""
-        return self.peek(-1).end
-
-    def at_sign(self) -> bool:
-        """Whether + or - comes next."""
-        return self.peek().kind == "operator" and self.peek().text in "+-"
-
-    def at_symbol(self) -> bool:
-        """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
-        if self.peek().text == "{":
-            return self.peek(1).kind == "close" and self.peek(2).kind == "^"
-        return self.peek().kind in ("letter", "word", "accent", "style", "plain")
 
     def at_end(self) -> bool:
         """Whether an expression ends before the next token; | ends one that a | has opened."""
@@ -101,41 +60,6 @@ class Parser:
         if not self.spaced or token.start == before.end or before.kind == "operator":
             return False
         return token.kind != "operator" or (token.text in "+-" and self.peek(1).start == token.end)
-
-    def plain(self) -> str:
-        """The text in the bracket that is open, past its end; of brackets in it what is inside."""
-        letters, depth, opened = [], 1, self.peek(-1)
-        while depth:
-            token = self.take()
-            if token.kind == "end":
-                raise Unread(f"the bracket {opened.text} is not closed", opened.start, CLOSING.get(opened.text, ""))
-            depth += {"open": 1, "close": -1}.get(token.kind, 0)
-            if token.kind not in ("open", "close", "plain", "style"):
-                letters.append(token.text)
-        return "".join(letters)
-
-    def digit(self) -> None:
-        r"""LaTeX takes one digit where there are no braces, as in \frac12 and x^23."""
-        token = self.peek()
-        if self.latex and token.kind == "number" and len(token.text) > 1 and token.text.isdigit():
-            first = Token("number", token.text[0], token.start, token.start + 1)
-            rest = Token("number", token.text[1:], token.start + 1, token.end)
-            self.tokens[self.place : self.place + 1] = [first, rest]
-
-    def script(self) -> str:
-        """What stands after the ^ or _ that comes next, without blanks and brackets; a number has its sign."""
-        mark = self.take()
-        if mark.kind == "superscript":
-            return mark.text
-        sign = self.take().text if self.at_sign() else ""
-        self.digit()
-        one = self.take()
-        if one.kind in ("plain", "style"):
-            one = self.take()
-        text = sign + (self.plain() if one.kind == "open" else one.text)
-        return "G/O" if text == "G" and mark.kind == "_" and self.took("/", "O") else text
-
-    # --- equations, sums, products, powers ----------------------------------------------------------------------
 
     def equations(self) -> list[list[Node]]:
         """Lines, sides, and equations on one line with a comma between. Raises Unread."""
@@ -288,66 +212,7 @@ class Parser:
             return symbol_of(written, (token.start, self.end))
         return group
 
-    # --- names and derivatives ----------------------------------------------------------------------------------
-
-    def symbol(self) -> Node:
-        """One quantity, of which is known only how it is written."""
-        start, before = self.peek().start, ""
-        if self.peek().kind == "open":
-            self.place += 2
-            before = self.script()
-        written = self.written()
-        framed = self.peek(2 if self.peek(1).kind == "open" else 1)
-        if self.peek().kind == "^" and framed.kind == "letter" and framed.text in FRAMES:
-            frame = self.script()
-            written = replace(written, frames=before + frame if before and written.letter == "C" else "")
-        while self.peek().kind == "prime":
-            written = replace(written, dots=written.dots + len(self.take().text))
-        if self.peek().kind == "_" and not written.index:
-            written = replace(written, index=self.script())
-        if self.peek().kind == "^" and self.peek(1).kind == "arrow":
-            written = replace(written, index=written.index + self.script())
-        any(self.took(*argument) for argument in OF_TIME)
-        if written.letter == "sum" and written.index:
-            raise Unread("a sum is read with small numbers as its bounds", start)
-        return symbol_of(written, (start, self.end))
-
-    def written(self) -> Written:
-        """A letter with what is above, below and around it."""
-        token = self.take()
-        if token.kind in ("accent", "style", "plain"):
-            written = self.decorated(token)
-        elif token.text == "dot" and self.peek().kind in ("letter", "word"):  # dot theta
-            written = self.written()
-            return replace(written, dots=written.dots + 1)
-        elif token.kind in ("word", "letter"):
-            written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
-        else:
-            raise Unread(f"{token.text!r} is not a symbol", token.start)
-        while self.peek().kind == "dots":
-            written = replace(written, dots=written.dots + ACCENTS[self.take().text])
-        number = self.peek()
-        if not self.latex and token.kind == "letter" and number.kind == "number" and number.start == token.end:
-            written = replace(written, index=self.take().text)  # as in θ1
-        while self.peek().kind == "index":
-            written = replace(written, index=written.index + self.take().text)
-        return replace(written, index=self.script()) if self.peek().kind == "_" else written
-
-    def decorated(self, token: Token) -> Written:
-        """The symbol under an accent, or in another type."""
-        opened = self.take() if self.peek().kind == "open" else None
-        place = self.place
-        if token.kind == "plain" and opened:
-            name = self.plain()
-            if re.fullmatch("[A-Za-z]*", name):
-                return Written("L" if name == "l" and token.text in ("mathscr", "mathcal") else name)
-            self.place = place
-        inside = self.symbol() if opened else None
-        written = (inside.written if inside else None) or self.written()
-        if opened and self.take().kind != "close":
-            raise Unread(f"\\{token.text} over more than one symbol", opened.start)
-        styled = written.styled or token.kind == "style"
-        return replace(written, dots=written.dots + ACCENTS.get(token.text, 0), styled=styled)
+    # --- derivatives, functions and commands --------------------------------------------------------------------
 
     def derivative(self) -> Node | None:
         r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
@@ -385,8 +250,6 @@ class Parser:
         """The number after ^, and past it; 1 where there is none."""
         text = self.script() if self.peek().kind in ("^", "superscript") else "1"
         return int(text) if re.fullmatch("[1-9]", text) else 1
-
-    # --- functions and commands ---------------------------------------------------------------------------------
 
     def function(self) -> Node:
         """A function of what is in brackets or, as in sin 2 phi, of a number and a symbol."""
@@ -578,11 +441,6 @@ class Parser:
             self.script()
         inner = node.children[0] if node.value == (1, 1) else node
         return Node("function", node.span, "norm", (inner,), ((token.start, token.end),))
-
-
-def symbol_of(written: Written, span: Span) -> Node:
-    """A printed name of which nothing else is known."""
-    return Node("symbol", span, unknown(written), written=written)
 
 
 def differentiated(node: Node, by: Node, order: int, span: Span) -> Node:
