@@ -41,7 +41,7 @@ from pendpin.doctor.reading.names import Written
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.recognition import Reading, read
-from pendpin.doctor.reports.text import records, text
+from pendpin.doctor.report import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
 from pendpin.ground.report import Report, Result

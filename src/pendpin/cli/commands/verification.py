@@ -198,7 +198,7 @@ def doctor(
     """
     from pendpin.doctor.diagnose import diagnose_file
     from pendpin.doctor.recognition import check_choices
-    from pendpin.doctor.reports.text import lines
+    from pendpin.doctor.report import lines, write_report
 
     refuse_outputs([file], html=html)
     with naming_options():
@@ -207,8 +207,6 @@ def doctor(
         diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
     print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
     if html:
-        from pendpin.doctor.reports.page import write_report
-
         print_files([write_report(html, diagnosis)], json)
     if not diagnosis.ok:
         raise typer.Exit(1)

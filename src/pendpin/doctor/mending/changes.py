@@ -17,16 +17,17 @@ import numpy as np
 from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.evaluation import Context
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.mending.monomials import Monomial, fraction_of, oddness, reader_of
-from pendpin.doctor.mending.numbers import CLOSE, Part, swapped
+from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, oddness, reader_of, swapped
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.reading.tree import Node, divisors, key, symbols, walk
 from pendpin.doctor.systems.base import Spec, Values, dot
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
 CIRCULAR = {*FUNCTIONS, "sec", "csc"}
-_FACTORS = "2 1/2 3 1/3 4 1/4 3/2 2/3 6 1/6 12 1/12"
-FACTORS = [Monomial(Fraction(factor)) for factor in _FACTORS.split()]
+FACTORS = [
+    Monomial(Fraction(factor))
+    for factor in ["2", "1/2", "3", "1/3", "4", "1/4", "3/2", "2/3", "6", "1/6", "12", "1/12"]
+]
 INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
@@ -49,32 +50,34 @@ class Change:
         """The likeliest first, of these the shortest."""
         return self.cost, len(self.words), self.words
 
+    def __and__(self, other: "Change") -> "Change":
+        """Two changes as one; one may stand within the other."""
+        swaps = {place: swapped(node, other.swaps) for place, node in self.swaps.items()}
+        swaps |= {place: swapped(node, self.swaps) for place, node in other.swaps.items()}
+        words = f"{self.words}, and {other.words}", f"{self.old}; {other.old}", f"{self.new}; {other.new}"
+        return Change((*self.splices, *other.splices), self.cost + other.cost, *words, swaps, count=2)
 
-def both(a: Change, b: Change) -> Change:
-    """Two changes as one; one may stand within the other."""
-    swaps = {place: swapped(node, b.swaps) for place, node in a.swaps.items()}
-    swaps |= {place: swapped(node, a.swaps) for place, node in b.swaps.items()}
-    words = f"{a.words}, and {b.words}", f"{a.old}; {b.old}", f"{a.new}; {b.new}"
-    return Change((*a.splices, *b.splices), a.cost + b.cost, *words, swaps, count=2)
+
+# --- trees that are printed nowhere ---------------------------------------------------------------------------------
 
 
 def number(value: Fraction | int) -> Node:
-    """A number that is printed nowhere."""
+    """A number."""
     return Node("number", (0, 0), Fraction(value))
 
 
 def times(node: Node, other: Node, operator: str = "*") -> Node:
-    """A product that is printed nowhere."""
+    """A product."""
     return Node("product", node.span, ("*", operator), (node, other), ((0, 0), (0, 0)))
 
 
 def power_of(node: Node, exponent: int) -> Node:
-    """A power that is printed nowhere."""
+    """A power."""
     return Node("power", node.span, Fraction(exponent), (node,), (node.span,))
 
 
 def times_monomial(node: Node, monomial: Monomial) -> Node:
-    """A product with what is printed nowhere."""
+    """A product with a monomial."""
     node = times(node, number(monomial.factor))
     for name, power in monomial.powers:
         function, _, quantity = name.rpartition(" ")
@@ -93,6 +96,8 @@ class Generator:
     writer: Writer
     context: Context
 
+    # --- what is listed -----------------------------------------------------------------------------------------
+
     def listed(self, every: list[Part]) -> Iterator[Change]:
         """The changes that can be listed: of one part, then of all parts that are printed alike."""
         alike: dict[tuple, list[Part]] = defaultdict(list)
@@ -101,9 +106,9 @@ class Generator:
             if part.node.kind in ("symbol", "function", "number"):
                 alike[key(part.node)].append(part)
         for group in (group for group in alike.values() if len(group) > 1):
+            where = "in both places" if len(group) == 2 else f"in all {len(group)} places"
             for new, text, cost in self._replacements(group[0]):
                 splices = tuple(self.writer.rename(part.node, text) for part in group)
-                where = "in both places" if len(group) == 2 else f"in all {len(group)} places"
                 first = self._replaced(group[0], splices[0], cost + (0.15 if new.kind == "number" else 0.35), new)
                 swaps = {id(part.node): new for part in group}
                 yield replace(first, splices=splices, words=f"{first.words}, {where}", swaps=swaps)
@@ -127,9 +132,9 @@ class Generator:
         if part.role == "side" and not part.lone:
             yield self._replaced(part, (*outer, "0"), 1.35, times(node, number(0)))
         if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, "term", 1.25, times(node, number(0)))
+            yield self._removed(part, 1.25, times(node, number(0)))
         if part.role in ("factor", "divisor"):
-            yield self._removed(part, "factor", 1.2, number(1))
+            yield self._removed(part, 1.2, number(1))
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         for exponent in {1, 2, 3, 4} - {node.value} if node.kind == "power" else ():
@@ -150,9 +155,12 @@ class Generator:
                 if value.denominator == 1 or node.value == 1:
                     yield number(value), printer.number(value), 0.05 + _cost_of_number(part, value)
         if node.kind == "symbol":
-            name = self.context.meaning(str(node.value))
-            for other in self._own(name):
-                yield replace(node, value=other), other.lstrip("?"), 1.05
+            name, own = self.context.meaning(str(node.value)), self.context.definitions
+            for other in own.keys() - {name}:  # what the text or the user defined, of the same dimension
+                with suppress(Disagreement):
+                    here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
+                    if other.startswith("?") and here == there:
+                        yield replace(node, value=other), other.lstrip("?"), 1.05
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(printer.styles and other not in printer.styles)
@@ -164,15 +172,6 @@ class Generator:
         if node.kind == "derivative" and node.value != "t":
             for other in self.spec.state:
                 yield replace(node, value=other), printer.symbol(other), 1.1
-
-    def _own(self, name: str) -> Iterator[str]:
-        """Symbols that the text or the user defined, in place of another of the same dimension."""
-        own = self.context.definitions
-        for other in own.keys() - {name}:
-            with suppress(Disagreement):
-                here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
-                if other.startswith("?") and here == there:
-                    yield other
 
     def _alternatives(self, name: str) -> list[str]:
         """Names that could stand in place of one: of its family first, and the common ones."""
@@ -194,13 +193,14 @@ class Generator:
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
         return [Monomial(Fraction(1), (power,)) for power in powers]
 
+    # --- what has a size ----------------------------------------------------------------------------------------
+
     def by_need(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
         node = part.node
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
-            yield self._in_place(
-                part, number(wanted), self.writer.printer.number(wanted), _cost_of_number(part, wanted)
-            )
+            text = self.writer.printer.number(wanted)
+            yield self._in_place(part, number(wanted), text, _cost_of_number(part, wanted))
         if value.ndim == needed.ndim and value.ndim < 3 and np.isfinite(needed).all():
             if part.whole:
                 yield from self._factors(part, value, needed)
@@ -227,16 +227,17 @@ class Generator:
             if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
                 found += [(monomial, printer.symbol(name)) for monomial in reader.read(along, self._extras)]
         for monomial, direction in found:
+            if self._is_odd(monomial, MOST_EXTRA):
+                continue
             powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
             strange = sum(name not in printer.styles for name, _ in powers)
             steep = sum(power < 0 and name not in self._below for name, power in powers)
-            if not self._is_odd(monomial, MOST_EXTRA):
-                text = f"{'+' if monomial.factor > 0 else '-'} {printer.monomial(monomial, direction)}"
-                cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.03 * strange
-                cost += 0.5 * steep + 0.5 * part.lone
-                yield Change(
-                    (self.writer.behind(part.node, f" {text}"),), cost, f"the term {text} is missing", "", text
-                )
+            cost = (
+                1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.03 * strange + 0.5 * steep + 0.5 * part.lone
+            )
+            text = f"{'+' if monomial.factor > 0 else '-'} {printer.monomial(monomial, direction)}"
+            splice = self.writer.behind(part.node, f" {text}")
+            yield Change((splice,), cost, f"the term {text} is missing", "", text)
 
     @cached_property
     def _below(self) -> set[str]:
@@ -262,6 +263,8 @@ class Generator:
         falls = any(power < 0 and name in self.spec.moving for name, power in monomial.powers)
         return bool(extra) and (monomial.size > most or (falls and extra[-1] != "M3"))
 
+    # --- what has no value --------------------------------------------------------------------------------------
+
     def of_kind(self, part: Part) -> Iterator[Change]:
         """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
         node, writer, spec = part.node, self.writer, self.spec
@@ -269,9 +272,9 @@ class Generator:
             splice = (node.outer[1], node.outer[1], writer.printer.joint + text)
             yield self._replaced(part, splice, 1.2, node, f"{text} is missing after {writer.of(node.outer)}")
         if part.role == "factor" and node.kind == "symbol":
-            yield self._removed(part, "factor", 1.25, number(1))
+            yield self._removed(part, 1.25, number(1))
         if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, "term", 1.3, number(0))
+            yield self._removed(part, 1.3, number(0))
         scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
         names = (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ()
         for name in names:
@@ -292,19 +295,22 @@ class Generator:
             splices = tuple(self.writer.put(span, text) for span, text in texts.items())
             yield Change(splices, 1.0, f"{old} should be {new}", old, new)
 
+    # --- a change written ---------------------------------------------------------------------------------------
+
     def _in_place(self, part: Part, new: Node, text: str, cost: float) -> Change:
         """A symbol, function, number or variable in place of another; a factor 1 is left out."""
         if text == "1" and part.role in ("factor", "divisor") and not part.parents[-1].fraction:
-            return self._removed(part, "factor", cost, new)
+            return self._removed(part, cost, new)
         return self._replaced(part, self.writer.rename(part.node, text), cost, new)
 
     def _replaced(self, part: Part, splice: Splice, cost: float, new: Node, words: str = "") -> Change:
         old, shown = self.writer.shown(part, splice)
         return Change((splice,), cost, words or f"{old} should be {shown}", old, shown, {id(part.node): new})
 
-    def _removed(self, part: Part, what: str, cost: float, new: Node) -> Change:
-        splice = self.writer.without_factor(part) if what == "factor" else self.writer.without_term(part)
-        old = self.writer.of(part.node.outer)
+    def _removed(self, part: Part, cost: float, new: Node) -> Change:
+        """A sum without a term, or a product without a factor."""
+        what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
+        splice = self.writer.without(part)
         return Change((splice,), cost, f"the {what} {old} is too many", old, "", {id(part.node): new})
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:

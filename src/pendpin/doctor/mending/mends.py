@@ -10,9 +10,8 @@ import numpy as np
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals
-from pendpin.doctor.mending.changes import Change, Generator, both
-from pendpin.doctor.mending.monomials import reader_of
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, parts_of
+from pendpin.doctor.mending.changes import Change, Generator
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, parts_of, reader_of
 from pendpin.doctor.mending.writing import Printer, Splice, Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
@@ -188,7 +187,7 @@ def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> list[Chang
         for j in i + 1 + np.flatnonzero(np.abs(left[first] + changes[i + 1 :, first]) <= size):
             a, b = usable[i][0], usable[j][0]
             if np.abs(left + changes[j]).max() <= size and not overlap(a.splices, b.splices):
-                pairs.append(both(a, b))
+                pairs.append(a & b)
     return pairs
 
 
@@ -201,7 +200,7 @@ def _pairs_of_terms(listed: list[Change], every: list[Part], numbers: Numbers) -
     likely = [(change, {terms[place] for place in change.swaps}) for change in listed[:MOST_TOGETHER]]
     for (a, here), (b, there) in combinations(likely, 2):
         if here & there and not overlap(a.splices, b.splices):
-            pair = both(a, b)
+            pair = a & b
             if numbers.vanishes(numbers.residual(pair.swaps)):
                 yield pair
 

@@ -4,8 +4,7 @@ import re
 from dataclasses import dataclass
 from fractions import Fraction
 
-from pendpin.doctor.mending.monomials import Monomial
-from pendpin.doctor.mending.numbers import Part
+from pendpin.doctor.mending.numbers import Monomial, Part
 from pendpin.doctor.reading.tree import Node, Span, walk
 from pendpin.doctor.systems.base import Spec
 
@@ -57,14 +56,9 @@ class Printer:
         if power == 1:
             return text
         name, bracket, rest = text.partition("(")
-        of_function = bracket and name in ("\\sin", "\\cos", "\\tan")
-        return (
-            f"{text}**{power}"
-            if not self.latex
-            else f"{name}^{power}{bracket}{rest}"
-            if of_function
-            else f"{text}^{power}"
-        )
+        if self.latex and bracket and name in ("\\sin", "\\cos", "\\tan"):
+            return f"{name}^{power}{bracket}{rest}"
+        return f"{text}^{power}" if self.latex else f"{text}**{power}"
 
 
 def spliced(text: str, splices: tuple[Splice, ...]) -> str:
@@ -130,22 +124,16 @@ class Writer:
         start = part.node.outer[0]
         return (start, start + 1, "") if self.text[start] == "-" else (start, start, "-")
 
-    def without_term(self, part: Part) -> Splice:
-        """A sum without one of its terms; the term that then comes first loses its plus."""
-        total = part.parents[-1]
-        start, end = total.marks[part.index][0], part.node.outer[1]
-        if part.index:
-            return (start, end, "")
-        return (start, total.marks[1][1 if total.value[1] > 0 else 0], "")
-
-    def without_factor(self, part: Part) -> Splice:
-        """A product without one of its factors."""
-        product, outer = part.parents[-1], part.node.outer
-        if product.fraction:
-            return (*outer, "{1}" if self.text[outer[0]] == "{" else "1")
-        if part.index:
-            return (product.marks[part.index][0], outer[1], "")
-        return (*outer, "1") if product.value[1] == "/" else (outer[0], product.children[1].outer[0], "")
+    def without(self, part: Part) -> Splice:
+        """A sum without one of its terms, the next one losing its plus; or a product without one of its factors."""
+        whole, (start, end) = part.parents[-1], part.node.outer
+        if part.index and not whole.fraction:
+            return (whole.marks[part.index][0], end, "")
+        if part.role == "term":
+            return (whole.marks[0][0], whole.marks[1][1 if whole.value[1] > 0 else 0], "")
+        if whole.fraction:
+            return (start, end, "{1}" if self.text[start] == "{" else "1")
+        return (start, end, "1") if whole.value[1] == "/" else (start, whole.children[1].outer[0], "")
 
     def exponent(self, node: Node, power: int) -> Splice:
         """Another exponent for a power, none for 1; or one for a node that has none. `power` is from 1 to 4."""

@@ -360,11 +360,11 @@ def read_toml(data: bytes, place: str) -> Document:
                 raise InputError(f"{place}: {name}.{key}: {shown(value)} is not text; write it in quotes")
         if name == "equations" and not table:
             raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
-    words = [tables.get(name) for name in ("rod", "convention")]
-    for name, value in zip(("rod", "convention"), words, strict=True):
-        if name in tables and not isinstance(value, str):
-            raise InputError(f"{place}: {name}: {shown(value)} is not text")
-    return Document(tuple(statements(tables["equations"])), tables["symbols"], *words)
+    for name in ("rod", "convention"):
+        if name in tables and not isinstance(tables[name], str):
+            raise InputError(f"{place}: {name}: {shown(tables[name])} is not text")
+    found, rod, convention = tuple(statements(tables["equations"])), tables.get("rod"), tables.get("convention")
+    return Document(found, tables["symbols"], rod, convention)
 
 
 def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]:

@@ -33,7 +33,7 @@ def formula(text: str) -> Formula:
     code = compile(text, text, "eval")
 
     def value(q: "Quantities") -> Values:
-        names: Any = q
+        names = {name: q[name] for name in code.co_names if name not in q.functions}
         found = eval(code, q.functions, names)  # the text of a system's table, never of a document
         return found if isinstance(found, np.ndarray) else q.number(found)
 
