@@ -97,7 +97,7 @@ def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("pendpin.engines.machine.code.Code", slow)
     engine = Dynamics(build(MODELS["one rod"]), (fx.Gravity(),), form="angles").engine
-    function = Function(record(engine, (fx.Gravity(),), 0.0))
+    function = Function(lambda: record(engine, (fx.Gravity(),), 0.0))
     with ThreadPoolExecutor(2) as pool:
         one, other = pool.map(lambda _: function.code(), range(2))
     assert one is other

@@ -65,7 +65,7 @@ def test_one_code_for_any_number_of_rods(thin: bool) -> None:
     """Four rods and a thousand others have the same equations, recorded and compiled once."""
     form = "directions" if thin else "angles"
     few, many = (compiled(chain(n, seed=n, thin=thin), (fx.Gravity(), AIR), form).engine for n in (4, 1000))
-    assert few.function is many.function  # type: ignore[attr-defined]
+    assert few.equations is many.equations  # type: ignore[attr-defined]
 
 
 @law(20)

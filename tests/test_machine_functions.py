@@ -12,14 +12,14 @@ from laws import law
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 mpmath = pytest.importorskip("mpmath")
 
-from pendpin.engines.machine.lines import (  # noqa: E402
+from pendpin.engines.machine.llvm import Library  # noqa: E402
+from pendpin.engines.machine.routines import (  # noqa: E402
     DECLARED,
     FAR,
     TRIGONOMETRY,
     WIDE,
     trigonometry_code,
 )
-from pendpin.engines.machine.llvm import Library  # noqa: E402
 
 FUNCTION = ctypes.CFUNCTYPE(None, ctypes.c_void_p, ctypes.c_int64, ctypes.c_void_p, ctypes.c_void_p)
 

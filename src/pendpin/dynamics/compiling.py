@@ -28,7 +28,7 @@ from pendpin.dynamics.symbols import (
     tree_with_numbers,
 )
 from pendpin.effects import Bodies, Effect
-from pendpin.engines import Compiled, CompiledEquations, Engine, Loads, Moving, Values
+from pendpin.engines import Compiled, Engine, Function, Loads, Moving, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.code import Block
 from pendpin.engines.machine.tape import Recording
@@ -214,7 +214,7 @@ def _poses(tree: Tree, q: Array, xp: Any) -> list[Array]:
 MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
 MOST_SHORTENED = 10  # joints, up to which equations are written out so that what stays 0 is left out of them
-_known: OrderedDict[Hashable, CompiledEquations] = OrderedDict()
+_known: OrderedDict[Hashable, Function] = OrderedDict()
 _still: OrderedDict[Hashable, tuple[int, ...]] = OrderedDict()  # by structure and zeros at the start
 _lock = Lock()
 
@@ -277,7 +277,7 @@ def equations_of(
     start: float,
     asked: Asked = MOTION,
     by_rod: bool = False,
-) -> tuple[CompiledEquations, Parameters]:
+) -> tuple[Function, Parameters]:
     """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
 
     `by_rod`: those of one rod of a chain, which are loops as machine code.
@@ -294,15 +294,15 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = parameters_of_samples(engine, effects, start)
     equations = look_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
-    return Sampler(engine.model, equations.function.block(Values.of(parameters)))
+    return Sampler(engine.model, equations.block(Values.of(parameters)))
 
 
-def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> CompiledEquations:
+def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> Function:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
         equations = _known.get(key)
         if equations is None:
-            equations = _known[key] = CompiledEquations(record, len(parameters.tables))
+            equations = _known[key] = Function(record, len(parameters.tables))
         _known.move_to_end(key)
         while len(_known) > MOST_KNOWN:
             _known.popitem(last=False)

@@ -273,4 +273,4 @@ def differentiate_equations(variation: Variation, start: float, by_rod: bool) ->
     places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
     key = ("derivatives", parameters.structure, len(parameters.values), places)
     values = Values(variation.shared, variation.of_rods, parameters.tables)
-    return look_up(key, write, parameters).function.block(values)
+    return look_up(key, write, parameters).block(values)

@@ -59,7 +59,7 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     parameters = list_parameters(model, by_rod)
     _residual(engine, effects, start, parameters, np)
     write = partial(_record, engine, effects, start, by_rod)
-    block = look_up(("residual", parameters.structure), write, parameters).function.block(Values.of(parameters))
+    block = look_up(("residual", parameters.structure), write, parameters).block(Values.of(parameters))
     point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
         ways = np.eye(min(TOGETHER, PARTS * nv - begin), PARTS * nv, begin)

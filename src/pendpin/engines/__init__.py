@@ -10,12 +10,11 @@ from pendpin.engines.base import (
     Derivative,
     Engine,
     Loads,
-    Moving,
     ProgressCallback,
     Sample,
 )
 from pendpin.engines.chain import LongChain
-from pendpin.engines.compiled import Compiled, CompiledEquations
-from pendpin.engines.machine.code import Values
+from pendpin.engines.compiled import Compiled, Moving
+from pendpin.engines.machine.code import Function, Values
 from pendpin.engines.pinocchio import Canonical, CanonicalForm, Revolute
 from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical

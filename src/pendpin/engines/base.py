@@ -3,17 +3,15 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any, NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.effects import Motion
+from pendpin.engines.machine.code import Block
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices
 from pendpin.model.build import Model
-
-if TYPE_CHECKING:
-    from pendpin.engines.machine.code import Block
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
@@ -93,7 +91,7 @@ class Engine(ABC):
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """f(dy, t, y) that fills dy, and a function that counts its calls; `progress` is called with t and may raise."""
 
-    def block(self) -> "Block":
+    def block(self) -> Block:
         """The arguments of the machine code for one run, where the engine `compiles`. Raises InputError elsewhere."""
         raise InputError('solver.engine: only "compiled" has equations in machine code')
 
@@ -139,83 +137,6 @@ class AngleEngine(Engine):
     @abstractmethod
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
-
-
-class Wrapping(Engine):
-    """An engine on the state of another, its base, which does what a subclass does not do itself."""
-
-    def __init__(self, base: Engine) -> None:
-        super().__init__(base.model, base.loads)
-        self.base, self.name, self.on_angles = base, base.name, base.on_angles
-
-    def whole(self, y: Array) -> Array:
-        """The base engine's states (..., size) from its own."""
-        return y
-
-    def pack(self, q: Array, v: Array) -> Array:
-        """The state (size,) of the base engine."""
-        return self.base.pack(q, v)
-
-    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) by the base engine."""
-        return self.base.unpack(t, self.whole(y), near)
-
-    def density(self, y: Array) -> float:
-        """The states per second that the base engine needs, by states y (n, size)."""
-        return self.base.density(self.whole(y))
-
-    def project(self, y: Array) -> Array:
-        """The projection (size,) of the base engine."""
-        return self.base.project(self.whole(y))
-
-    def motion(self, y: Array) -> Motion:
-        """The motion of the bodies by the base engine, at y (size,)."""
-        return self.base.motion(self.whole(y))
-
-    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, at any states."""
-        return self.base.evaluate(t, q, v, torque)
-
-
-class Moving(Wrapping):
-    """Another engine without the numbers of its state that stay 0 in a motion, as phi does in a plane of theta.
-
-    Only motions that begin with these numbers 0 can be integrated.
-    """
-
-    def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
-        super().__init__(base)
-        self.symbolic, self.still = base.symbolic, still
-        self._size = len(base.pack(*np.zeros((2, len(base.model.joints)))))
-        self.places = np.setdiff1d(np.arange(self._size), still)
-
-    def pack(self, q: Array, v: Array) -> Array:
-        """What moves of the state (size,) at q, v (nv,). Raises ValueError for a state in which more moves."""
-        y = self.base.pack(q, v)
-        if y[list(self.still)].any():
-            raise ValueError("the motion leaves the plane for which its equations were written")
-        return y[self.places]
-
-    def whole(self, y: Array) -> Array:
-        """The base engine's states (..., size), from what moves of them."""
-        states = np.zeros((*y.shape[:-1], self._size))
-        states[..., self.places] = y
-        return states
-
-    def project(self, y: Array) -> Array:
-        """What moves of the base engine's projection (size,)."""
-        return super().project(y)[self.places]
-
-    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """y' by the base engine."""
-        function, calls = self.base.derivative(progress)
-        rates = np.empty(self._size)
-
-        def derivative(dy: Array, t: float, y: Array) -> None:
-            function(rates, t, self.whole(y))
-            dy[:] = rates[self.places]
-
-        return derivative, calls
 
 
 def count_calls(

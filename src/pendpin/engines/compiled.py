@@ -1,89 +1,126 @@
-"""An engine's equations as machine code: recorded once on a tape, compiled once for each structure of a scene.
-
-One compilation serves many sets of parameters. `CompiledEquations` belongs to a structure (pendpin.dynamics.compiling keeps
-them for the life of the process); `Compiled` is an engine with one set of parameters; a `Block` is what one run passes to
-the function, so that runs in several threads share the code and nothing else:
-    equations = compiled_equations(engine, effects, start)    # recorded, or from the cache
-    equations.function.block(values)                          # values as Parameters lists them: no compiling
-"""
+"""Engines on the state of another: without the numbers that stay 0, and with y' by machine code."""
 
 import time
-from collections.abc import Callable, Hashable
+from collections.abc import Callable
 from functools import cached_property
-from threading import Lock
-from typing import Any
 
 import numpy as np
 
-from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Wrapping, count_calls
+from pendpin.effects import Motion
+from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.machine.code import Block, Contents, Function, Values
-from pendpin.engines.machine.tape import Recording
 from pendpin.ground.arrays import Array
 
 
-class CompiledEquations:
-    """The equations of one structure, recorded and compiled when they are first needed."""
+class Wrapping(Engine):
+    """An engine on the state of another, its base, which does what a subclass does not do itself."""
 
-    def __init__(self, record: Callable[[], Recording], tables: int) -> None:
-        self._record: Callable[[], Recording] | None = record
-        self._recording: Recording | None = None
-        self._tables, self._lock = tables, Lock()
-        self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
+    def __init__(self, base: Engine) -> None:
+        super().__init__(base.model, base.loads)
+        self.base, self.name, self.on_angles = base, base.name, base.on_angles
 
-    @property
-    def compile_seconds(self) -> float:
-        """The s in which the machine code was compiled, in whichever run that was."""
-        return self.function.compile_seconds
+    def whole(self, y: Array) -> Array:
+        """The base engine's states (..., size) from its own."""
+        return y
 
-    @property
-    def recording(self) -> Recording:
-        """y' on a tape. Raises InputError for an effect that does not run on symbols."""
-        with self._lock:
-            if self._record is not None:
-                self._recording, self._record = self._record(), None  # the engine that it holds goes
-            assert self._recording is not None
-            return self._recording
+    def pack(self, q: Array, v: Array) -> Array:
+        """The state (size,) of the base engine."""
+        return self.base.pack(q, v)
 
-    @cached_property
-    def function(self) -> Function:
-        """y' as machine code."""
-        return Function(self.recording, self._tables)
+    def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """Positions and velocities (n, nv) by the base engine."""
+        return self.base.unpack(t, self.whole(y), near)
+
+    def density(self, y: Array) -> float:
+        """The states per second that the base engine needs, by states y (n, size)."""
+        return self.base.density(self.whole(y))
+
+    def project(self, y: Array) -> Array:
+        """The projection (size,) of the base engine."""
+        return self.base.project(self.whole(y))
+
+    def motion(self, y: Array) -> Motion:
+        """The motion of the bodies by the base engine, at y (size,)."""
+        return self.base.motion(self.whole(y))
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, at any states."""
+        return self.base.evaluate(t, q, v, torque)
+
+
+class Moving(Wrapping):
+    """Another engine without the numbers of its state that stay 0 in a motion, as phi does in a plane of theta.
+
+    Only motions that begin with these numbers 0 can be integrated.
+    """
+
+    def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
+        super().__init__(base)
+        self.symbolic, self.still = base.symbolic, still
+        self._size = len(base.pack(*np.zeros((2, len(base.model.joints)))))
+        self.places = np.setdiff1d(np.arange(self._size), still)
+
+    def pack(self, q: Array, v: Array) -> Array:
+        """What moves of the state (size,) at q, v (nv,). Raises ValueError for a state in which more moves."""
+        y = self.base.pack(q, v)
+        if y[list(self.still)].any():
+            raise ValueError("the motion leaves the plane for which its equations were written")
+        return y[self.places]
+
+    def whole(self, y: Array) -> Array:
+        """The base engine's states (..., size), from what moves of them."""
+        states = np.zeros((*y.shape[:-1], self._size))
+        states[..., self.places] = y
+        return states
+
+    def project(self, y: Array) -> Array:
+        """What moves of the base engine's projection (size,)."""
+        return super().project(y)[self.places]
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """y' by the base engine."""
+        function, calls = self.base.derivative(progress)
+        rates = np.empty(self._size)
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            function(rates, t, self.whole(y))
+            dy[:] = rates[self.places]
+
+        return derivative, calls
 
 
 class Compiled(Wrapping):
-    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
+    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters.
+
+    Many engines share the `equations` of one structure (pendpin.dynamics.compiling keeps them); each run has its block.
+    """
 
     compiles = True
     symbolic = False
 
-    def __init__(self, base: Engine, equations: CompiledEquations, values: Values, took: float) -> None:
+    def __init__(self, base: Engine, equations: Function, values: Values, took: float) -> None:
         super().__init__(base)
         self.equations, self.name = equations, f"{base.name}, compiled"
         self._values, self.compile_seconds = values, took
 
-    @property
-    def size(self) -> int:
-        """How many numbers the state has."""
-        return self._contents.sizes.state
-
-    @property
-    def function(self) -> Function:
-        """y' as machine code."""
-        begin = time.thread_time()
-        function = self.equations.function  # recorded here, the first time
-        self._took(time.thread_time() - begin)
-        return function
-
-    def block(self) -> Block:
-        """The arguments of the function for one run."""
-        return Block(self.function, self._contents, self._took)
+    def _took(self, seconds: float) -> None:
+        self.compile_seconds += seconds
 
     @cached_property
     def _contents(self) -> Contents:
-        return self.function.contents(self._values)
+        begin = time.thread_time()
+        _ = self.equations.text  # recorded here, the first time
+        self._took(time.thread_time() - begin)
+        return self.equations.contents(self._values)
 
-    def _took(self, seconds: float) -> None:
-        self.compile_seconds += seconds
+    @property
+    def size(self) -> int:
+        """How many numbers the state has."""
+        return self._contents.state
+
+    def block(self) -> Block:
+        """The arguments of the function for one run."""
+        return Block(self.equations, self._contents, self._took)
 
     def normalise(self, y: Array) -> None:
         """The base engine's, of a state (size,); steps in machine code do it themselves."""

@@ -1,5 +1,5 @@
-"""Equations as machine code: recorded on a tape, differentiated there, written for LLVM, compiled in memory.
+"""Equations as machine code, from tape to machine code.
 
-tape, passes, tangents: the arithmetic as a list of operations. text, lines: its text, with sines and cosines. llvm, code:
-what is called. May import: equations, ground and errors.
+tape, passes, tangents: the arithmetic as a list of operations, in loops over rods, with derivatives. text: what LLVM reads.
+routines: what that calls, and what calls it. llvm, code: compiled in memory. May import: equations, ground and errors.
 """

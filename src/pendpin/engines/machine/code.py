@@ -1,26 +1,21 @@
-"""Operations on a tape as machine code: LLVM's intermediate language, which llvm.py compiles.
+"""The machine code of equations, recorded and compiled when it is first needed, and what a run passes to it.
 
-A function has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
-    void rate(double *dy, double t, double *y, void **block, double *more)
-`more` takes the further results of a recording; it is null where they are not wanted.
-Its block holds what changes from run to run: see `Block`. Nothing of it is written to a file.
-
-Equations of a chain are loops over its rods (text.py): the same code is for any number of rods.
+A block holds what changes from run to run, so that runs in several threads share the code and nothing else. Nothing of it
+is written to a file.
 """
 
 import ctypes
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from dataclasses import dataclass
-from threading import Lock
+from functools import cached_property
+from threading import RLock
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.machine.lines import WIDE
 from pendpin.engines.machine.llvm import Code
-from pendpin.engines.machine.tape import Recording
-from pendpin.engines.machine.text import (
+from pendpin.engines.machine.routines import (
     CALLBACK,
     CALLS,
     HEADER,
@@ -31,9 +26,10 @@ from pendpin.engines.machine.text import (
     STATE,
     TABLE,
     UNITS,
-    Places,
-    Text,
+    WIDE,
 )
+from pendpin.engines.machine.tape import Recording
+from pendpin.engines.machine.text import Text
 from pendpin.ground.arrays import Array, address
 
 Callback = ctypes.CFUNCTYPE(ctypes.c_int, ctypes.c_double)  # t -> whether to stop
@@ -60,70 +56,74 @@ class Values(NamedTuple):
         return cls(parameters.values, parameters.values_of_rods, parameters.tables)
 
 
-class Sizes(NamedTuple):
-    """How many numbers there are."""
-
-    state: int
-    more: int
-    inputs: int
-    directions: int
-    scratch: int  # that loops leave for later ones
-    operations: int  # of an evaluation
-
-
 class Contents(NamedTuple):
     """What does not change in a block: several may share it."""
 
-    sizes: Sizes
+    state: int  # how many numbers a state has
+    more: int  # how many further results there are
+    inputs: int
+    directions: int  # unit vectors at the beginning of a state
+    scratch: int  # numbers that loops leave for later ones
+    operations: int  # of an evaluation
     numbers: Sequence[float]  # what operations on parameters alone come to
     of_rods: Array  # (n, k), those of the parameters of each of the n rods
     tables: Sequence[Table]
 
 
 class Function:
-    """The machine code of a recording. It may be used from several threads, with a block for each."""
+    """The equations of one structure as machine code; it may be used from several threads, with a block for each."""
 
-    def __init__(self, recording: Recording, tables: int = 0) -> None:
-        self._recording, self._places = recording, Places.of(recording)
-        self._layout = Text(recording, tables, self._places)
-        self.text = str(self._layout)
+    def __init__(self, record: Callable[[], Recording], tables: int = 0) -> None:
+        self._record: Callable[[], Recording] | None = record
+        self._recording: Recording | None = None
         self._code: Code | None = None
-        self.compile_seconds, self._lock = 0.0, Lock()
+        self._tables, self._lock, self.compile_seconds = tables, RLock(), 0.0
+        self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
+
+    @property
+    def recording(self) -> Recording:
+        """The equations on a tape. Raises InputError for an effect that does not run on symbols."""
+        with self._lock:
+            if self._record is not None:
+                self._recording, self._record = self._record(), None  # the engine that it holds goes
+            assert self._recording is not None
+            return self._recording
+
+    @cached_property
+    def text(self) -> Text:
+        """Its text in LLVM's language."""
+        return Text(self.recording, self._tables)
 
     def code(self) -> Code:
         """The code, compiled if it was not."""
         with self._lock:  # a second code in the place of the first would free it while another thread runs it
             if self._code is None:
                 begin = time.thread_time()
-                self._code = Code(self.text, len(self._layout.schedule.needed))
+                self._code = Code(str(self.text), len(self.text.schedule.needed))
                 self.compile_seconds += time.thread_time() - begin
             return self._code
 
-    def sizes(self, rods: int) -> Sizes:
-        """How many numbers a block holds, for a chain of `rods` rods."""
-        places, schedule, chain = self._places, self._layout.schedule, bool(self._recording.parts)
-        return Sizes(
-            state=self._recording.size_of(rods),
-            more=len(places.more) + rods * len(places.more_of_rod),
-            inputs=(rods if chain else 1) * self._recording.inputs,
-            directions=(rods if chain else 1) * self._recording.directions,
-            scratch=rods * self._layout.scratch_of_rod + 2 * WIDE,
-            operations=len(schedule.needed) + (rods - 1) * len(schedule.loop),
+    def contents(self, parameters: Values) -> Contents:
+        """What a block holds for one set of parameters."""
+        text, recording, rods = self.text, self.recording, parameters.of_rods.shape[1]
+        tape, units = recording.tape, rods if recording.parts else 1
+        values = tape.values([*text.fixed, *text.fixed_of_rod], parameters.shared, parameters.of_rods)
+        rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in text.fixed_of_rod]
+        return Contents(
+            recording.size_of(rods),
+            len(text.more) + rods * len(text.more_of_rod),
+            units * recording.inputs,
+            units * recording.directions,
+            rods * text.scratch_of_rod + 2 * WIDE,
+            len(text.schedule.needed) + (rods - 1) * len(text.schedule.loop),
+            [x for place in text.fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))],
+            np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T),
+            parameters.tables,
         )
 
-    def contents(self, parameters: Values) -> "Contents":
-        """What a block holds for one set of parameters."""
-        fixed, fixed_of_rod, rods = self._layout.fixed, self._layout.fixed_of_rod, parameters.of_rods.shape[1]
-        tape = self._recording.tape
-        values = tape.values([*fixed, *fixed_of_rod], parameters.shared, parameters.of_rods)
-        rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in fixed_of_rod]
-        of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
-        shared = [x for place in fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
-        return Contents(self.sizes(rods), shared, of_rods, parameters.tables)
-
-    def block(self, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None) -> "Block":
-        """A block for one set of parameters; `compiled` gets the s that compiling takes."""
-        return Block(self, self.contents(parameters), compiled)
+    def block(self, parameters: Values) -> "Block":
+        """A block for one set of parameters."""
+        return Block(self, self.contents(parameters))
 
 
 class Block:
@@ -132,19 +132,21 @@ class Block:
     `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
     """
 
-    def __init__(self, function: Function, contents: Contents, compiled: Callable[[float], None]) -> None:
+    def __init__(
+        self, function: Function, contents: Contents, compiled: Callable[[float], None] = lambda seconds: None
+    ) -> None:
         self.function, self._compiled = function, compiled
-        sizes, numbers, of_rods, tables = contents
-        self.size, self.more, self.operations = sizes.state, sizes.more, sizes.operations
-        self._scratch = np.empty(sizes.scratch)
+        numbers, of_rods, tables = contents[-3:]
+        self.size, self.more, self.operations = contents.state, contents.more, contents.operations
+        self._scratch = np.empty(contents.scratch)
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
         self._kept += [self._scratch, of_rods]
         first = HEADER + TABLE * len(tables)
-        self._cells = np.zeros(first + len(numbers) + sizes.inputs)
+        self._cells = np.zeros(first + len(numbers) + contents.inputs)
         self._whole, self._code = self._cells.view(np.int64), None
         self._whole[RODS] = len(of_rods)
         self._whole[SCRATCH], self._whole[NUMBERS] = self._scratch.ctypes.data, of_rods.ctypes.data
-        self._whole[STATE], self._whole[MORE], self._whole[UNITS] = sizes.state, sizes.more, sizes.directions
+        self._whole[STATE], self._whole[MORE], self._whole[UNITS] = self.size, self.more, contents.directions
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[HEADER + TABLE * i :][:TABLE] = *addresses, len(table.times)

@@ -6,6 +6,7 @@ of a symmetric matrix. A body is recorded until this structure no longer changes
 receives, then with each entry on its own that turned out to differ.
 """
 
+from collections import defaultdict
 from collections.abc import Callable, Hashable, Sequence
 from functools import partial
 from types import SimpleNamespace
@@ -13,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.engines.machine.tape import Cell, Pass, Tape, Term, recorded
+from pendpin.engines.machine.tape import LEAVES, Cell, Pass, Tape, Term, recorded
 from pendpin.equations.trees import Step, inward_steps, outward_steps
 from pendpin.ground.arrays import Array
 
@@ -111,3 +112,94 @@ def _rebuilt(like: Any, entries: Sequence[Any]) -> Any:
     ends = np.cumsum([np.size(part) for part in like])
     parts = [_rebuilt(part, entries[end - np.size(part) : end]) for part, end in zip(like, ends, strict=True)]
     return like._make(parts) if hasattr(like, "_make") else tuple(parts)  # type: ignore[attr-defined]
+
+
+# --- in which loop along a chain each operation is computed, and what one loop leaves for the next -------------------
+
+
+class Schedule:
+    """The loop of each operation that some results need.
+
+    Loops have the numbers 1, 2, 3, ...: odd ones go outward, even ones inward. Passes of one direction share a loop as long
+    as what they carry can be computed in it. A pass that needs what a later loop knows moves to the next loop of its
+    direction, and with it what needs that pass: `_loops_of_passes` repeats this until nothing moves.
+    """
+
+    def __init__(self, tape: Tape, results: Sequence[int]) -> None:
+        self.tape, self.needed, self._results = tape, tape.needed(results), results
+        self._carried = [place for place in self.needed if tape.operations[place][0] == "carried"]
+        self._passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
+        pass_loops = self._loops_of_passes()
+        self.loop = self._loops_of_operations(pass_loops)  # place -> its loop
+        self.loops = sorted(set(self.loop.values()))
+        self.late = set[int]()  # the operations of no rod that are computed after the loops
+        for place in self.needed:
+            if tape.operations[place][0] == "last" or not self.late.isdisjoint(tape.operands[place]):
+                self.late.add(place)
+        used = [(x, loop) for place, loop in self.loop.items() for x in tape.operands[place]]
+        used += [(place, pass_loops[which]) for which, place in self._passed_on]
+        self.stored = sorted({x for x, loop in used if loop > self.loop.get(x, loop)})  # what later loops read
+
+    def carried(self, loop: int) -> list[tuple[int, Cell]]:
+        """What the passes of a loop carry: the place of the operation, and the cell."""
+        return [(place, self._cell(place)) for place in self._carried if self.loop[place] == loop]
+
+    def read(self, loop: int) -> list[int]:
+        """The operations of the rod that a loop reads, as it does not compute them."""
+        used = {x for place, at in self.loop.items() if at == loop for x in self.tape.operands[place]}
+        used.update(cell.next for _, cell in self.carried(loop))
+        used.update(place for place in self._results if self.loop_of(place) == loop)
+        return sorted(x for x in used if self.tape.by_rod[x] and self.loop.get(x) != loop)
+
+    def loop_of(self, place: int) -> int:
+        """The loop in which a result is known: the first one for what all loops can read."""
+        return self.loop.get(place, self.loops[0])
+
+    def _cell(self, place: int) -> Cell:
+        """The cell of what a pass carries."""
+        _, number, cell = self.tape.operations[place]
+        return self.tape.passes[number].cells[cell]
+
+    def is_trigonometric(self, place: int) -> bool:
+        """Whether it is the sine or cosine of an angle of the state: those of all rods are computed before the loops."""
+        name, *operands = self.tape.operations[place]
+        return (
+            name in {"sin", "cos"} and self.tape.operations[operands[0]][:2] == ("state", 0) and self.tape.by_rod[place]
+        )
+
+    def _loops_of_passes(self) -> list[int]:
+        """The loop of each pass: the first in its direction in which all that it carries can be computed."""
+        loops = [2 if one.inward else 1 for one in self.tape.passes]
+        while True:
+            earliest, before = self._earliest(loops), list(loops)
+            for which, place in self._passed_on:
+                if (due := earliest.get(place, 0)) > loops[which]:
+                    loops[which] = due + (due - loops[which]) % 2
+            if loops == before:
+                return loops
+
+    def _earliest(self, pass_loops: Sequence[int]) -> dict[int, int]:
+        """The first loop in which each operation of a rod can be computed; 0 for any."""
+        earliest: dict[int, int] = {}
+        for place in self.needed:
+            name, *rest = self.tape.operations[place]
+            if name == "carried":
+                earliest[place] = pass_loops[rest[0]]
+            elif self.tape.by_rod[place]:
+                earliest[place] = max([earliest.get(x, 0) for x in self.tape.operands[place]], default=0)
+        return earliest
+
+    def _loops_of_operations(self, pass_loops: Sequence[int]) -> dict[int, int]:
+        """The loop of each operation of a rod but leaves: the first that uses it, unless it needs what a pass carries."""
+        earliest, loop = self._earliest(pass_loops), dict[int, int]()
+        uses: dict[int, list[int]] = defaultdict(list)  # the loops that use an operation
+        for which, place in self._passed_on:
+            uses[place].append(pass_loops[which])
+        for place in reversed(self.needed):
+            is_leaf = self.tape.fixed[place] or self.tape.operations[place][0] in LEAVES or self.is_trigonometric(place)
+            if place not in earliest or (is_leaf and not earliest[place]):  # a leaf is read anew in each loop
+                continue
+            loop[place] = earliest[place] or min(uses[place], default=1)
+            for x in self.tape.operands[place]:
+                uses[x].append(loop[place])
+        return loop
