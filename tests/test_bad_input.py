@@ -10,6 +10,7 @@ import pytest
 
 import bad_runs
 import bad_scenes
+import bad_trees
 import bad_urdfs
 import pendpin
 import pendpin as pp
@@ -17,7 +18,7 @@ from bad_input import Case, contents, run_main
 from laws import HANG
 from pendpin.scene import builtin_scene
 
-CASES = [*bad_urdfs.CASES, *bad_scenes.CASES, *bad_runs.CASES]
+CASES = [*bad_urdfs.CASES, *bad_scenes.CASES, *bad_runs.CASES, *bad_trees.CASES]
 IN_A_PROCESS = [  # where a crash or a word from a C library would show
     "urdf: 5,000 links in a row",
     "urdf: two parents",

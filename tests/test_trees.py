@@ -349,6 +349,14 @@ def test_names_of_one_hinge() -> None:
             pp.simulate(scene.replace(start=pp.Start(positions={"theta_2": 0.5})))
 
 
+def test_an_anchor_on_a_single_rod_runs() -> None:
+    """The rod is called rod, and rod_1 too."""
+    for link in ("rod", "rod_1"):
+        anchor = fx.Anchor(link=link, point=(0.0, 0.3, -1.0), stiffness=5.0, damping=0.1)
+        run = pp.simulate(moving(pp.Chain(rods=[ON_X]), fx.Gravity(), anchor, duration=0.5), energy_balance=True)
+        assert run.imbalance < 1e-8
+
+
 def test_copies_hang_on_each_other() -> None:
     chain = pp.Chain(rods=[ROD, ROD | {"hangs_on": "rod_1", "at": 0.2, "copies": 3}, ON_X | {"hangs_on": "rod_1"}])
     assert chain.parents == (-1, 0, 1, 2, 0)

@@ -110,7 +110,7 @@ def notes_on_stiffness(scene: Scene, steps: int) -> tuple[str, ...]:
     rods, notes = scene.model.all_rods, list[str]()
     for i, effect in stiff:
         if isinstance(effect, Anchor):
-            rod = rods[int(effect.link.removeprefix("rod_")) - 1]
+            rod = rods[int(effect.link.removeprefix("rod").removeprefix("_") or 1) - 1]  # a single one is called rod
             mass = rod.mass + rod.payload
             rate, decay, less = math.sqrt(effect.stiffness / mass), effect.damping / mass, "a smaller stiffness takes"
         else:

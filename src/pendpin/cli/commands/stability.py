@@ -164,8 +164,10 @@ def bifurcation(
     from pendpin.sweeps.plan import read_axes
 
     refuse_outputs(chosen.files, plot=plot)
-    with naming_options("vary", "of", "count", "skip", "strobe", "period"):
+    with naming_options("vary", "of", "count", "skip"):
         ((key, values),) = read_axes([vary]).items()
+        if strobe is not None and not 0 < strobe < float("inf"):
+            raise typer.BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
         place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
     with chosen.noted() as scene, limited(limit) as work, waiting("the diagram", json, work):
         diagram = diagram_of(scene, key, values, place)

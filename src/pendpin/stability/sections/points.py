@@ -201,7 +201,9 @@ def read_crossing(text: str, of: Sequence[str], count: int, skip: int) -> Crossi
     try:
         value = float(level)
     except ValueError:
-        raise InputError(f"at: {shown(level.strip())} is not a number") from None
+        value = np.nan
+    if not np.isfinite(value):
+        raise InputError(f"at: {shown(level.strip())} is not a finite number")
     return crossing(name.strip(), value, ways[way.strip()] if comma else 1, of=of, count=count, skip=skip)
 
 
