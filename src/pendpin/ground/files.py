@@ -9,7 +9,7 @@ import warnings
 import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from io import BytesIO, TextIOWrapper
 from math import prod
 from pathlib import Path
@@ -63,7 +63,8 @@ def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
     for mark, name in ((";", "semicolons"), ("\t", "tabs")):
         if len(names) == 1 and mark in names[0]:
             raise InputError(f"columns are separated by {name}; separate them by commas, with decimal points")
-    if all(map(_is_number, names)):
+    with suppress(ValueError):
+        list(map(float, names))
         raise InputError("line 1 holds numbers; a CSV starts with a line of column names")
     if twice := [name for name in names if names.count(name) > 1]:
         raise InputError(f"column {shown(twice[0])} is there twice")
@@ -71,14 +72,6 @@ def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
         if len(row) != len(names):
             raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
     return names, rows[1:]
-
-
-def _is_number(text: str) -> bool:
-    try:
-        float(text)
-    except ValueError:
-        return False
-    return True
 
 
 def write_csv(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]]) -> Path:
@@ -123,7 +116,7 @@ def write_whole(path: Path, write: Callable[[IO[bytes]], object]) -> Path:
     `write` gets the open binary file. A symbolic link stays one: what it points to is written. Raises InputError where
     the path, folder or disk refuses.
     """
-    _write(path, write, keep=True)
+    _write(path, write)
     return path
 
 
@@ -184,46 +177,43 @@ def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:
     """
     seen: set[Path] = set()
     for path in targets:
-        target = _write(path, lambda file: None, keep=False)
+        target = _write(path, None)
         read = target.exists() and any(os.path.exists(source) and target.samefile(source) for source in sources)
         if read or target in seen:
             raise InputError(f"{path}: this name is given twice; every file needs its own")
         seen.add(target)
 
 
-def _write(path: Path, write: Callable[[IO[bytes]], object], keep: bool) -> Path:
-    temporary = None
+def _write(path: Path, write: Callable[[IO[bytes]], object] | None) -> Path:
+    """Write a file by way of a neighbour, or only see whether that could be done; where it is, behind symbolic links."""
+    fault, temporary = f"{path}: cannot be written", None
+    if "\0" in str(path):
+        raise InputError(f"{fault}: a null byte in the path")
     try:
-        target = _target(path)
+        target = Path(os.path.realpath(path))
+        if target.is_symlink():
+            raise InputError(f"{fault}: circular symbolic links")
+        if target.exists() and not target.is_file():
+            raise InputError(f"{fault}: it is a {_kind(target)}")
+        if target.exists() and not os.access(target, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
+            raise InputError(f"{fault}: it is write-protected")
+        if not target.parent.is_dir():
+            raise InputError(f"{fault}: there is no folder {shown(str(path.parent))}")
         with tempfile.NamedTemporaryFile(dir=target.parent, prefix=f".{target.name[:16]}.", delete=False) as file:
             temporary = Path(file.name)
-            write(file)
+            if write is not None:
+                write(file)
             file.flush()
             os.fsync(file.fileno())  # or a power cut could leave the new name with nothing in it
         temporary.chmod(target.stat().st_mode & 0o777 if target.exists() else 0o666 & ~_umask())
-        if keep:
+        if write is not None:
             os.replace(temporary, target)
         return target
     except OSError as error:
-        raise InputError(f"{path}: cannot be written: {error.strerror or error}") from None
+        raise InputError(f"{fault}: {error.strerror or error}") from None
     finally:
         if temporary is not None:
             temporary.unlink(missing_ok=True)
-
-
-def _target(path: Path) -> Path:
-    if "\0" in str(path):
-        raise InputError(f"{path}: cannot be written: a null byte in the path")
-    target = Path(os.path.realpath(path))
-    if target.is_symlink():
-        raise InputError(f"{path}: cannot be written: circular symbolic links")
-    if target.exists() and not target.is_file():
-        raise InputError(f"{path}: cannot be written: it is a {_kind(target)}")
-    if target.exists() and not os.access(target, os.W_OK, effective_ids=os.access in os.supports_effective_ids):
-        raise InputError(f"{path}: cannot be written: it is write-protected")
-    if not target.parent.is_dir():
-        raise InputError(f"{path}: cannot be written: there is no folder {shown(str(path.parent))}")
-    return target
 
 
 def _umask() -> int:
@@ -250,8 +240,13 @@ class ArrayFile:
         if len(names) > MAX_ARRAYS:
             raise ValueError(f"it holds {len(names)} arrays, more than {MAX_ARRAYS}")
         self.headers = {name: self._header(name) for name in names}
-        _refuse_large("arrays", self.headers.values(), MAX_ARRAYS_BYTES)
-        _refuse_large("texts", [x for x in self.headers.values() if x.dtype.kind == "U"], MAX_TEXT_BYTES)
+        texts = [x for x in self.headers.values() if x.dtype.kind == "U"]
+        for what, those, most in (
+            ("arrays", self.headers.values(), MAX_ARRAYS_BYTES),
+            ("texts", texts, MAX_TEXT_BYTES),
+        ):
+            if (size := sum(header.dtype.itemsize * prod(header.shape) for header in those)) > most:
+                raise ValueError(f"its {what} claim {size:.3g} bytes, more than {most:.3g}")
 
     def header(self, name: str) -> Announced:
         """The type and shape of an array; ValueError if there is none of this name."""
@@ -266,10 +261,10 @@ class ArrayFile:
             array = np.lib.format.read_array(member, allow_pickle=False)
             if member.read(1):  # at the end its checksum is looked at
                 raise ValueError(f"array {name!r} is longer than its header says")
-        if array.dtype.kind == "U" and _letters(array).max(initial=0) > sys.maxunicode:
-            raise ValueError(
-                f"array {name!r} holds letters beyond Unicode"
-            )  # Python makes one of it that breaks others
+        if array.dtype.kind == "U":  # letters that Python makes texts of which break others
+            letters = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), np.uint32)
+            if letters.max(initial=0) > sys.maxunicode:
+                raise ValueError(f"array {name!r} holds letters beyond Unicode")
         return array
 
     def _header(self, name: str) -> Announced:
@@ -278,25 +273,14 @@ class ArrayFile:
         try:
             with warnings.catch_warnings():  # of the literal's syntax, in newer Pythons
                 warnings.simplefilter("ignore")
-                shape, _, dtype = _HEADERS[np.lib.format.read_magic(head)](head)
+                first = np.lib.format.read_magic(head) == (1, 0)
+                read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
+                shape, _, dtype = read(head)
         except Exception:  # NumPy evaluates the header as a literal, which fails in many ways
             raise ValueError(f"array {shown(name)} has no header that NumPy writes") from None
         if dtype.hasobject or min(shape, default=0) < 0:
             raise ValueError(f"array {shown(name)} holds no plain numbers or text")
         return Announced(dtype, shape)
-
-
-def _letters(text: NDArray[Any]) -> NDArray[np.uint32]:
-    return np.frombuffer(text.astype(text.dtype.newbyteorder("=")).tobytes(), np.uint32)
-
-
-def _refuse_large(what: str, headers: Iterable[Announced], most: int) -> None:
-    size = sum(header.dtype.itemsize * prod(header.shape) for header in headers)
-    if size > most:
-        raise ValueError(f"its {what} claim {size:.3g} bytes, more than {most:.3g}")
-
-
-_HEADERS = {(1, 0): np.lib.format.read_array_header_1_0, (2, 0): np.lib.format.read_array_header_2_0}
 
 
 @contextmanager

@@ -22,7 +22,6 @@ Number = Annotated[  # an int or float; never text or a bool
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
-_VECTORS = (Vector, Vector | None)
 _KEYED = re.compile(r"([a-z_]+)(\[\d+\])?(\.[a-z_]+)*: ")
 _DEGREES = re.compile(r"\d *(deg|°)")
 
@@ -56,17 +55,16 @@ class FrozenDict(dict[str, Any]):
 class RecordType(type(BaseModel)):
     """Calling the class raises InputError; inside another record pydantic keeps its own error, for the full path.
 
-    It is a metaclass because a class with an __init__ of its own is built by that __init__ inside other records too:
-    the error of an inner record would be raised there, without its place in the outer one.
+    It is a metaclass for two reasons. A class with an __init__ of its own is built by that __init__ inside other records
+    too: the error of an inner record would be raised there, without its place in the outer one. And help() of a class asks
+    the metaclass's __dir__: help(Rod) has 43 lines with this one, 503 with pydantic's.
     """
 
     def __new__(mcs, name: str, bases: tuple[type, ...], body: dict[str, Any], **options: Any) -> Any:
         """The class. Raises InputError where a value stands in place of a property of its base, as smooth = False."""
         for key, value in body.items():
-            inherited = next(
-                (vars(base)[key] for parent in bases for base in parent.__mro__ if key in vars(base)), None
-            )
-            if isinstance(inherited, property) and not isinstance(value, property):
+            inherited = any(isinstance(getattr(base, key, None), property) for base in bases)
+            if inherited and not isinstance(value, property):
                 raise InputError(f"{name}.{key}: write {key} as a property that returns {shown(value)}")
         return super().__new__(mcs, name, bases, body, **options)
 
@@ -92,7 +90,8 @@ class Record(BaseModel, metaclass=RecordType):
     """Frozen data that refuses unknown keys; a bad value raises InputError with its key path."""
 
     model_config = ConfigDict(frozen=True, extra="forbid")
-    __iter__ = None  # type: ignore  # else list(rod) gives pairs of names and values, and a rod passes for a list of rods
+    # Python's way to say "not iterable": pydantic's gives pairs of names and values, and a rod would pass for a list of rods
+    __iter__ = None  # type: ignore
     _about: ClassVar[str] = ""  # the docstring without its list of fields
 
     def __setattr__(self, name: str, value: Any) -> None:
@@ -120,7 +119,11 @@ class Record(BaseModel, metaclass=RecordType):
     @classmethod
     def __pydantic_init_subclass__(cls, **_: Any) -> None:
         """Let help() show the fields with their units, and a signature of names and defaults."""
-        cls.__signature__ = inspect.Signature([_parameter(*item) for item in cls.model_fields.items()])
+        parameters = []
+        for name, field in cls.model_fields.items():
+            default = inspect.Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
+            parameters.append(inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default))
+        cls.__signature__ = inspect.Signature(parameters)
         cls._about = inspect.cleandoc(cls.__dict__.get("__doc__") or "")
         lines = [f"{name}: {field.description}" for name, field in cls.model_fields.items()]
         cls.__doc__ = "\n".join([cls._about, "", "Fields:", *(f"    {line}" for line in lines)])
@@ -151,11 +154,6 @@ def _added(cls: type) -> set[str]:
     return {name for name in inherited if not name.startswith("_") and name != "model_config"} | {"__doc__"}
 
 
-def _parameter(name: str, field: Any) -> inspect.Parameter:
-    default = inspect.Parameter.empty if field.is_required() else field.get_default(call_default_factory=True)
-    return inspect.Parameter(name, inspect.Parameter.KEYWORD_ONLY, default=default)
-
-
 def plain(value: Any, depth: int = 8) -> Any:
     """A value with NumPy's numbers and arrays in it, down to this depth, as Python's."""
     if isinstance(value, np.ndarray | np.generic):
@@ -171,18 +169,16 @@ def plain(value: Any, depth: int = 8) -> Any:
 def fault_text(faults: list[Any], record: type) -> str:
     """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
     fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault
-    unknown = sorted(
-        (f for f in faults if f["type"] == "extra_forbidden"), key=lambda f: [str(part) for part in f["loc"]]
-    )
-    faults = [f for f in faults if f["type"] != "extra_forbidden"] + unknown  # whatever order they were given in
+    unknown = [f for f in faults if f["type"] == "extra_forbidden"]
+    unknown.sort(key=lambda f: [str(part) for part in f["loc"]])  # whatever order they were given in
+    faults = [f for f in faults if f["type"] != "extra_forbidden"] + unknown
     if fault["type"] == "extra_forbidden":
         fault = next(f for f in unknown if f["loc"][:-1] == fault["loc"][:-1])
-    path = _path(fault) or record.__name__
+    path, reason = _path(fault) or record.__name__, _reason(fault, record)
     others = list(dict.fromkeys(_path(f) for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)))
-    shown_paths = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
+    more = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
     count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
-    more = f"; {count}: {shown_paths}" if others else ""
-    reason = _reason(fault, record)
+    more = f"; {count}: {more}" if others else ""
     keyed = _KEYED.match(reason)
     if keyed and any(keyed[1] in kind.model_fields for kind in _records_at(record, fault["loc"])):
         # a check of a whole record names the place in it
@@ -216,7 +212,7 @@ def _reason(fault: Any, record: type) -> str:
             return f"unknown key{nearest_or_all(name, tuple(fields))}"
         case "float_type" if isinstance(fault["input"], str) and _DEGREES.search(fault["input"]):
             return f'{value} is not a number; for numbers in degrees write unit = "degrees" in [start]'
-        case "tuple_type" if any(field.annotation in _VECTORS for field in _fields_of(record, fault["loc"])):
+        case "tuple_type" if _is_vector(record, fault["loc"]):
             return f"{value} is not a list of 3 numbers"
         case "tuple_type" if isinstance(fault["input"], dict):
             return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
@@ -230,28 +226,28 @@ def _reason(fault: Any, record: type) -> str:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
 
 
-def _fields_of(record: type, loc: tuple[str | int, ...]) -> list[Any]:
-    """The fields that a place in a class of records may be."""
+def _is_vector(record: type, loc: Sequence[str | int]) -> bool:
     *place, name = loc or ("",)
-    return [r.model_fields[name] for r in _records_at(record, place) if name in r.model_fields]
+    fields = [r.model_fields[name] for r in _records_at(record, place) if name in r.model_fields]
+    return any(field.annotation in (Vector, Vector | None) for field in fields)
 
 
 def _records_at(record: type, loc: Sequence[str | int]) -> list[type[BaseModel]]:
     """The classes that a record at a place in a class of records may have."""
+
+    def within(annotation: Any) -> list[type[BaseModel]]:
+        if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+            return [annotation]
+        return [inner for part in get_args(annotation) for inner in within(part)]
+
     records = [record] if issubclass(record, BaseModel) else []
     for part in loc:
         if isinstance(part, str) and part.startswith("~"):
             records = [r for r in records if "kind" in r.model_fields and r.model_fields["kind"].default == part[1:]]
         elif isinstance(part, str):
             annotations = [r.model_fields[part].annotation for r in records if part in r.model_fields]
-            records = [inner for annotation in annotations for inner in _records_in(annotation)]
+            records = [inner for annotation in annotations for inner in within(annotation)]
     return records
-
-
-def _records_in(annotation: Any) -> list[type[BaseModel]]:
-    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
-        return [annotation]
-    return [record for inner in get_args(annotation) for record in _records_in(inner)]
 
 
 def _allowed(context: Any) -> str:
@@ -261,23 +257,18 @@ def _allowed(context: Any) -> str:
 
 _REASONS = {
     "missing": "missing",
-    "float_type": "{value} is not a number",
     "finite_number": "{value} is not a finite number",
-    "float_parsing": "{value} is not a number",
-    "bool_type": "{value} is not true or false",
-    "bool_parsing": "{value} is not true or false",
-    "int_parsing": "{value} is not a whole number",
-    "int_type": "{value} is not a whole number",
-    "int_from_float": "{value} is not a whole number",
+    **dict.fromkeys(("float_type", "float_parsing"), "{value} is not a number"),
+    **dict.fromkeys(("bool_type", "bool_parsing"), "{value} is not true or false"),
+    **dict.fromkeys(("int_parsing", "int_type", "int_from_float"), "{value} is not a whole number"),
+    **dict.fromkeys(("dict_type", "model_type"), "{value} is not a table"),
+    "string_type": "{value} is not text",
+    "path_type": "{value} is not a path",
+    "tuple_type": "{value} is not a list",
     "greater_than": "{value} is not above {gt:.15g}",
     "greater_than_equal": "{value} is below {ge:.15g}",
     "less_than": "{value} is not below {lt:.15g}",
     "less_than_equal": "{value} is above {le:.15g}",
-    "string_type": "{value} is not text",
-    "path_type": "{value} is not a path",
-    "tuple_type": "{value} is not a list",
-    "dict_type": "{value} is not a table",
-    "model_type": "{value} is not a table",
     "too_long": "{actual_length} values, where {max_length} are wanted",
     "too_short": "{actual_length} values, where at least {min_length} are wanted",
 }

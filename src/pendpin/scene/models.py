@@ -109,19 +109,11 @@ class Rod(Record):
         return f"no real body has this inertia, {large:g} > {small:g} + {middle:g}; the equations hold all the same"
 
     @model_validator(mode="after")
-    def _axis_of_a_hinge(self) -> Self:
+    def _is_a_body(self) -> Self:
         if self.axis and self.joint == "universal":
             raise ValueError(f'axis = "{self.axis}" is of a hinge, and this joint is universal: add joint = "hinge"')
-        return self
-
-    @model_validator(mode="after")
-    def _radius_of_a_payload(self) -> Self:
         if self.payload_radius and not self.payload:
             raise ValueError("payload_radius is of a payload, and there is none: give payload, in kg")
-        return self
-
-    @model_validator(mode="after")
-    def _has_inertia(self) -> Self:
         if self.mass + self.payload == 0:
             raise ValueError("a rod needs a mass or a payload above 0")
         if self.inertia and self.inertia[2] == 0 and self.inertia[0] != self.inertia[1]:
@@ -224,13 +216,9 @@ class Chain(Record):
         raise ValueError(f"{where}: {own} hangs on {other}: a rod hangs on one before it; nothing hangs in a circle")
 
     @model_validator(mode="after")
-    def _not_too_many(self) -> Self:
+    def _hang_together(self) -> Self:
         if self.count > MAX_RODS:
             raise ValueError(f"{self.count} rods are more than {MAX_RODS}")
-        return self
-
-    @model_validator(mode="after")
-    def _hang_together(self) -> Self:
         if self.copies > 1 and any(rod.hangs_on is not None for rod in self.rods):
             raise ValueError(
                 "copies: a list with hangs_on is not repeated: list the rods, or give a rod its own copies"
@@ -355,30 +343,20 @@ def robot_files() -> dict[str, Path]:
 
     Of a file `ur5_robot.urdf` the name is ur5; where two files have one name, that of their folder.
     """
-    files = sorted(_folder().rglob("*.urdf"))
-    by_folder = Counter(_folder_name(path) for path in files)
-    names: dict[str, list[Path]] = {}
-    for path in files:
-        own = {path.stem, path.stem.removesuffix("_robot")}
-        own |= {_folder_name(path)} if by_folder[_folder_name(path)] == 1 else set()
-        for name in own:
+    spec = find_spec("cmeel")
+    places = (Path(place).parent for place in (spec and spec.submodule_search_locations) or ())
+    folder = next((found for place in places if (found := place / "cmeel.prefix" / FOLDER).is_dir()), None)
+    if folder is None:
+        raise MissingLibrary("robots by name need example-robot-data: pip install example-robot-data")
+    about = {}  # of each file, the robot that its folder NAME_description is about
+    for path in sorted(folder.rglob("*.urdf")):
+        top = path.relative_to(folder).parts[0]
+        about[path] = top.removesuffix("_description").removesuffix("_data").removesuffix("_simple")
+    alone, names = Counter(about.values()), dict[str, list[Path]]()
+    for path, robot in about.items():
+        for name in {path.stem, path.stem.removesuffix("_robot"), *([robot] if alone[robot] == 1 else [])}:
             names.setdefault(name, []).append(path)
     exact = {name: next((path for path in paths if path.stem == name), paths[0]) for name, paths in names.items()}
     twice = {name for name, paths in names.items() if sum(path.stem == name for path in paths) > 1}
-    qualified = {_folder_name(path): path for path in files if path.stem in twice}
+    qualified = {robot: path for path, robot in about.items() if path.stem in twice}
     return dict(sorted({name: path for name, path in (exact | qualified).items() if name not in twice}.items()))
-
-
-def _folder_name(path: Path) -> str:
-    """The robot that a folder NAME_description is about."""
-    folder = path.relative_to(_folder()).parts[0]
-    return folder.removesuffix("_description").removesuffix("_data").removesuffix("_simple")
-
-
-def _folder() -> Path:
-    spec = find_spec("cmeel")
-    for place in (spec and spec.submodule_search_locations) or ():
-        folder = Path(place).parent / "cmeel.prefix" / FOLDER
-        if folder.is_dir():
-            return folder
-    raise MissingLibrary("robots by name need example-robot-data: pip install example-robot-data")

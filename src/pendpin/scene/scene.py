@@ -2,7 +2,7 @@
 
 import math
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -13,13 +13,13 @@ from pydantic_core import PydanticSerializationError
 from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
 from pendpin.errors import InputError, KeyPath, inside, shown, written
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import folder_of, path_of
+from pendpin.ground.files import folder_of, path_of, write_whole
 from pendpin.ground.keypaths import parsed, places_of
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
 from pendpin.scene.methods import fixed_methods
 from pendpin.scene.models import AnyModel, UrdfModel
 from pendpin.scene.solver import MAX_SAMPLES, Solver
-from pendpin.scene.toml import example_names, read_toml, write_toml
+from pendpin.scene.toml import example_names, read_toml, scene_data
 
 Values = Annotated[
     Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~by name")]
@@ -147,28 +147,28 @@ class Scene(Record):
 
         Raises InputError where the path refuses, and for a function or an effect of one's own, which TOML cannot hold.
         """
-        return write_toml(path_of(path), self)
+        path = path_of(path)
+        with inside(str(path)):
+            data = scene_data(self, path.absolute().parent)
+        return write_whole(path, lambda file: file.write(data))
 
     def recorded(self) -> dict[str, Any]:
         """The scene as the plain data that a run is saved with. Raises InputError if a file cannot hold it."""
         try:
             return self.model_dump(mode="json")
         except PydanticSerializationError:
-            raise InputError(next(self._unsaved())) from None
-
-    def _unsaved(self) -> Iterator[str]:
-        """What no file can hold."""
+            pass
         for i, effect in enumerate(self.effects):
             for name in type(effect).model_fields:
                 try:
                     effect.model_dump(mode="json", include={name})
                 except PydanticSerializationError:
                     kind = type(getattr(effect, name)).__name__
-                    yield (
+                    raise InputError(
                         f"effects[{i}].{name}: a {kind} cannot be saved with the run: give {type(effect).__name__} a "
                         "field_serializer for it (pydantic)"
-                    )
-        yield "scene: it holds what no file can"
+                    ) from None
+        raise InputError("scene: it holds what no file can")
 
     def by(self, method: str, setting: float) -> Self:
         """The scene with a method and its setting, a tolerance or a step. Raises InputError where they do not fit."""
@@ -197,10 +197,6 @@ class Scene(Record):
             raise ValueError(
                 f"start.time: two samples are the same double at {self.start.time:g} s; take fewer samples"
             )
-        return self
-
-    @model_validator(mode="after")
-    def _effects_last(self) -> Self:
         self.refuse_short_effects()
         return self
 

@@ -6,8 +6,8 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.effects import Effect, has_kind
-from pendpin.errors import InputError, inside, nearest_or_all, shown
-from pendpin.ground.files import folder_of, read_whole, text_of, write_whole
+from pendpin.errors import InputError, nearest_or_all, shown
+from pendpin.ground.files import folder_of, read_whole, text_of
 from pendpin.ground.records import Record
 from pendpin.scene.models import PinModel, UrdfModel
 
@@ -17,30 +17,13 @@ _DEEP_KEY = re.compile(rb"""(?<![\w-])(?:(?:[\w-]+|["'][^"'\n]*["'])[ \t]*\.[ \t
 
 def read_toml(path: Path) -> dict[str, Any]:
     """The data of a scene file, with whole paths. Raises InputError for text that is not TOML."""
-    raw = _parsed(path)
-    if isinstance(raw.get("model"), str):
-        raw["model"] = {"kind": "urdf"} | UrdfModel.from_one(raw["model"])
-    raw |= {"model": _placed(raw["model"], "path", path.parent)} if "model" in raw else {}
-    if isinstance(raw.get("effects"), list):
-        raw["effects"] = [_placed(effect, "csv", path.parent) for effect in raw["effects"]]
-    return raw
-
-
-def _placed(table: Any, key: str, folder: Path) -> Any:
-    """A table whose `key` names a file relative to `folder`, with the whole path; anything else as it is."""
-    if isinstance(table, dict) and isinstance(table.get(key), str):
-        return table | {key: str(folder / table[key])}
-    return table
-
-
-def _parsed(path: Path) -> dict[str, Any]:
     data = read_whole(path, MAX_SCENE_BYTES, "a scene")
     if data.lstrip().startswith(b"<"):
         raise InputError(f"this is XML, not a scene; if it is a URDF: pendpin run --urdf {path.name}")
     if _DEEP_KEY.search(data):  # Python's TOML reader would take minutes
         raise InputError("not a scene: keys are nested too deep")
     try:
-        return tomllib.loads(text_of(data, "TOML"))
+        raw = tomllib.loads(text_of(data, "TOML"))
     except RecursionError:
         raise InputError("not a scene: values are nested too deep") from None
     except tomllib.TOMLDecodeError as error:
@@ -48,22 +31,51 @@ def _parsed(path: Path) -> dict[str, Any]:
     except ValueError:  # Python's own limit
         raise InputError("not a scene: a whole number has thousands of digits") from None
 
+    def placed(table: Any, key: str) -> Any:  # a table whose `key` names a file, with the whole path
+        if isinstance(table, dict) and isinstance(table.get(key), str):
+            return table | {key: str(path.parent / table[key])}
+        return table
 
-def write_toml(path: Path, scene: Record) -> Path:
-    """Write a scene to a file, whole or not at all. Raises InputError for what does not go there, or into TOML."""
-    with inside(str(path)):
-        text = scene_text(scene, path.absolute().parent)
-        data = text.encode("utf-8", "surrogatepass")
-        if len(data) > MAX_SCENE_BYTES:
-            raise InputError(
-                f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
-            )
-    return write_whole(path, lambda file: file.write(data))
+    if isinstance(raw.get("model"), str):
+        raw["model"] = {"kind": "urdf"} | UrdfModel.from_one(raw["model"])
+    raw |= {"model": placed(raw["model"], "path")} if "model" in raw else {}
+    if isinstance(raw.get("effects"), list):
+        raw["effects"] = [placed(effect, "csv") for effect in raw["effects"]]
+    return raw
+
+
+def scene_data(scene: Record, folder: Path) -> bytes:
+    """A scene as the content of a file in `folder`. Raises InputError for what does not go into TOML, or is too large."""
+    data = scene_text(scene, folder).encode("utf-8", "surrogatepass")
+    if len(data) > MAX_SCENE_BYTES:
+        raise InputError(
+            f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
+        )
+    return data
 
 
 def scene_text(scene: Record, folder: Path) -> str:
-    """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML."""
-    return _text(_plain(scene, folder))
+    """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML.
+
+    Tables have headers, lists of tables under the model a line each; what is deeper is in one line.
+    """
+    import tomlkit
+
+    document = tomlkit.document()
+    for key, value in _plain(scene, folder).items():
+        if isinstance(value, dict):
+            table = tomlkit.table()
+            for inner, content in value.items():
+                table.add(inner, _inline(content))
+            document.add(key, table)
+        elif key == "effects" and value:
+            tables = tomlkit.aot()
+            for effect in value:
+                tables.append(tomlkit.item(effect))
+            document.add(key, tables)
+        else:
+            document.add(key, tomlkit.array() if key == "effects" else value)
+    return tomlkit.dumps(document)
 
 
 def _plain(value: Any, folder: Path) -> Any:
@@ -85,27 +97,6 @@ def _plain(value: Any, folder: Path) -> Any:
     if not isinstance(value, str | int | float):
         raise InputError(f"{shown(value)} cannot be written to TOML")
     return value
-
-
-def _text(data: dict[str, Any]) -> str:
-    """Tables with headers, lists of tables under the model a line each, what is deeper in one line."""
-    import tomlkit
-
-    document = tomlkit.document()
-    for key, value in data.items():
-        if isinstance(value, dict):
-            table = tomlkit.table()
-            for inner, content in value.items():
-                table.add(inner, _inline(content))
-            document.add(key, table)
-        elif key == "effects":
-            tables = tomlkit.aot()
-            for effect in value:
-                tables.append(tomlkit.item(effect))
-            document.add(key, tables if value else tomlkit.array())
-        else:
-            document.add(key, value)
-    return tomlkit.dumps(document)
 
 
 def _inline(value: Any) -> Any:

@@ -16,8 +16,9 @@ from pendpin.trajectory.parts import HingeReactions, Reactions
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 
 AXES = "xyz"
+ENERGIES = ("kinetic", "potential", "energy")
 UNITS = {"t": "s", "q": "rad", "v": "rad/s", "a": "rad/s²", "tips": "m"} | dict.fromkeys(("R1", "R2", "R3"), "N")
-UNITS |= dict.fromkeys(("M1", "M2", "M3", "Mc"), "N m") | dict.fromkeys(("kinetic", "potential", "energy"), "J")
+UNITS |= dict.fromkeys(("M1", "M2", "M3", "Mc"), "N m") | dict.fromkeys(ENERGIES, "J")
 UNITS |= {"omega": "rad/s", "swing": "rad", "angular_momentum": "kg m²/s"}
 OF_CHAINS = ("omega", "angular_momentum")  # computed from the model of a chain when the first is asked for
 DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
@@ -37,35 +38,35 @@ def columns(run: Any) -> dict[str, Place]:
     velocity of rod 1 along b1, b2, b3; swing, the angle of the line from the support to the last tip from straight down;
     angular_momentum_x, _y, _z about the support in W. All are relative to the support.
     """
-    joints, rods = run.joints, run.tips.shape[1]
-    places: dict[str, Place] = {"t": ("t", ...), "kinetic": ("kinetic", ...), "potential": ("potential", ...)}
-    places["energy"] = ("energy", ...)
+    joints, tips = run.joints, run.tips.shape[1]
+    places: dict[str, Place] = {"t": ("t", ...)}
     for name, part in (("", "q"), ("_rate", "v"), ("_acceleration", "a")):
         for j, joint in enumerate(joints):
             key = f"{joint}{name}"
-            places[f"{key} (joint)" if key in places else key] = (part, (..., j))
-    if run.rod_reactions is not None:
-        count = run.rod_reactions.R1.shape[1]
-        absent = [absent_moments(run, i) for i in range(count)]
-        for name in run.rod_reactions._fields:
-            there = (i for i in range(count) if name not in absent[i])
-            places |= {f"{name}_{i + 1}" if count > 1 else name: (name, (..., i)) for i in there}
-        if is_chain(run):
-            places |= {f"tension_{i + 1}" if count > 1 else "tension": ("R3", (..., i)) for i in range(count)}
-            for k in range(3):
-                name = f"omega{k + 1}"
-                places |= {f"{name}_{i + 1}" if count > 1 else name: ("omega", (..., i, k)) for i in range(count)}
-    else:
+            taken = key in places or key in ENERGIES
+            places[f"{key} (joint)" if taken else key] = (part, (..., j))
+    reactions = run.rod_reactions
+    rods, names = (0, ()) if reactions is None else (reactions.R1.shape[1], reactions._fields)
+    of_rods: list[tuple[str, str, Any]] = [
+        (name, name, ()) for name in names
+    ]  # without the rod: name, array, index behind it
+    if is_chain(run):
+        of_rods += [("tension", "R3", ()), *((f"omega{k + 1}", "omega", (k,)) for k in range(3))]
+    absent = [absent_moments(run, i) for i in range(rods)]
+    for name, part, index in of_rods:
+        for i in (i for i in range(rods) if name not in absent[i]):
+            places[f"{name}_{i + 1}" if rods > 1 else name] = (part, (..., i, *index))
+    if not rods:
         for j, joint in enumerate(joints):
             places |= {f"{joint}_{axis}": ("wrench", (..., j, k)) for k, axis in enumerate(WRENCH)}
-    places |= {f"tip_{axis}": ("tips", (..., rods - 1, k)) for k, axis in enumerate(AXES)}
-    places |= {f"tip_{axis}_{i + 1}": ("tips", (..., i, k)) for i in range(rods - 1) for k, axis in enumerate(AXES)}
+    for i in (tips - 1, *range(tips - 1)):
+        number = f"_{i + 1}" if i < tips - 1 else ""
+        places |= {f"tip_{axis}{number}": ("tips", (..., i, k)) for k, axis in enumerate(AXES)}
     if is_chain(run):
         places["swing"] = ("swing", ...)
         places |= {f"angular_momentum_{axis}": ("angular_momentum", (..., k)) for k, axis in enumerate(AXES)}
     places |= {f"work_{kind}": (kind, ...) for kind in run.work}
-    energies = {name: places.pop(name) for name in ("kinetic", "potential", "energy")}
-    return places | energies
+    return places | {name: (name, ...) for name in ENERGIES}
 
 
 def absent_moments(run: Any, rod: int) -> tuple[str, ...]:
@@ -86,18 +87,6 @@ def swing(run: Any) -> Array:
     """The angle (n,) rad of the line from the support to the last tip from straight down: that of a load on a rope."""
     x, y, z = run.tips[:, -1].T
     return np.arctan2(np.hypot(x, y), -z)
-
-
-def effort_places(run: Any) -> dict[str, Place]:
-    """Where the generalised force of each kind of effect on each joint is: effort_gravity_theta_1. Raises InputError.
-
-    A record alone has none: the equations compute them.
-    """
-    return {
-        f"effort_{kind}_{joint}": (EFFORTS, (kind, j))
-        for kind in getattr(run, "computed_efforts", ())
-        for j, joint in enumerate(run.joints)
-    }
 
 
 def unit_of(run: Any, name: str) -> str:
@@ -135,8 +124,11 @@ def _is_drift(name: Any) -> bool:
 def place_of(run: Any, name: str) -> Place:
     """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
     places = run.places
-    if str(name).startswith("effort_") and name not in places:
-        places = effort_places(run)
+    if (
+        str(name).startswith("effort_") and name not in places
+    ):  # of each kind of effect, on each joint; none of a record
+        kinds = getattr(run, "computed_efforts", ())
+        places = {f"effort_{k}_{joint}": (EFFORTS, (k, j)) for k in kinds for j, joint in enumerate(run.joints)}
     single = name.removesuffix("_1") if isinstance(name, str) and run.tips.shape[1] == 1 else name
     if single != name and name not in places and single in places:
         name = single
@@ -183,15 +175,10 @@ TABLES = (".csv", ".txt")
 def to_pandas(run: Any, names: Sequence[str] = ()) -> Any:
     """A DataFrame, the time its index, a column for each quantity. Raises MissingLibrary without pandas."""
     pandas = optional("pandas", "to_pandas", "pandas")
-    _, *names = _t_first(run, names)
+    names = [name for name in names or run.names if name != "t"]
     frame = pandas.DataFrame({name: run[name] for name in names}, index=pandas.Index(run.t, name="t"))
     frame.attrs["units"] = {name: unit_of(run, name) for name in ("t", *names)}
     return frame
-
-
-def _t_first(run: Any, names: Sequence[str]) -> tuple[str, ...]:
-    """The time, then the names; all of the run's if there are none."""
-    return ("t", *(name for name in names or run.names if name != "t"))
 
 
 def to_xarray(run: Any) -> Any:
@@ -231,7 +218,7 @@ def to_csv(run: Any, path: str | Path, names: Sequence[str] = ()) -> Path:
     """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
     path = path_of(path)
     refuse_other_format(path, *TABLES)
-    names = _t_first(run, names)
+    names = ["t", *(name for name in names or run.names if name != "t")]
     rows = np.array([run[name] for name in names]).T
     pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
     return write_csv(path, names, chain.from_iterable(pieces))
