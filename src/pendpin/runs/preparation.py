@@ -38,11 +38,11 @@ class EnergyBalance:
         self._idle = tuple(effect.kind for effect in effects if isinstance(effect, Idle))
         self.engine: Engine = dynamics.compiled(accounts) if dynamics.engine.compiles else dynamics.engine
         self._powers = dynamics.binding.powers(accounts)
-        accounted = zip(in_order(effects), dynamics.potentials, strict=True)
+        ordered = [effect for effect, _ in in_order(effects)]
         self._offered = [
-            (self.kinds.index(effect.kind), place)
-            for place, ((effect, _), potential) in enumerate(accounted)
-            if potential is not None and not isinstance(effect, Idle)
+            (self.kinds.index(ordered[place].kind), place)
+            for place, potential in enumerate(dynamics.potentials)
+            if potential is not None and not isinstance(ordered[place], Idle)
         ]
 
     def powers(self, t: float, y: Array) -> Array:
@@ -117,13 +117,13 @@ class Prepared:
 
         Sampled torques are bound for each run, as they record its outputs.
         """
-        solver, before = scene.solver, self.scene.solver
+        solver, before, model = scene.solver, self.scene.solver, self.bound.model
         if self.bound.sampled_torques or scene.start.time != self.scene.start.time:
             return Prepared.of(scene, self.balance is not None)
         if (solver.method, solver.engine) == (before.method, before.engine) and scene.start is self.scene.start:
             return replace(self, scene=scene)
-        same = _form_of(solver.method, self.bound.model) == _form_of(before.method, self.bound.model)
-        same &= solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
+        same = solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
+        same &= _form_of(solver.method, model) == _form_of(before.method, model)
         return Prepared.of(scene, self.balance is not None, self.bound if same else None)
 
     @property
@@ -140,14 +140,11 @@ class Prepared:
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What a reader of its runs should know."""
-        notes, method = (
-            self.timing.notes(self.scene.duration, self.scene.solver.step),
-            method_of(self.scene.solver.method),
-        )
-        if not method.damps or built_in(self.scene.effects):
+        solver, notes = self.scene.solver, self.timing.notes(self.scene.duration, self.scene.solver.step)
+        if not method_of(solver.method).damps or built_in(self.scene.effects):
             return notes
         # a difference across a jump looks like a fast decay
-        jumps = f"{method.name} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
+        jumps = f"{solver.method} may be wrong where a function of your own jumps, as sign(v) does: compare with dop853"
         return jumps, *notes
 
 

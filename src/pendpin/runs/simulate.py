@@ -47,23 +47,18 @@ def varied(
     solver: dict[str, Any],
 ) -> Scene:
     """A scene, or that of a file, with other settings and times (n,) in s. Raises InputError where they do not fit."""
-    chosen = chosen_scene(scene)
-    rising = None if times is None else _to_numbers(times)
-    if rising is not None and duration is None:
-        duration = max(rising[-1] - chosen.start.time, 0.0)
+    chosen, rising = chosen_scene(scene), None
+    if times is not None:
+        array = numbers("times", times)
+        if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
+            raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
+        rising = tuple(array.tolist())
+        duration = max(rising[-1] - chosen.start.time, 0.0) if duration is None else duration
     fields: dict[str, Any] = {} if duration is None else {"duration": duration}
     settings = solver | {"samples": samples, "times": rising}
     if any(value is not None for value in settings.values()):
         fields["solver"] = chosen.solver.replaced(**settings)
     return chosen.replace(**fields) if fields else chosen
-
-
-def _to_numbers(times: ArrayLike) -> tuple[float, ...]:
-    """Output times as numbers. Raises InputError unless they are (n,) finite numbers, n > 0."""
-    array = numbers("times", times)
-    if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-        raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
-    return tuple(array.tolist())
 
 
 # --- limits in processor time: other processes make no difference ----------------------------------------------------
@@ -83,12 +78,11 @@ class Budget:
 
 def halting(seconds: float) -> ProgressCallback:
     """A progress callback that raises Halted after so many s of processor time; the first call starts them."""
-    budget: Budget | None = None
+    budgets = list[Budget]()
 
     def look(t: float) -> None:
-        nonlocal budget
-        budget = budget or Budget(seconds)
-        if budget.left < 0:
+        budgets[:] = budgets or [Budget(seconds)]
+        if budgets[0].left < 0:
             raise Halted(f"it takes over {seconds:.3g} s")
 
     return look

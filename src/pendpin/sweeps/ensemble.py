@@ -221,37 +221,29 @@ class _Starts:
         return part
 
 
-# --- what is refused ------------------------------------------------------------------------------------------------
-
-
-def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> tuple[Array, Array]:
+def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> list[Array]:
     """Positions and velocities as arrays (k, nv). Raises InputError for shapes and sizes that cannot be run."""
-    q, v = _numbers("positions", positions, model, FARTHEST), _numbers("velocities", velocities, model, LARGEST)
-    if len(q) != len(v):
-        raise InputError(f"velocities: {len(v)} starts, where positions have {len(q)}")
-    n, nv = len(scene.times), len(model.joints)
-    if (size := 16.0 * len(q) * n * nv) > MAX_BYTES:
+    n, nv, found = len(scene.times), len(model.joints), list[Array]()
+    for name, values, most in (("positions", positions, FARTHEST), ("velocities", velocities, LARGEST)):
+        try:
+            rows = np.array(values)
+        except ValueError:
+            raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
+        if rows.dtype.kind not in "iuf":
+            raise InputError(f"{name}: {shown(values)} is not an array of numbers")
+        if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
+            raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
+        found.append(rows := rows.astype(float))
+        if (bad := ~(np.abs(rows) <= most)).any():
+            start, joint = np.argwhere(bad)[0]
+            right = f"a finite number up to {most:g}"
+            raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {right}")
+    count = len(found[0])
+    if count != len(found[1]):
+        raise InputError(f"velocities: {len(found[1])} starts, where positions have {count}")
+    if (size := 16.0 * count * n * nv) > MAX_BYTES:
         raise InputError(
-            f"positions: {len(q)} starts with {n} samples of {nv} joints need {size / 1e9:.3g} GB, more "
+            f"positions: {count} starts with {n} samples of {nv} joints need {size / 1e9:.3g} GB, more "
             f"than {MAX_BYTES / 1e9:g} GB; use fewer starts, or fewer solver.samples"
         )
-    return q, v
-
-
-def _numbers(name: str, values: ArrayLike, model: Model, most: float) -> Array:
-    """Rows of finite numbers, (k, nv), as an array of their own."""
-    nv = len(model.joints)
-    try:
-        rows = np.array(values)
-    except ValueError:
-        raise InputError(f"{name}: rows of different lengths, where each start has {nv} numbers") from None
-    if rows.dtype.kind not in "iuf":
-        raise InputError(f"{name}: {shown(values)} is not an array of numbers")
-    if rows.ndim != 2 or rows.shape[1] != nv or not len(rows):
-        raise InputError(f"{name}: shape {rows.shape}, where (starts, {nv}) is wanted, with at least one start")
-    rows = rows.astype(float)
-    if (bad := ~(np.abs(rows) <= most)).any():
-        start, joint = np.argwhere(bad)[0]
-        right = f"a finite number up to {most:g}"
-        raise InputError(f"{name}[{start}]: {model.joints[joint]} is {rows[start, joint]:g}, not {right}")
-    return rows
+    return found

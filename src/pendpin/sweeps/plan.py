@@ -3,7 +3,7 @@
 import json
 import re
 import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from hashlib import sha256
 from pathlib import Path
@@ -23,8 +23,7 @@ MOST_CASES = 100_000_000
 MAX_CSV_BYTES = 100_000_000
 METHODS = ("random", "latin", "sobol")  # of sampling
 UNEVEN = "{} points of a Sobol' sequence are not evenly spread: take a power of 2"
-_AXIS = re.compile(r"(?P<key>[^=]+)=(?P<rest>.+)")
-_NORMAL = re.compile(r"normal\((?P<mean>[^,]+),(?P<deviation>[^,]+)\)")
+_NORMAL = re.compile(r"normal\(([^,]+),([^,]+)\)")
 
 Spread = tuple[str, float, float]  # "uniform", low, high; or "normal", mean, standard deviation
 
@@ -40,6 +39,12 @@ class Plan:
     keys: tuple[str, ...]
     values: Mapping[str, Array]
     grid: bool
+
+    def __post_init__(self) -> None:
+        if not self.keys:
+            raise InputError("vary: nothing is varied; name a number of the scene, such as model.rods[0].length")
+        if self.count > MOST_CASES:
+            raise InputError(f"vary: {self.count} cases are more than {MOST_CASES}")
 
     @property
     def dims(self) -> dict[str, int]:
@@ -94,7 +99,7 @@ def short_names(keys: Sequence[str]) -> list[str]:
 def grid(values: Mapping[str, ArrayLike]) -> Plan:
     """Every combination of the values (k,) of each key. Raises InputError for values that are not finite."""
     columns = _columns(values)
-    return _checked(Plan(tuple(columns), columns, True))
+    return Plan(tuple(columns), columns, True)
 
 
 def pairs(values: Mapping[str, ArrayLike]) -> Plan:
@@ -104,7 +109,7 @@ def pairs(values: Mapping[str, ArrayLike]) -> Plan:
     if len(set(lengths.values())) > 1:
         words = ", ".join(f"{key} has {length}" for key, length in lengths.items())
         raise InputError(f"vary: pairs need as many values for each key: {words}")
-    return _checked(Plan(tuple(columns), columns, False))
+    return Plan(tuple(columns), columns, False)
 
 
 def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", seed: int = 0) -> Plan:
@@ -131,7 +136,7 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
             unit = qmc.Sobol(len(spreads), rng=seed).random(count)
         if count & (count - 1):
             say_note(UNEVEN.format(count), stacklevel=3)
-    return _checked(Plan(tuple(spreads), spread_out(spreads, unit), False))
+    return Plan(tuple(spreads), spread_out(spreads, unit), False)
 
 
 def spread_out(spreads: Mapping[str, Spread], unit: Array) -> dict[str, Array]:
@@ -160,45 +165,42 @@ def cases_of(path: Path) -> Plan:
 
 def read_axes(texts: Sequence[str]) -> dict[str, Array]:
     """Values (k,) by key from texts like KEY=FROM:TO:COUNT or KEY=1,2,5. Raises InputError."""
-    return _each(texts, _axis)
+    axes = dict[str, Array]()
+    for key, where, text in _split(texts):
+        parts = text.split(":")
+        if len(parts) == 1:
+            axes[key] = np.array([_number(where, part) for part in text.split(",")])
+            continue
+        if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
+            raise InputError(f"{where}: {shown(text)} is not FROM:TO:COUNT with a count from 1 to {MOST_CASES}")
+        with np.errstate(all="ignore"):  # what is not finite is refused with its key
+            axes[key] = np.linspace(_number(where, parts[0]), _number(where, parts[1]), int(parts[2]))
+    return axes
 
 
 def read_spreads(texts: Sequence[str]) -> dict[str, Spread]:
     """Spreads by key from texts like KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). Raises InputError."""
-    return _each(texts, _spread)
+    spreads = dict[str, Spread]()
+    for key, where, text in _split(texts):
+        normal = _NORMAL.fullmatch(text)
+        parts = normal.groups() if normal else text.split(":")
+        if len(parts) != 2:
+            raise InputError(f"{where}: {shown(text)} is not LOW:HIGH or normal(MEAN,DEVIATION), as --sample takes")
+        spreads[key] = ("normal" if normal else "uniform"), _number(where, parts[0]), _number(where, parts[1])
+    return spreads
 
 
-def _each(texts: Sequence[str], read: Any) -> dict[str, Any]:
-    values: dict[str, Any] = {}
+def _split(texts: Sequence[str]) -> Iterator[tuple[str, str, str]]:
+    """Key, the words that name it in an error, and what stands behind its equals sign. Raises InputError."""
+    keys = set[str]()
     for text in texts:
-        match = _AXIS.fullmatch(text.strip())
-        if match is None:
+        key, sign, rest = (part.strip() for part in text.partition("="))
+        if not (key and sign and rest):
             raise InputError(f"--vary: {shown(text)} is not KEY=FROM:TO:COUNT, such as model.rods[0].length=0.5:2:16")
-        key = match["key"].strip()
-        if key in values:
+        if key in keys:
             raise InputError(f"--vary: {key} is given twice")
-        values[key] = read(key, match["rest"].strip())
-    return values
-
-
-def _axis(key: str, text: str) -> Array:
-    """The values (k,) of FROM:TO:COUNT or of numbers with commas. Raises InputError."""
-    if ":" not in text:
-        return np.array([_number(f"--vary: {key}", part) for part in text.split(",")])
-    parts = text.split(":")
-    if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
-        raise InputError(f"--vary: {key}: {shown(text)} is not FROM:TO:COUNT with a count from 1 to {MOST_CASES}")
-    with np.errstate(all="ignore"):  # what is not finite is refused with its key
-        return np.linspace(_number(f"--vary: {key}", parts[0]), _number(f"--vary: {key}", parts[1]), int(parts[2]))
-
-
-def _spread(key: str, text: str) -> Spread:
-    normal, parts = _NORMAL.fullmatch(text), text.split(":")
-    if normal:
-        return "normal", _number(f"--vary: {key}", normal["mean"]), _number(f"--vary: {key}", normal["deviation"])
-    if len(parts) != 2:
-        raise InputError(f"--vary: {key}: {shown(text)} is not LOW:HIGH or normal(MEAN,DEVIATION), as --sample takes")
-    return "uniform", _number(f"--vary: {key}", parts[0]), _number(f"--vary: {key}", parts[1])
+        keys.add(key)
+        yield key, f"--vary: {key}", rest
 
 
 def _number(where: str, text: str) -> float:
@@ -211,28 +213,26 @@ def _number(where: str, text: str) -> float:
 # --- what is refused ------------------------------------------------------------------------------------------------
 
 
-def _columns(values: Mapping[str, ArrayLike]) -> dict[str, Array]:
-    """The numbers (k,) of each key. Raises InputError for anything else."""
-    if not isinstance(values, Mapping):
-        raise InputError(f"vary: {shown(values)} is not a mapping of key paths to numbers")
-    return {key: _numbers(key, values_of_key) for key, values_of_key in values.items()}
-
-
-def _numbers(key: str, sequence: ArrayLike) -> Array:
-    """The finite numbers (k,) of a key. Raises InputError for anything else."""
-    if not isinstance(key, str):
-        raise InputError(f"vary: {shown(key)} is not a key path, such as model.rods[0].mass")
-    try:
-        values = np.array(sequence)
-    except ValueError:
-        raise InputError(f"vary: {key}: {shown(sequence)} are not numbers") from None
-    if values.ndim != 1 or not len(values):
-        raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
-    if values.dtype.kind not in "iuf":
-        raise InputError(f"vary: {key}: {shown(sequence)} are not numbers")
-    if not np.isfinite(values).all():
-        raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
-    return values.astype(float)
+def _columns(given: Mapping[str, ArrayLike]) -> dict[str, Array]:
+    """The finite numbers (k,) of each key. Raises InputError for anything else."""
+    if not isinstance(given, Mapping):
+        raise InputError(f"vary: {shown(given)} is not a mapping of key paths to numbers")
+    columns = dict[str, Array]()
+    for key, sequence in given.items():
+        if not isinstance(key, str):
+            raise InputError(f"vary: {shown(key)} is not a key path, such as model.rods[0].mass")
+        try:
+            values = np.array(sequence)
+        except ValueError:
+            raise InputError(f"vary: {key}: {shown(sequence)} are not numbers") from None
+        if values.ndim != 1 or not len(values):
+            raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
+        if values.dtype.kind not in "iuf":
+            raise InputError(f"vary: {key}: {shown(sequence)} are not numbers")
+        if not np.isfinite(values).all():
+            raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
+        columns[key] = values.astype(float)
+    return columns
 
 
 def check_spreads(spreads: Mapping[str, Spread]) -> None:
@@ -243,14 +243,6 @@ def check_spreads(spreads: Mapping[str, Spread]) -> None:
         if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
             right = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
             raise InputError(f"vary: {key}: {one:g}, {other:g}: {right} are wanted")
-
-
-def _checked(plan: Plan) -> Plan:
-    if not plan.keys:
-        raise InputError("vary: nothing is varied; name a number of the scene, such as model.rods[0].length")
-    if plan.count > MOST_CASES:
-        raise InputError(f"vary: {plan.count} cases are more than {MOST_CASES}")
-    return plan
 
 
 # --- sobol' indices -------------------------------------------------------------------------------------------------
@@ -298,7 +290,7 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
     columns = y.reshape(-1, len(spreads) + 2).T  # (keys + 2, base cases)
     columns = columns - columns[[0, -1]].mean()
 
-    def estimate(base_cases: Array) -> Array:
+    def estimate(base_cases: Array) -> Array:  # SciPy's sobol_indices draws its intervals without a seed
         a, b, mixed = columns[0, base_cases], columns[-1, base_cases], columns[1:-1, base_cases]
         variance = np.var([a, b]) or np.inf
         return np.array([(b * (mixed - a)).mean(1), ((a - mixed) ** 2).mean(1) / 2]) / variance
