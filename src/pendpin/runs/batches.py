@@ -8,7 +8,7 @@ its neighbours in the vector.
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from copy import deepcopy
 from importlib.util import find_spec
 from threading import Event, Lock
@@ -186,92 +186,83 @@ class Series:
         if len(cases.q) > 1:
             again |= ~np.isfinite(motions.q[:, -1]).all(1)
         for i in np.flatnonzero(again):
-            motions.put(place := np.array([i]), self._alone(cases.some(place), times))
+            place = np.array([i])
+            motion, fine = self._attempt(cases.some(place), times, parts := 1)
+            while fine[0] > parts and not self.stopped.is_set():
+                if fine[0] * len(times) > MOST_STATES:
+                    motion.q[:, 1:] = np.nan
+                    break
+                motion, fine = self._attempt(cases.some(place), times, parts := math.ceil(fine[0]))
+            motions.put(place, motion)
         return motions
-
-    def _alone(self, case: Cases, times: Array) -> Motions:
-        """One case, with enough states between times (n,) to read its angles."""
-        motion, needed = self._attempt(case, times, parts := 1)
-        while needed[0] > parts and not self.stopped.is_set():
-            if needed[0] * len(times) > MOST_STATES:
-                motion.q[:, 1:] = np.nan
-                break
-            motion, needed = self._attempt(case, times, parts := math.ceil(needed[0]))
-        return motion
 
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
-        fine = subdivided(times, parts)
+        fine, packed = subdivided(times, parts), self._pack(cases)
+        rows = np.full((len(packed), len(fine), packed.shape[1]), np.nan)
+        steps, flips = np.full((2, len(packed)), np.nan)
         if len(fine) > 1:
-            rows, steps, flips = self._integrate(cases, fine)
+            for series, places in self._vectors(cases):
+                rows[places], steps[places] = _propagate(
+                    series, packed[places], fine, cases.longest[places], self.stopped
+                )
+                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
         else:  # the start alone: heyoka refuses no interval
-            rows = self._packed(cases)[:, None]
-            steps, flips = np.zeros(len(rows)), np.full(len(rows), np.nan)
+            rows, steps = packed[:, None], np.zeros(len(packed))
         q, v, needed = self._read(rows, steps, cases, fine, parts)
         return Motions(cases.models, times, q, v, flips, steps), needed
-
-    def _integrate(self, cases: Cases, fine: Array) -> tuple[Array, Array, Array]:
-        """States (c, n, size) at the fine times (n,), steps (c,), first passages (c,) in s; NaN where a case ends early."""
-        order, y = self._sort_by_energy(cases), self._packed(cases)
-        rows = np.full((len(y), len(fine), self._recording.size), np.nan)
-        steps, flips = np.full((2, len(y)), np.nan)
-        series = self._take()
-        try:
-            for places in np.resize(order, (-(-len(order) // self._width), self._width)):  # whole vectors, with copies
-                if self.stopped.is_set():
-                    break
-                series.pars[:] = cases.parameters[places].T
-                rows[places], steps[places] = _propagate(series, y[places], fine, cases.longest[places], self.stopped)
-                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
-        finally:
-            with self._lock:
-                self._spare.append(series)
-        return rows, steps, flips
 
     def cross(self, cases: Cases, count: int, patience: float) -> list[Array]:
         """The states at the first crossings of the level of each of c cases, (k, 1 + 2 nv): t in s since the start, q, v.
 
         A case has fewer than `count` where it cannot go on, or does not cross the level for so many s.
         """
-        states, y, series = [np.empty((0, 1 + 2 * cases.q.shape[1]))] * len(cases.q), self._packed(cases), self._take()
-        (notes,) = (event.callback for event in series.nt_events)
-        order = self._sort_by_energy(cases)
+        states, y = [np.empty((0, 1 + 2 * cases.q.shape[1]))] * len(cases.q), self._pack(cases)
+        for series, places in self._vectors(cases):
+            (notes,) = (event.callback for event in series.nt_events)
+            series.state[:] = y[places].T
+            series.set_time(0.0)
+            notes.rows = [[] for _ in places]
+            ahead, end = self.scene.duration, 0.0
+            while not self.stopped.is_set():
+                end += ahead
+                series.propagate_until(end, max_steps=STEPS_AT_ONCE, max_delta_t=cases.longest[places])
+                if any(outcome != outcome.time_limit for outcome, *_ in series.propagate_res):
+                    break
+                if all(len(rows) >= count or end - (rows[-1][0] if rows else 0.0) > patience for rows in notes.rows):
+                    break
+                ahead = min(2 * ahead, patience)
+            for place, rows in zip(places, notes.rows, strict=True):
+                if rows:
+                    table = np.array(rows[:count])
+                    whole = self.engine.whole(table[:, 1:]) if isinstance(self.engine, Moving) else table[:, 1:]
+                    states[place] = np.concatenate([table[:, :1], whole], 1)
+        return states
+
+    def _vectors(self, cases: Cases) -> Iterator[tuple[Any, Indices]]:
+        """Series that no other thread uses, with the parameters of a vector of cases, and their places (width,).
+
+        A copy of the first series, which is compiled here. Cases are taken in the order of their energies, as alike ones
+        take like numbers of steps, or as they come where each has a model of its own; the last vector has copies.
+        """
+        with self._lock:
+            if self._first is None:
+                self._first, self.compile_seconds = wait_for(self._compiled)
+            series = self._spare.pop() if self._spare else deepcopy(self._first)
+        order = np.arange(len(cases.q))
+        if len(order) > self._width and all(model is cases.models[0] for model in cases.models):
+            order = np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
         try:
             for places in np.resize(order, (-(-len(order) // self._width), self._width)):
-                series.pars[:], series.state[:] = cases.parameters[places].T, y[places].T
-                series.set_time(0.0)
-                notes.rows = [[] for _ in places]
-                ahead, end = self.scene.duration, 0.0
-                while not self.stopped.is_set():
-                    end += ahead
-                    series.propagate_until(end, max_steps=STEPS_AT_ONCE, max_delta_t=cases.longest[places])
-                    if any(outcome != outcome.time_limit for outcome, *_ in series.propagate_res):
-                        break
-                    if all(
-                        len(rows) >= count or end - (rows[-1][0] if rows else 0.0) > patience for rows in notes.rows
-                    ):
-                        break
-                    ahead = min(2 * ahead, patience)
-                for place, rows in zip(places, notes.rows, strict=True):
-                    if rows:
-                        table = np.array(rows[:count])
-                        whole = self.engine.whole(table[:, 1:]) if isinstance(self.engine, Moving) else table[:, 1:]
-                        states[place] = np.concatenate([table[:, :1], whole], 1)
+                if self.stopped.is_set():
+                    break
+                series.pars[:] = cases.parameters[places].T
+                yield series, places
         finally:
             with self._lock:
                 self._spare.append(series)
-        return states
 
-    def _sort_by_energy(self, cases: Cases) -> Indices:
-        """The places (c,) of the cases in the order of their energies: alike, they take like numbers of steps.
-
-        As they come where each has a model of its own.
-        """
-        if len(cases.q) <= self._width or any(model is not cases.models[0] for model in cases.models):
-            return np.arange(len(cases.q))
-        return np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
-
-    def _packed(self, cases: Cases) -> Array:
+    def _pack(self, cases: Cases) -> Array:
         """The states (c, size) at the start."""
         if self.engine.on_angles:
             return np.concatenate([cases.q, cases.v], 1)[:, self._places]
@@ -290,13 +281,6 @@ class Series:
             needed[i] = parts * max(turns, steps[i] / max(len(fine) - 1, 1))
             q[i, 1:], v[i, 1:] = (x[::parts][1:] for x in self.engine.unpack(fine, rows[i], cases.q[i]))
         return q, v, needed
-
-    def _take(self) -> Any:
-        """Series that no other thread uses: a copy of the first, which is compiled here."""
-        with self._lock:
-            if self._first is None:
-                self._first, self.compile_seconds = wait_for(self._compiled)
-            return self._spare.pop() if self._spare else deepcopy(self._first)
 
     def _compiled(self) -> tuple[Any, float]:
         """heyoka's integrator of the cases side by side, and the s in which it was compiled."""
