@@ -71,7 +71,10 @@ nb_merge_streams = True
 
 default_role = "code"
 autodoc_member_order = "bysource"
-autodoc_typehints = "none"  # the text has the types, with units and shapes
+autodoc_typehints = "signature"
+autodoc_typehints_format = "short"
+autodoc_preserve_defaults = True
+python_maximum_signature_line_length = 79
 napoleon_google_docstring = True
 napoleon_numpy_docstring = False
 napoleon_custom_sections = [("Fields", "params_style")]
@@ -94,6 +97,7 @@ sphinx_gallery_conf = {
     "remove_config_comments": True,
     "capture_repr": ("_repr_html_",),
     "image_scrapers": ("figures.scrape",),
+    "reset_modules": ("figures.reset",),
     "matplotlib_animations": False,
     "plot_gallery": "True",
     "abort_on_example_error": False,

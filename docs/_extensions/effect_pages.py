@@ -98,7 +98,7 @@ def draw(kind: str, record: Any, path: Path) -> bool:
     figure, axes = plt.subplots(figsize=(7, 2.2), layout="constrained")
     for run, color in zip(runs, ("#a0aec0", "#2b6cb0"), strict=True):
         axes.plot(run.t, run["theta"], color=color, linewidth=1.4)
-    axes.set(xlabel="t / s", ylabel="theta / rad")
+    axes.set(xlabel="time (s)", ylabel="theta (rad)")
     axes.spines[["top", "right"]].set_visible(False)
     plt.rcParams["svg.hashsalt"] = kind
     figure.savefig(path, metadata={"Date": None})

@@ -1,4 +1,7 @@
-"""Pictures of the gallery: figures that a script holds by a name, as `figure = run.plot()`, appear after its block."""
+"""Pictures of the gallery: figures that a script holds by a name, as `figure = run.plot()`, appear after its block.
+
+Each script begins with the look of pendpin's own figures.
+"""
 
 from typing import Any
 
@@ -18,3 +21,14 @@ def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any])
         shown.append(figure)
         paths.append(path)
     return figure_rst(paths, gallery_conf["src_dir"])
+
+
+def reset(gallery_conf: dict[str, Any], name: str) -> None:
+    """Give matplotlib the look of pendpin; sphinx-gallery calls this before every script."""
+    import matplotlib as mpl
+
+    from pendpin.graphics.style import STYLE
+
+    mpl.rcdefaults()
+    mpl.use("agg")
+    mpl.rcParams.update(STYLE)

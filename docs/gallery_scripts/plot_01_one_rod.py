@@ -6,6 +6,8 @@ A rod swings on a universal joint with damping. The reactions R1, R2, R3 hold it
 generalised force of each effect on each joint is a quantity of the run.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_01_one_rod.png"
+
 import numpy as np
 
 import pendpin as pp
@@ -35,3 +37,8 @@ turns = np.flatnonzero(np.diff(np.sign(run["theta_rate"])))
 damping = abs(run["effort_viscous_theta"])  # N m
 print(f"damping where theta turns: at most {damping[turns].max():.3f} N m")
 print(f"damping at any time:       at most {damping.max():.3f} N m")
+
+# %%
+# The motion:
+
+run.animate()

@@ -5,6 +5,8 @@ A triple pendulum in space
 Three rods of different lengths and masses. The last one starts out of the plane of the others.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_03_triple_pendulum.png"
+
 import pendpin as pp
 
 run = pp.simulate("../../examples/triple_pendulum.toml", samples=301)

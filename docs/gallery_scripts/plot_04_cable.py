@@ -5,6 +5,8 @@ A cable of 50 links
 A cable of 10 m is drawn aside and released. Its free end whips. The picture shows its shape every 0.1 s.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_04_cable.png"
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -19,7 +21,7 @@ for k in range(0, 81, 4):
     axes.plot(
         shape[:, 1], shape[:, 2], color=plt.cm.viridis(k / 80), linewidth=1
     )
-axes.set(xlabel="y / m", ylabel="z / m", aspect="equal")
+axes.set(xlabel="y (m)", ylabel="z (m)", aspect="equal")
 
 # %%
 # The motion:

@@ -17,6 +17,6 @@ for k, t in enumerate(run.t):
     axes.plot(
         tips[:, 1], tips[:, 2], color=plt.cm.viridis(k / 8), label=f"{t:.1f} s"
     )
-axes.set(xlabel="y / m", ylabel="z / m", aspect="equal")
+axes.set(xlabel="y (m)", ylabel="z (m)", aspect="equal")
 axes.legend(fontsize=7)
 print(f"{run.stats.evaluations} evaluations, {run.stats.seconds:.2f} s")

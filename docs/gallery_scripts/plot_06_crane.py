@@ -5,6 +5,8 @@ A crane's load in gusts
 A container of two tonnes on 20 m of rope is carried by a trolley that stops after 13 s. The wind blows across the track.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_06_crane.png"
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -17,7 +19,7 @@ figure, (above, below) = plt.subplots(
 above.plot(run.t, np.degrees(run["swing"]))
 above.set(ylabel="swing (degrees)")
 below.plot(run.t, run["R3_1"] / 1000)
-below.set(xlabel="t / s", ylabel="tension / kN")
+below.set(xlabel="time (s)", ylabel="tension (kN)")
 
 # %%
 # The motion:

@@ -13,8 +13,13 @@ import pendpin as pp
 scene = pp.load_scene("../../examples/foucault.toml")
 run = pp.simulate(scene, duration=10800.0, samples=10801)
 figure, axes = plt.subplots(figsize=(5, 5), layout="constrained")
-axes.plot(run["tip_x"], run["tip_y"], linewidth=0.15)
-axes.set(xlabel="east / m", ylabel="north / m", aspect="equal")
+for hour in range(4):
+    swings = abs(run.t - hour * 3584) < 17  # s
+    axes.plot(
+        run["tip_x"][swings], run["tip_y"][swings], label=f"after {hour} h"
+    )
+axes.set(xlabel="east (m)", ylabel="north (m)", aspect="equal")
+axes.legend()
 last = run.t > 10800 - 17
 x, y = run["tip_x"][last], run["tip_y"][last]
 turned = np.degrees(np.arctan2(*np.array([y, x])[:, np.argmax(x)]))

@@ -6,6 +6,8 @@ A rod falls on a stop with a restitution of 0.7. The bounces come faster and fas
 time. Each bounce is found to rounding.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_10_stop.png"
+
 import matplotlib.pyplot as plt
 
 import pendpin as pp
@@ -26,5 +28,10 @@ hits = [t for t, joint, kind in run.events if kind == "stop"]
 figure, axes = plt.subplots(figsize=(7, 3), layout="constrained")
 axes.plot(run.t, run["theta"])
 axes.plot(hits, [0.3] * len(hits), "|", color="black")
-axes.set(xlabel="t / s", ylabel="theta / rad")
+axes.set(xlabel="time (s)", ylabel="theta (rad)")
 print(f"{len(hits)} hits, the last at {hits[-1]:.6f} s")
+
+# %%
+# The motion:
+
+run.animate()

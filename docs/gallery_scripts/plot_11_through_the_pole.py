@@ -6,6 +6,8 @@ A thin rod turns through phi = 90 degrees, where the angles of a universal joint
 direction, so nothing happens there. The tension is compared with the exact one.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_11_through_the_pole.png"
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -23,11 +25,16 @@ figure, (above, below) = plt.subplots(
 )
 above.plot(run.t, run["phi"])
 above.axhline(np.pi / 2, color="grey", linewidth=0.5)
-above.set(ylabel="phi / rad")
+above.set(ylabel="phi (rad)")
 # N: m l/2 phi'^2 + m g cos(phi)
 exact = 0.5 * run.v[:, 1] ** 2 + 9.81 * np.cos(run["phi"])
 below.plot(run.t, run["R3"], label="R3")
 below.plot(run.t, exact, "--", label="exact")
-below.set(xlabel="t / s", ylabel="tension / N")
+below.set(xlabel="time (s)", ylabel="tension (N)")
 below.legend()
 print("largest difference", abs(run["R3"] - exact).max(), "N")
+
+# %%
+# The motion:
+
+run.animate()

@@ -21,5 +21,5 @@ for aim in (0.3, 0.1, 0.03):  # rad/s of theta at the start
     axes.plot(
         run.t, run["theta_rate"], label=f"theta' = {aim} rad/s at the start"
     )
-axes.set(xlabel="t / s", ylabel="theta' / (rad/s)")
+axes.set(xlabel="time (s)", ylabel="theta' (rad/s)")
 axes.legend()

@@ -5,6 +5,8 @@ A conical pendulum
 A steady cone of a thin rod: the tip runs round a circle, and the tension is constant.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_13_cone.png"
+
 import pendpin as pp
 
 one = pp.Scene(

@@ -6,6 +6,8 @@ A rod starts 1e-15 rad from upright, at rest. The distance grows exponentially u
 linear equation.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_14_upright.png"
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -25,5 +27,10 @@ rate = np.sqrt(9.81 * 0.5 / (1 / 3 + 0.05**2 / 4))  # 1/s
 axes.semilogy(
     run.t, 1e-15 * np.cosh(rate * run.t), "--", label="linear equation"
 )
-axes.set(xlabel="t / s", ylabel="theta / rad", ylim=(1e-16, 100))
+axes.set(xlabel="time (s)", ylabel="theta (rad)", ylim=(1e-16, 100))
 axes.legend()
+
+# %%
+# The motion:
+
+run.animate()

@@ -30,5 +30,5 @@ for name in ("euler", "rk4", "gauss2", "gauss4"):
         color=METHODS[name].color,
         label=name,
     )
-axes.set(xlabel="t / s", ylabel="energy error / J")
+axes.set(xlabel="time (s)", ylabel="energy error (J)")
 axes.legend(ncols=4)

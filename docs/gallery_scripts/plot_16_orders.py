@@ -36,5 +36,5 @@ for name in ("euler", "gauss2", "rk4", "gauss4", "gauss6"):
         color=METHODS[name].color,
         label=f"{name}, order {METHODS[name].order:g}",
     )
-axes.set(xlabel="step / s", ylabel="error of theta / rad")
+axes.set(xlabel="step (s)", ylabel="error of theta (rad)")
 axes.legend()

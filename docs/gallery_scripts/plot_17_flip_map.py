@@ -23,5 +23,5 @@ found = pp.sweep(
 )
 figure, axes = plt.subplots(figsize=(5.5, 4.5), layout="constrained")
 image = axes.pcolormesh(angles, angles, found["flip_time"].T, cmap="viridis")
-figure.colorbar(image, label="time of the first flip / s")
-axes.set(xlabel="theta_1 / rad", ylabel="theta_2 / rad", aspect="equal")
+figure.colorbar(image, label="time of the first flip (s)")
+axes.set(xlabel="theta_1 (rad)", ylabel="theta_2 (rad)", aspect="equal")

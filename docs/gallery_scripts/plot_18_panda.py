@@ -5,6 +5,8 @@ A Panda with a controller
 The arm starts at zero and moves to a pose. A proportional-derivative controller acts on each joint.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_18_panda.png"
+
 import matplotlib.pyplot as plt
 
 import pendpin as pp
@@ -34,5 +36,5 @@ run = pp.simulate(scene, tolerance=1e-8)
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for name in names:
     axes.plot(run.t, run[name], label=name)
-axes.set(xlabel="t / s", ylabel="angle / rad")
+axes.set(xlabel="time (s)", ylabel="angle (rad)")
 axes.legend(fontsize=7, ncols=2)

@@ -5,6 +5,8 @@ A cable in the wind
 A cable of eight rods in a wind of 12 m/s with gusts. At rest in a steady wind it would hang at an angle; the gusts shake it.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_21_cable_in_wind.png"
+
 import matplotlib.pyplot as plt
 import numpy as np
 
@@ -30,7 +32,7 @@ for k in range(0, 241, 12):
     axes.plot(
         shape[:, 1], shape[:, 2], color=plt.cm.viridis(k / 240), linewidth=1
     )
-axes.set(xlabel="y / m, downwind", ylabel="z / m", aspect="equal")
+axes.set(xlabel="y, downwind (m)", ylabel="z (m)", aspect="equal")
 
 # %%
 # The motion:

@@ -5,6 +5,8 @@ A rod on a carousel
 The world turns about the vertical at 1.5 rad/s. Seen in the turning frame, the path of the tip bends to one side.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_22_carousel.png"
+
 import matplotlib.pyplot as plt
 
 import pendpin as pp
@@ -22,5 +24,10 @@ for rate in (0.0, 0.3, 1.5):  # rad/s
     )
     run = pp.simulate(scene, accuracy=1e-7)
     axes.plot(run["tip_x"], run["tip_y"], linewidth=0.9, label=f"{rate} rad/s")
-axes.set(xlabel="x / m", ylabel="y / m", aspect="equal")
+axes.set(xlabel="x (m)", ylabel="y (m)", aspect="equal")
 axes.legend()
+
+# %%
+# The motion:
+
+run.animate()

@@ -22,5 +22,5 @@ for tolerance in (1e-6, 1e-9, 1e-12):
     axes.semilogy(
         run.t[1:], distance[1:] + 1e-17, label=f"tolerance {tolerance:g}"
     )
-axes.set(xlabel="t / s", ylabel="distance of the tips / m")
+axes.set(xlabel="time (s)", ylabel="distance of the tips (m)")
 axes.legend()

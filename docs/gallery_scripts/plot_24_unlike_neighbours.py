@@ -30,10 +30,10 @@ figure, (above, below) = plt.subplots(
 )
 above.plot(runs[0].t, runs[0]["theta_1"], label="theta_1")
 above.plot(runs[0].t, runs[0]["theta_2"], label="theta_2")
-above.set(ylabel="angle / rad")
+above.set(ylabel="angle (rad)")
 above.legend()
 below.semilogy(
     runs[0].t,
     np.linalg.norm(runs[0].tips - runs[1].tips, axis=2).max(axis=1) + 1e-18,
 )
-below.set(xlabel="t / s", ylabel="difference / m")
+below.set(xlabel="time (s)", ylabel="difference (m)")

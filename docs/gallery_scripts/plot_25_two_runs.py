@@ -5,6 +5,8 @@ Two runs side by side
 The same double pendulum with a second rod that is 2 % heavier. The other run is shown as a ghost.
 """
 
+# sphinx_gallery_thumbnail_path = "images/gallery/plot_25_two_runs.png"
+
 import pendpin as pp
 
 scene = pp.load_scene("../../examples/double_pendulum.toml").replace(

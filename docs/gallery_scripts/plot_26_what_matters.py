@@ -36,5 +36,5 @@ slopes = run.sensitivity(list(keys), of="theta")  # (n, 4) rad per unit
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for k, (key, value) in enumerate(keys.items()):
     axes.plot(run.t, 0.01 * value * slopes[:, k], label=key)
-axes.set(xlabel="t / s", ylabel="change of theta for 1 % / rad")
+axes.set(xlabel="time (s)", ylabel="change of theta for 1 % (rad)")
 axes.legend(fontsize=8)
