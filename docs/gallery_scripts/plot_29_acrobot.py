@@ -2,7 +2,7 @@
 An acrobot, let go
 ==================
 
-Two rods on hinges move in one plane, as a gymnast on a bar does. Each joint has one angle; the forces are those of the hinges.
+Two rods on hinges move in one plane, as a gymnast on a bar does. Each joint has one angle.
 """
 
 # sphinx_gallery_thumbnail_path = "images/gallery/plot_29_acrobot.png"
