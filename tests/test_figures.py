@@ -130,7 +130,7 @@ def test_every_figure_is_here() -> None:
                 makers.add(name)
     assert styled == set(FIGURES)
     makers = {name for name in makers if not name.startswith("examples/")}  # which a wheel holds beside the package
-    assert makers == {"graphics/style.py", "graphics/animation.py"}
+    assert makers == {"graphics/style.py", "graphics/view.py"}
 
 
 @pytest.mark.parametrize(("name", "place"), [(name, i) for name, all_ in FIGURES.items() for i in range(len(all_))])

@@ -9,7 +9,7 @@ import pytest
 import pendpin as pp
 from pendpin.errors import Note
 from pendpin.graphics import run_drawing
-from pendpin.graphics.panels import labels_of
+from pendpin.graphics.drawing import labels_of
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.scene import builtin_scene
 from test_run_surface import EXAMPLES, SCENES

@@ -13,6 +13,7 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from socketserver import BaseServer
 
 import numpy as np
 import pytest
@@ -86,7 +87,7 @@ def test_live_view_serves_this_machine_only_shows_the_rod_and_leaves_nothing(bro
 
 
 def test_live_view_ends_at_once_even_while_a_browser_holds_on() -> None:
-    with live(before="view._Handler.timeout = None") as (process, url):  # it would wait for ever for this browser
+    with live(before="view.PATIENCE = None") as (process, url):  # it would wait for ever for this browser
         port = int(url.rstrip("/").rsplit(":")[-1])
         with socket.create_connection(("127.0.0.1", port)) as slow:
             slow.sendall(b"GET / HTTP/1.1\r\n")
@@ -123,7 +124,7 @@ def test_live_view_ends_after_its_duration(monkeypatch: pytest.MonkeyPatch) -> N
     """Looked at every half second of a made-up clock, a view of one second ends at the second look."""
     clock, asked, urls = itertools.count(0.0, 0.5), [], []
     monkeypatch.setattr(view.time, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(view._Server, "handle_request", lambda server: asked.append(server))
+    monkeypatch.setattr(BaseServer, "handle_request", lambda server: asked.append(server))
     view.serve(swinging(), ready=urls.append, duration=1.0)
     assert len(asked) == 1  # at 0.5 s; at 1 s it ends
     assert len(urls) == 1

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 from pendpin.ground.report import Report, Table
 
 if TYPE_CHECKING:
-    from pendpin.graphics.animation import Animation
+    from pendpin.graphics.view import Animation
     from pendpin.motions.trajectory import Trajectory
 
 SUFFIXES = {

@@ -1,11 +1,15 @@
 """What a picture of a motion is made of: solids fixed to bodies, the poses of those bodies, and the path of the tip."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.errors import InputError, shown
+from pendpin.ground.arrays import Array, Indices
+from pendpin.ground.keypaths import leaves
+from pendpin.trajectory import RunRecord
 
 TURN = 0.1  # rad: two straight pieces in a row turn by about that
 Geometry = Literal["cylinder", "sphere", "box", "mesh"]
@@ -103,14 +107,12 @@ class Drawing:
 
     def __post_init__(self) -> None:
         n, bodies = self.poses.shape[:2]
-        parts = [(self.t, (n,)), (self.poses, (n, bodies, 4, 4)), (self.trail, (n, 3))]
-        parts += [(self.velocity, (n, 3)), (self.forces, (n, bodies, 3)), (self.moments, (n, bodies, 3))]
+        parts = [(self.t, (n,)), (self.poses, (n, bodies, 4, 4)), (self.trail, (n, 3)), (self.velocity, (n, 3))]
+        parts += [(self.forces, (n, bodies, 3)), (self.moments, (n, bodies, 3))]
         parts += [(quantity.values, (n,)) for quantity in self.quantities]
         given = [(values, shape) for values, shape in parts if values is not None]
         if n < 1 or bodies < 1 or any(values.shape != shape for values, shape in given):
-            raise ValueError(
-                f"shapes {[values.shape for values, _ in given]} do not fit {[shape for _, shape in given]}"
-            )
+            raise ValueError(f"shapes {[x.shape for x, _ in given]} do not fit {[shape for _, shape in given]}")
         if not all(np.isfinite(values).all() for values, _ in given):
             raise ValueError("a pose, time, force or plotted value is not finite")
         if not all(WORLD <= shape.body < bodies for shape in self.shapes):
@@ -120,23 +122,22 @@ class Drawing:
 
     def scaled(self, factor: float) -> "Drawing":
         """The drawing with all lengths times a factor."""
+        lengths = np.ones((4, 4))
+        lengths[:3, 3] = factor  # of a pose
         shapes = tuple(
-            replace(shape, size=tuple(factor * x for x in shape.size), placement=_with_lengths(shape.placement, factor))
+            replace(shape, size=tuple(factor * x for x in shape.size), placement=lengths * shape.placement)
             for shape in self.shapes
         )
-        velocity = None if self.velocity is None else factor * self.velocity
-        poses, trail = _with_lengths(self.poses, factor), factor * self.trail
-        joints = tuple(j._replace(length=factor * j.length, radius=factor * j.radius) for j in self.joints)
-        others = tuple(other.scaled(factor) for other in self.others)
-        moved = {"poses": poses, "shapes": shapes, "trail": trail, "velocity": velocity, "joints": joints}
-        return replace(self, **moved, extent=factor * self.extent, others=others)
-
-
-def _with_lengths(poses: Array, factor: float) -> Array:
-    """Poses (..., 4, 4) whose translations are multiplied by a factor."""
-    out = poses.copy()
-    out[..., :3, 3] *= factor
-    return out
+        return replace(
+            self,
+            poses=lengths * self.poses,
+            shapes=shapes,
+            trail=factor * self.trail,
+            velocity=None if self.velocity is None else factor * self.velocity,
+            joints=tuple(j._replace(length=factor * j.length, radius=factor * j.radius) for j in self.joints),
+            extent=factor * self.extent,
+            others=tuple(other.scaled(factor) for other in self.others),
+        )
 
 
 # --- the path of a point between samples, without corners where it is fast ------------------------------------------
@@ -154,36 +155,81 @@ def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: 
     Between two samples it is the cubic through both points and velocities, or straight where the samples are too far
     apart for that. It is cut into pieces that turn by TURN and last 1/per_second in s at most, but no more than `most`.
     """
-    pieces = np.concatenate([[0.0], np.cumsum(np.maximum(_turns(velocities) / TURN, np.diff(t) * per_second))])
+    before, after, spans, steps = velocities[:-1], velocities[1:], np.diff(t)[:, None], np.diff(points, axis=0)
+    turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=-1), (before * after).sum(-1))  # rad
+    pieces = np.concatenate([[0.0], np.cumsum(np.maximum(turns / TURN, np.diff(t) * per_second))])
     count = int(min(np.ceil(pieces[-1]) + 1, most))
     places = np.interp(np.linspace(0.0, pieces[-1], max(2, count)), pieces, np.arange(len(t)))
     times = np.interp(places, np.arange(len(t)), t)
     straight = np.stack([np.interp(times, t, x) for x in points.T], -1)
-    between = np.minimum(places.astype(int), len(t) - 2)
-    curved = _cubic(times, t, points, velocities, between)
-    return times, np.where(_resolved(t, points, velocities)[between, None], curved, straight)
 
-
-def _cubic(times: Array, t: Array, points: Array, velocities: Array, i: Indices) -> Array:
-    """Cubics (m, 3) through points and velocities (n, 3) at both ends of the intervals i (m,), at times (m,) in s."""
-    span = (t[i + 1] - t[i])[:, None]
+    i = np.minimum(places.astype(int), len(t) - 2)  # the interval of each time
+    span = spans[i]
     x = (times - t[i])[:, None] / span
     rise = (3 - 2 * x) * x**2 * (points[i + 1] - points[i])
-    return points[i] + rise + span * x * (x - 1) * ((x - 1) * velocities[i] + x * velocities[i + 1])
+    curved = points[i] + rise + span * x * (x - 1) * ((x - 1) * velocities[i] + x * velocities[i + 1])
 
-
-def _turns(velocities: Array) -> Array:
-    """The angles in rad between successive velocities (n, 3), (n-1,)."""
-    before, after = velocities[:-1], velocities[1:]
-    return np.arctan2(np.linalg.norm(np.cross(before, after), axis=-1), (before * after).sum(-1))
-
-
-def _resolved(t: Array, points: Array, velocities: Array) -> Mask:
-    """Which intervals (n-1,) are so short that the cubic stays as near to the samples as these are to one another.
-
-    t (n,) in s, points (n, 3) in m, velocities (n, 3) in m/s.
-    """
-    steps, spans = np.diff(points, axis=0), np.diff(t)[:, None]
-    away = [np.linalg.norm(v * spans - steps, axis=-1) for v in (velocities[:-1], velocities[1:])]
+    # the cubic stays as near to the samples as these are to one another where an interval is short
+    away = [np.linalg.norm(v * spans - steps, axis=-1) for v in (before, after)]
     lengths = np.pad(np.linalg.norm(steps, axis=-1), 1, mode="edge")
-    return np.maximum(*away) / 4 <= lengths[:-2] + lengths[1:-1] + lengths[2:]
+    short = np.maximum(*away) / 4 <= lengths[:-2] + lengths[1:-1] + lengths[2:]
+    return times, np.where(short[i, None], curved, straight)
+
+
+# --- several runs in one picture ------------------------------------------------------------------------------------
+
+MOST_KEYS = 2  # in which runs differ, in a label
+MOST = 4  # runs: the eye tells four colours and dashes apart
+Runs = RunRecord | Sequence[RunRecord] | None
+
+
+def runs_of(run: RunRecord, compare: Runs) -> list[RunRecord]:
+    """A run and those it is compared with. Raises InputError for too many, or runs at other times."""
+    others = [compare] if isinstance(compare, RunRecord) else [] if compare is None else compare
+    if not isinstance(others, Sequence):
+        raise InputError(f"compare: {shown(others)} is not a run, nor a list of runs")
+    if len(others) >= MOST:
+        raise InputError(f"compare: {len(others) + 1} runs are too many for one picture, which holds {MOST}")
+    for other in others:
+        if not isinstance(other, RunRecord):
+            raise InputError(f"compare: a {type(other).__name__} is not a run")
+        if len(run.t) and (not len(other.t) or other.t[0] > run.t[-1] or other.t[-1] < run.t[0]):
+            span = f"from {run.t[0]:g} to {run.t[-1]:g} s"
+            raise InputError(f"compare: the run {span} has no time in common with another")
+    return [run, *others]
+
+
+def labels_of(runs: Sequence[RunRecord]) -> list[str]:
+    """What tells runs apart: methods and settings, scenes, or both; else the numbers of the scenes that differ."""
+    methods = [f"{run.stats.method}, {run.stats.setting}" for run in runs]
+    titles = [run.title for run in runs]
+    for labels in (methods, titles, [f"{title}, {how}" for title, how in zip(titles, methods, strict=True)]):
+        if len(set(labels)) == len(labels):
+            return labels
+    tables = [dict(leaves(run.scene)) for run in runs]
+    keys = [k for k in dict.fromkeys(k for table in tables for k in table) if len({repr(t.get(k)) for t in tables}) > 1]
+    more = f", ... ({len(keys)} numbers)" if len(keys) > MOST_KEYS else ""
+    numbers = [", ".join(f"{key} {table.get(key, 'absent')}" for key in keys[:MOST_KEYS]) + more for table in tables]
+    return [f"run {i + 1}: {label}" for i, label in enumerate(numbers if keys else methods)]
+
+
+def rows_within(run: RunRecord, first: RunRecord) -> Indices:
+    """The samples of a run in the time of another, indices (k,)."""
+    return np.flatnonzero((run.t >= first.t[0]) & (run.t <= first.t[-1]))
+
+
+def distance(run: RunRecord, first: RunRecord) -> Array:
+    """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m.
+
+    Where the first run has no sample a cubic spline through its samples gives the tip; its error falls with the fourth
+    power of the time between samples.
+    """
+    from scipy.interpolate import CubicSpline
+
+    rows = rows_within(run, first)
+    t, tip = run.t[rows], run.tips[rows, -1]
+    at = np.searchsorted(first.t, t)
+    if (first.t[np.minimum(at, len(first.t) - 1)] == t).all():
+        return np.linalg.norm(tip - first.tips[at, -1], axis=-1)
+    once = np.concatenate([[True], np.diff(first.t) > 0])
+    return np.linalg.norm(tip - CubicSpline(first.t[once], first.tips[once, -1])(t), axis=-1)

@@ -19,8 +19,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendpin.errors import InputError, MissingLibrary, choices, inside
-from pendpin.graphics.drawing import WORLD, Drawing, Joint, Quantity, Shape, smooth_trail
-from pendpin.graphics.panels import NOTHING
+from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth_trail
+from pendpin.graphics.figure import NOTHING
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_whole
 
@@ -29,7 +29,7 @@ SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more tha
 MESH_BYTES = 100_000_000  # of one mesh; the page holds all of it
 MESHES = {".obj": "obj", ".stl": "stl", ".dae": "dae"}
 SKY = {"top_color": [0.98, 0.985, 0.99], "bottom_color": [0.90, 0.92, 0.945]}
-_LIGHTS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")  # made for scenes of 1 m
+LIGHTS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")  # made for scenes of 1 m
 
 
 # What the browser lets the page do: run what stands in it. It reaches nothing, or its own server if it is live.
@@ -90,17 +90,21 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     drawing = _lasting(drawing)
     if not DRAWN[0] <= drawing.extent <= DRAWN[1]:
         drawing = drawing.scaled(1 / drawing.extent)
-    motion = _motion(drawing, drawing.t[0])
+    motion, bodies, joints = _motion(drawing, drawing.t[0]), _bodies(drawing), []
+    for joint in drawing.joints:  # with the places of its bodies among those that are seen; None for what does not move
+        body, above = (bodies.index(one) if one in bodies else None for one in (joint.body, joint.above))
+        places: dict[str, Any] = {"body": body, "above": above}
+        joints.append(joint._asdict() | places | {"axes": joint.axes.tolist(), "base": joint.base.tolist()})
     ghosts = [
         _motion(_lasting(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
         for other, color in zip(drawing.others, GHOSTS, strict=False)
     ]
     return motion | {
-        "commands": commands(drawing, _bodies(drawing)),
+        "commands": commands(drawing, bodies),
         "extent": float(drawing.extent),
         "leaves": drawing.leaves,
         "start": float(drawing.t[0]),
-        "joints": [_joint(joint, _bodies(drawing)) for joint in drawing.joints],
+        "joints": joints,
         "ghosts": ghosts,
         "notes": drawing.notes,
     }
@@ -119,6 +123,10 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
     keys = pick(drawing.t, rate, POSES // len(bodies))
     poses = drawing.poses[keys][:, bodies]
     trail_times, trail = smooth_trail(drawing, rate, TRAIL_POINTS)
+    forces, moments = (_fractions(loads, keys, bodies) for loads in (drawing.forces, drawing.moments))
+    rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0  # of the forces: no moments are shown
+    rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))
+    quantities = [_levels(quantity, rows) for quantity in drawing.quantities]
     return {
         "label": drawing.label,
         "duration": duration,
@@ -127,19 +135,12 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
         "times": _floats(drawing.t[keys] - zero),
         "positions": _integers(poses[..., :3, 3].swapaxes(0, 1)),
         "quaternions": _integers(quaternions(poses[..., :3, :3]).swapaxes(0, 1)),
-        "forces": _fractions(drawing.forces, keys, bodies),
-        "moments": _moments(drawing, keys, bodies),
+        "forces": forces,
+        "moments": moments if moments and moments["largest"] > rounding else None,
         "trail": {"times": _floats(trail_times - zero), "points": _integers(trail)},
-        "curves": _curves(drawing, zero),
+        "curves": {"times": _floats(drawing.t[rows] - zero), "quantities": quantities},
         "plots": [{"title": plot.title, "curves": [c._asdict() for c in plot.curves]} for plot in drawing.plots],
     }
-
-
-def _joint(joint: Joint, bodies: list[int]) -> dict[str, Any]:
-    """A joint for JSON, with the places of its bodies among those that are seen; None for what does not move."""
-    body, above = (bodies.index(one) if one in bodies else None for one in (joint.body, joint.above))
-    places: dict[str, Any] = {"body": body, "above": above}
-    return joint._asdict() | places | {"axes": joint.axes.tolist(), "base": joint.base.tolist()}
 
 
 def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
@@ -150,21 +151,8 @@ def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int])
     return {"largest": largest, **_integers(vectors[keys][:, bodies].swapaxes(0, 1) / largest)}
 
 
-def _moments(drawing: Drawing, keys: NDArray[np.intp], bodies: list[int]) -> dict[str, Any] | None:
-    """The moments as fractions of the largest, where they are more than the rounding of the forces."""
-    moments, forces = _fractions(drawing.moments, keys, bodies), _fractions(drawing.forces, keys, bodies)
-    rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0
-    return moments if moments and moments["largest"] > rounding else None
-
-
-def _curves(drawing: Drawing, zero: float) -> dict[str, Any]:
-    """The quantities, each in LEVELS from its least to its largest value, at as many samples as there is room for."""
-    rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))
-    quantities = [_levels(quantity, rows) for quantity in drawing.quantities]
-    return {"times": _floats(drawing.t[rows] - zero), "quantities": quantities}
-
-
 def _levels(quantity: Quantity, rows: NDArray[np.intp]) -> dict[str, Any]:
+    """A quantity at some samples, in LEVELS from its least to its largest value."""
     low, high = float(quantity.values.min()), float(quantity.values.max())
     middle, least = (low + high) / 2, 1e-9 * max(abs(low), abs(high)) or 1.0  # what varies by less is a straight line
     low, high = min(low, middle - least), max(high, middle + least)
@@ -176,12 +164,10 @@ def _lasting(drawing: Drawing) -> Drawing:
     """The drawing, or, of a single pose, one that stands still for a second."""
     if len(drawing.t) > 1:
         return drawing
-    twice = {name: np.repeat(getattr(drawing, name), 2, axis=0) for name in ("poses", "trail")}
+    arrays = {name: getattr(drawing, name) for name in ("poses", "trail", "forces", "moments")}
+    twice = {name: None if given is None else np.repeat(given, 2, axis=0) for name, given in arrays.items()}
     quantities = tuple(quantity._replace(values=np.repeat(quantity.values, 2)) for quantity in drawing.quantities)
-    t = drawing.t[0] + np.array([0.0, 1.0])
-    loads = {name: getattr(drawing, name) for name in ("forces", "moments")}
-    twice |= {name: None if given is None else np.repeat(given, 2, axis=0) for name, given in loads.items()}
-    return replace(drawing, t=t, velocity=None, quantities=quantities, **twice)
+    return replace(drawing, t=drawing.t[0] + np.array([0.0, 1.0]), velocity=None, quantities=quantities, **twice)
 
 
 def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
@@ -193,31 +179,22 @@ def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
 def quaternions(rotations: Array) -> Array:
     """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n.
 
-    Not by SciPy, whose module takes 0.25 s to import.
+    S. W. Shepperd, Journal of Guidance and Control 1 (1978), 223. Not by SciPy, whose module takes 0.25 s to import.
     """
-    R = rotations
-    squares = np.stack([R[..., 0, 0], R[..., 1, 1], R[..., 2, 2], np.trace(R, axis1=-2, axis2=-1)], -1)
-    largest = squares.argmax(-1)[..., None, None]  # each row of q q^T gives q, the row of the largest one without loss
-    q = np.take_along_axis(_products(R, squares), largest, -2)[..., 0, :]
+    R, trace = rotations, np.trace(rotations, axis1=-2, axis2=-1)
+    products = np.empty((*R.shape[:-2], 4, 4))  # 4 q q^T
+    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
+        products[..., i, i] = 1 + 2 * R[..., i, i] - trace
+        products[..., i, j] = products[..., j, i] = R[..., j, i] + R[..., i, j]
+        products[..., i, 3] = products[..., 3, i] = R[..., k, j] - R[..., j, k]
+    products[..., 3, 3] = 1 + trace
+    # each row gives q, that of the largest component without loss
+    largest = np.stack([R[..., 0, 0], R[..., 1, 1], R[..., 2, 2], trace], -1).argmax(-1)
+    q = np.take_along_axis(products, largest[..., None, None], -2)[..., 0, :]
     q /= np.linalg.norm(q, axis=-1, keepdims=True)
     turned = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0, -1.0, 1.0)
     q[1:] *= np.cumprod(turned, axis=0)[..., None]
     return q
-
-
-def _products(R: Array, squares: Array) -> Array:
-    """4 q q^T (..., 4, 4) of rotations (..., 3, 3), q = (x, y, z, w), from squares (..., 4): diagonal and trace.
-
-    S. W. Shepperd, Journal of Guidance and Control 1 (1978), 223.
-    """
-    products = np.empty((*R.shape[:-2], 4, 4))
-    trace = squares[..., 3]
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        products[..., i, i] = 1 + 2 * squares[..., i] - trace
-        products[..., i, j] = products[..., j, i] = R[..., j, i] + R[..., i, j]
-        products[..., i, 3] = products[..., 3, i] = R[..., k, j] - R[..., j, k]
-    products[..., 3, 3] = 1 + trace
-    return products
 
 
 def _floats(values: Array) -> str:
@@ -256,16 +233,13 @@ def _viewer(name: str) -> str:
 
 def commands(drawing: Drawing, bodies: list[int]) -> list[dict[str, Any]]:
     """meshcat's commands that set the stage and put the shapes on it, those of `bodies[i]` in a group named body_i."""
-    hidden = ["/Grid", "/Axes", *(f"/Lights/{name}" for name in _LIGHTS)]
+    settings = [("/Background", key, color) for key, color in SKY.items()]
+    settings += [(path, "visible", False) for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in LIGHTS))]
+    names = ("path", "property", "value")
     return [
-        *(_property("/Background", key, color) for key, color in SKY.items()),
-        *(_property(path, "visible", False) for path in hidden),
+        *({"type": "set_property"} | dict(zip(names, setting, strict=True)) for setting in settings),
         {"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)},
     ]
-
-
-def _property(path: str, key: str, value: Any) -> dict[str, Any]:
-    return {"type": "set_property", "path": path, "property": key, "value": value}
 
 
 def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dict[str, Any]:
@@ -279,14 +253,11 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
         if key not in geometries:
             geometries[key] = {"uuid": f"geometry_{len(geometries)}"} | _geometry(shape, THINNEST * drawing.extent)
         tone = shape.color if color is None else color
-        material = materials.setdefault(tone, _material(tone))
-        solid = {
-            "type": "Mesh",
-            "geometry": geometries[key]["uuid"],
-            "material": material["uuid"],
-            "castShadow": shadows,
-        }
-        groups[shape.body].append(solid | {"matrix": [round(float(x), 9) for x in placed(shape).T.flat]})
+        look = {"color": tone, "specular": 0x202020, "shininess": 40, "side": 2}  # both: meshes may be turned about
+        material = materials.setdefault(tone, {"uuid": f"color_{tone:06x}", "type": "MeshPhongMaterial"} | look)
+        solid = {"type": "Mesh", "geometry": geometries[key]["uuid"], "material": material["uuid"]}
+        matrix = [round(float(x), 9) for x in placed(shape).T.flat]
+        groups[shape.body].append(solid | {"castShadow": shadows, "matrix": matrix})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
     return {
         "metadata": {"version": 4.5, "type": "Object"},
@@ -307,17 +278,6 @@ def placed(shape: Shape) -> Array:
     return shape.placement @ np.diag([*shape.size, 1.0]) if shape.geometry == "mesh" else shape.placement
 
 
-def _material(color: int) -> dict[str, Any]:
-    return {
-        "uuid": f"color_{color:06x}",
-        "type": "MeshPhongMaterial",
-        "color": color,
-        "specular": 0x202020,
-        "shininess": 40,
-        "side": 2,  # both: meshes may have their faces turned about
-    }
-
-
 def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
     if shape.geometry == "mesh":
         return _mesh_file(Path(shape.path))
@@ -326,14 +286,8 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
     radius = max(shape.size[0], thinnest)
     if shape.geometry == "sphere":
         return {"type": "SphereGeometry", "radius": radius, "widthSegments": 24, "heightSegments": 16}
-    length = shape.size[1]
-    return {
-        "type": "CylinderGeometry",
-        "radiusTop": radius,
-        "radiusBottom": radius,
-        "height": length,
-        "radialSegments": 24,
-    }
+    ends = {"radiusTop": radius, "radiusBottom": radius}
+    return {"type": "CylinderGeometry"} | ends | {"height": shape.size[1], "radialSegments": 24}
 
 
 def _mesh_file(path: Path) -> dict[str, Any]:

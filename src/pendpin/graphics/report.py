@@ -68,13 +68,16 @@ def _page_rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
     yield from _rows(run, checked)
     for name, figure in run.summary().items():
         yield name, str(figure)
-    if run.events:
-        yield "events", _events(run)
+    if run.events:  # how many of each kind, and the first of them
+        kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
+        first = [f"{event.t:.6g} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
+        rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
+        yield "events", "\n".join([kinds, *first, *rest])
     yield "version", f"pendpin {VERSION}"
 
 
 def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
-    """How a run was computed, and what its checks say; rows without an answer are left out."""
+    """How a run was computed, what its checks say, and where the energy went; rows without an answer are left out."""
     stats = run.stats
     if stats.evaluations:  # a mode of small motions is not integrated
         yield "method", f"{stats.method}, {stats.setting} ({stats.library} {stats.version})"
@@ -93,7 +96,16 @@ def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
         yield "ended early", stats.stopped[:MOST_OF_A_NOTE]
     if checked:
         yield "cross-check", checked
-    yield from _energy(run)
+    if stats.conservative:
+        yield "energy drift", f"{run.energy().drift:.1e} of the energy exchanged"
+    for kind, work in run.work.items():
+        yield f"work of {kind}", f"{work[-1] - work[0]:+.6g} J"
+    if run.work:
+        yield "kinetic energy", f"{run.kinetic[-1] - run.kinetic[0]:+.6g} J"
+        yield "energy balance off by", f"{run.imbalance:.1e} of the energy exchanged"
+    elif not stats.conservative:
+        change = float(np.diff(run.energy().total[[0, -1]])[0])
+        yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) says which effect took it"
     if stats.notes:
         yield "notes", "\n".join(note[:MOST_OF_A_NOTE] for note in stats.notes)
     if left := leaving(run):
@@ -109,28 +121,6 @@ def _answers(run: Any) -> Iterator[tuple[str, str]]:
         yield name, str(summary[name]) + (f"; after half the time {less.value:.6g} {less.unit}" if less else "")
     if summary.remark:
         yield "extremes", summary.remark
-
-
-def _energy(run: RunRecord) -> Iterator[tuple[str, str]]:
-    """Where the energy went: by effect where the works are known, else its drift or its change."""
-    if run.stats.conservative:
-        yield "energy drift", f"{run.energy().drift:.1e} of the energy exchanged"
-    for kind, work in run.work.items():
-        yield f"work of {kind}", f"{work[-1] - work[0]:+.6g} J"
-    if run.work:
-        yield "kinetic energy", f"{run.kinetic[-1] - run.kinetic[0]:+.6g} J"
-        yield "energy balance off by", f"{run.imbalance:.1e} of the energy exchanged"
-    elif not run.stats.conservative:
-        change = float(np.diff(run.energy().total[[0, -1]])[0])
-        yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) says which effect took it"
-
-
-def _events(run: RunRecord) -> str:
-    """How many of each kind, and the first of them."""
-    kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
-    first = [f"{event.t:.6g} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
-    rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
-    return "\n".join([kinds, *first, *rest])
 
 
 def _scene(run: RunRecord) -> str:

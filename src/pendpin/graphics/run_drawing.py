@@ -1,23 +1,36 @@
 """From a run to what is drawn: solids and their poses over time, the tip's path, joint forces, curves."""
 
+import math
 from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape
-from pendpin.graphics.panels import distance, joints_shown, labels_of, rods_shown, rows_within
-from pendpin.graphics.ropes import is_rope
-from pendpin.graphics.shapes import bracket_shapes, rod_shapes, urdf_shapes
+from pendpin.graphics.drawing import (
+    WORLD,
+    Curve,
+    Drawing,
+    Joint,
+    Plot,
+    Quantity,
+    Shape,
+    distance,
+    labels_of,
+    rows_within,
+)
+from pendpin.graphics.figure import is_rope, joints_shown, rods_shown
 from pendpin.graphics.style import BLACK, COLORS
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, across, cross
 from pendpin.model import kinematics
+from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model
 from pendpin.model.kinematics import model_of
 from pendpin.model.notes import ignored, leaving
+from pendpin.model.urdf import mesh_file, parse
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, place_of, unit_of
@@ -104,12 +117,11 @@ def _shapes(scene: Scene, model: Model, extent: float, q: Array) -> tuple[list[i
         shapes = tuple(urdf_shapes(scene.model.file, model))
         if any(shape.body < len(model.joints) for shape in shapes):
             return None, shapes
-    payloads = (
-        [rod.payload for rod in scene.model.all_rods] if isinstance(scene.model, Chain) else [0.0] * len(model.bodies)
-    )
-    rods = rod_shapes(model, extent, payloads)
+    payloads = [0.0] * len(model.bodies)
+    if isinstance(scene.model, Chain):
+        payloads = [rod.payload for rod in scene.model.all_rods]
     brackets = () if model.chain is not None else bracket_shapes(model, extent, q)
-    return [body.joint for body in model.bodies], (*rods, *brackets)
+    return [body.joint for body in model.bodies], (*rod_shapes(model, extent, payloads), *brackets)
 
 
 def _tip_velocity(model: Model, trajectory: RunRecord) -> Array:
@@ -122,18 +134,14 @@ def _tip_velocity(model: Model, trajectory: RunRecord) -> Array:
 
 def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joint]:
     """The joints of rods; of a tree without any, all joints. `rods` are the joints of the bodies drawn, None for all."""
-    bodies = list(range(len(model.joints))) if rods is None else rods
-    index = {joint: i for i, joint in enumerate(bodies)}
-    links = {body.joint: body for body in model.bodies}
-    if model.rods:
-        for i, rod in enumerate(model.rods, start=1):
-            body = links[rod.last]
-            above = index.get(model.tree.parents[rod.first], WORLD)
-            size = float(np.linalg.norm(body.tip)) or 0.3 * extent
-            yield Joint(f"joint {i}", index[rod.last], above, rod.frame, rod.base, size, body.radius, True)
-        return
-    for joint in bodies:
-        above = index.get(model.tree.parents[joint], WORLD)
+    bodies, parents = list(range(len(model.joints))) if rods is None else rods, model.tree.parents
+    index, links = {joint: i for i, joint in enumerate(bodies)}, {body.joint: body for body in model.bodies}
+    for i, rod in enumerate(model.rods, start=1):
+        body, above = links[rod.last], index.get(parents[rod.first], WORLD)
+        size = float(np.linalg.norm(body.tip)) or 0.3 * extent
+        yield Joint(f"joint {i}", index[rod.last], above, rod.frame, rod.base, size, body.radius, True)
+    for joint in () if model.rods else bodies:
+        above = index.get(parents[joint], WORLD)
         yield Joint(model.joints[joint], index[joint], above, np.eye(3), np.eye(3), 0.3 * extent, 0.0, False)
 
 
@@ -172,42 +180,33 @@ def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     """Several quantities together: energies, positions, rates, reactions; those that begin the page come first."""
     joints, least = joints_shown(run), float(run.potential.min())
     some = f", {len(joints)} of {len(run.joints)} joints" * (len(joints) < len(run.joints))
-    energy = (
-        Curve("kinetic", "kinetic", COLORS[1]),
-        Curve("potential", "potential", COLORS[0], least),
-        Curve("energy", "energy", BLACK, least),
-    )
+    kinetic, potential = Curve("kinetic", "kinetic", COLORS[1]), Curve("potential", "potential", COLORS[0], least)
+    energy = (kinetic, potential, Curve("energy", "energy", BLACK, least))
     positions = _curves([run.joints[joint] for joint in joints])
-    rates = _curves([f"{run.joints[joint]}_rate" for joint in joints])
-    plots = [Plot("Energy, potential above its least", energy), Plot(f"Position{some}", positions)]
-    reactions = _reactions(run)
+    rates = Plot(f"Rates{some}", _curves([f"{run.joints[joint]}_rate" for joint in joints]))
+    plots, reactions = [Plot("Energy, potential above its least", energy), Plot(f"Position{some}", positions)], []
+    if run.rod_reactions is not None:
+        reactions = _plots_of_reactions(run, run.rod_reactions.R3.shape[1])
     if not is_rope(run):
-        return (*plots, *reactions, Plot(f"Rates{some}", rates))
+        return (*plots, *reactions, rates)
     offset = Plot("Tip's offset from the support", _curves(["tip_x", "tip_y"]))
     swing = Plot("Swing of the line to the tip", _curves(["swing"]))
-    return (offset, swing, reactions[0], *plots, *reactions[1:], Plot(f"Rates{some}", rates))
+    return (offset, swing, reactions[0], *plots, *reactions[1:], rates)
 
 
-def _reactions(run: RunRecord) -> list[Plot]:
+def _plots_of_reactions(run: RunRecord, count: int) -> list[Plot]:
     """R1, R2, R3 of a single rod; of several the tension of those that are shown; the moments where there are any."""
-    if run.rod_reactions is None:
-        return []
-    rods, count = rods_shown(run), run.rod_reactions.R3.shape[1]
-    some = f", {len(rods)} of {count} rods" * (len(rods) < count)
     if count == 1:
         moments = [name for name in ("M1", "M2", "M3", "Mc") if name in run.places]
         return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(moments))]
-    names = (
-        f"{name}_{i + 1}" for i in rods for name in ("Mc", "M1", "M2")
-    )  # of a hinge M3 is the moment about the rod
+    rods = rods_shown(run)
+    some = f", {len(rods)} of {count} rods" * (len(rods) < count)
+    names = (f"{name}_{i + 1}" for i in rods for name in ("Mc", "M1", "M2"))  # of a hinge M3 is the one about the rod
     moments = [name for name in names if name in run.places]
-    universal = all(name.startswith("Mc") for name in moments)
+    title = "Moment Mc" if all(name.startswith("Mc") for name in moments) else "Moments"
     each = [Plot(f"Reactions of rod {i + 1}", _curves([f"R{k}_{i + 1}" for k in (1, 2, 3)])) for i in rods]
-    return [
-        Plot(f"Tension R3{some}", _curves([f"R3_{i + 1}" for i in rods])),
-        *each,
-        Plot(f"{'Moment Mc' if universal else 'Moments'}{some}", _curves(moments)),
-    ]
+    tension = Plot(f"Tension R3{some}", _curves([f"R3_{i + 1}" for i in rods]))
+    return [tension, *each, Plot(f"{title}{some}", _curves(moments))]
 
 
 def _curves(names: list[str]) -> tuple[Curve, ...]:
@@ -235,3 +234,125 @@ def _within(drawing: Drawing, run: RunRecord, first: RunRecord) -> Drawing:
     quantities += (Quantity("distance", "m", distance(run, first)),)
     cut["shapes"] = tuple(shape for shape in drawing.shapes if shape.body != drawing.support)
     return replace(drawing, **cut, velocity=velocity, forces=None, moments=None, quantities=quantities)
+
+
+# --- the solids of a model: its rods, or what its URDF shows --------------------------------------------------------
+
+COPPER, STEEL, BRASS = 0xD9622B, 0x7A8696, 0xE0A23C
+THINNEST = 0.006  # of the extent: what is thinner is drawn this thick, as radius
+MANY = 20  # rods; of more, thinner ones are drawn, without their joints
+DENSITY = 7850.0  # kg/m³, of a payload: steel
+
+
+def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterator[Shape]:
+    """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them.
+
+    A joint is a ball, that of a hinge a pin along its axis.
+    """
+    thick = THINNEST * extent
+    many = len(model.bodies) > MANY
+    hinges = dict[int, Array]()
+    if model.chain is None:
+        others = {rod.phi for rod in model.rods if rod.kind == "universal"} | set(np.flatnonzero(model.slides).tolist())
+        hinges = {joint: axis for joint, axis in enumerate(model.tree.axes) if joint not in others}
+    yield Shape("box", (12 * thick, 12 * thick, thick), _at((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
+    for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
+        radius = max(body.radius, thick * (0.4 if many else 1.0))
+        long = any(body.tip)  # a rotor about its own centre is not
+        if long:
+            yield _stick(np.zeros(3), body.tip, radius, COPPER if index % 2 == 0 else BRASS, index)
+        size = min(1.5 * radius, 3 * thick)
+        if not (many and long):
+            pin = hinges.get(body.joint)
+            ball = Shape("sphere", (size,), np.eye(4), STEEL, index)
+            yield ball if pin is None else _stick(-2 * size * pin, 2 * size * pin, 0.9 * size, STEEL, index)
+        if payload or index == len(model.bodies) - 1:
+            ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
+            ball = body.payload_radius or max(1.5 * thick, ball)
+            yield Shape("sphere", (ball,), _at(body.tip), STEEL, index)
+
+
+def bracket_shapes(model: Model, extent: float, q: Array) -> Iterator[Shape]:
+    """Thin lines of a tree: from rods to joints that hang beside them, and along the ways of slides in q (n, nv)."""
+    thin = 0.5 * THINNEST * extent
+    tree = model.tree
+    places = {body.joint: (index, body.tip) for index, body in enumerate(model.bodies)}
+    places[WORLD] = len(model.bodies), np.zeros(3)
+    for joint, (parent, place) in enumerate(zip(tree.parents, tree.translations, strict=True)):
+        if parent not in places:  # a link without mass has no pose here
+            continue
+        body, tip = places[parent]
+        lines = [(np.clip(place @ tip / (tip @ tip or 1.0), 0.0, 1.0) * tip, place)]
+        if model.slides[joint]:
+            axis = tree.rotations[joint] @ tree.axes[joint]
+            way = q[:, joint]
+            lines.append((place + min(way.min(), 0.0) * axis, place + max(way.max(), 0.0) * axis))
+        yield from (_stick(*ends, thin, STEEL, body) for ends in lines if math.dist(*ends) > thin)
+
+
+def _stick(start: Array, end: Array, radius: float, color: int, body: int) -> Shape:
+    """A cylinder from one place to another, (3,) m."""
+    length = math.hypot(*(end - start))  # the norm of a tiny vector is 0
+    z = (end - start) / length
+    x = across(z)
+    placement = _at((start + end) / 2, np.stack([x, cross(z, x), z], -1))
+    return Shape("cylinder", (radius, length), placement, color, body)
+
+
+def _at(place: Any, rotation: Array | None = None) -> Array:
+    """A placement (4, 4) at a place (3,) in m, with a rotation (3, 3) if there is one."""
+    placement = np.eye(4)
+    placement[:3, 3] = place
+    if rotation is not None:
+        placement[:3, :3] = rotation
+    return placement
+
+
+def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
+    """The visuals of a URDF, each fixed to the joint that moves its link; what none moves, to the body after all joints.
+
+    What has no colour of its own has that of a rod, another one for the next body.
+    """
+    robot = parse(path.read_bytes())  # the model is built: every check has been passed
+    materials = {str(material.get("name")): material for material in robot.findall("material")}
+    assert model.pin is not None
+    frames = {frame.name: frame for frame in model.pin.frames if frame.type == pinocchio().FrameType.BODY}
+    tones: dict[int, int] = {}
+    for link in robot.findall("link"):
+        frame = frames[str(link.get("name"))]
+        for visual in link.findall("visual"):
+            placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
+            body = (frame.parentJoint or model.pin.njoints) - 1
+            color = _color(visual, materials, tones.setdefault(body, (COPPER, BRASS)[len(tones) % 2]))
+            geometry: Any = visual.find("geometry")
+            shape = geometry[0]
+            if shape.tag != "mesh":
+                keys = {"box": ("size",), "sphere": ("radius",)}.get(shape.tag, ("radius", "length"))
+                size = tuple(number for key in keys for number in _numbers(shape.get(key)))
+                yield Shape("cylinder" if shape.tag == "capsule" else shape.tag, size, placement, color, body)
+            elif file := mesh_file(path.parent, shape.get("filename")):  # else it is gone, as the model's notes say
+                yield Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
+
+
+def _origin(origin: Any) -> Array:
+    """The placement (4, 4) of an <origin>, or none."""
+    if origin is None:
+        return np.eye(4)
+    rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
+    return _at(_numbers(origin.get("xyz", "0 0 0")), rotation)
+
+
+def _color(visual: Any, materials: dict[str, Any], other: int) -> int:
+    """The colour of a visual, 0xRRGGBB; `other` where it has none."""
+    material = visual.find("material")
+    if material is not None and material.find("color") is None:
+        material = materials.get(str(material.get("name")))
+    color = None if material is None else material.find("color")
+    if color is None:
+        return other
+    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(color.get("rgba", "1 1 1 1"))[:3])
+    return red << 16 | green << 8 | blue
+
+
+def _numbers(text: str) -> tuple[float, ...]:
+    return tuple(float(part) for part in text.split())

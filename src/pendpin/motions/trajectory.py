@@ -155,7 +155,7 @@ class Trajectory(RunRecord):
 
         `compare` is another run, or up to three, shown in the page as ghosts, with their distance. Raises InputError.
         """
-        from pendpin.graphics.animation import Animation
+        from pendpin.graphics.view import Animation
         from pendpin.motions.crosschecks.crosscheck import run_verdict
 
         return Animation(with_samples(self), compare, run_verdict)
@@ -210,6 +210,6 @@ class Trajectory(RunRecord):
         return text(self)
 
     def _repr_html_(self) -> str:
-        from pendpin.graphics.animation import frame_of
+        from pendpin.graphics.view import frame_of
 
         return page(self, frame_of(self))

@@ -13,8 +13,8 @@ from pendpin.dynamics.vibrations import Matrices
 from pendpin.effects import FrameEffect, Idle
 from pendpin.engines import Engine
 from pendpin.errors import InputError, shown
-from pendpin.graphics.animation import Animation
 from pendpin.graphics.style import COLORS, PALE, new_figure, styled, with_unit, write_figure
+from pendpin.graphics.view import Animation
 from pendpin.ground import arguments
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table

@@ -19,7 +19,7 @@ from pydantic import Field, model_validator
 
 from pendpin.dynamics.vibrations import matrices, vibrations
 from pendpin.errors import InputError, MissingLibrary, inside, not_one_of
-from pendpin.graphics.panels import draw_path_from_above, draw_path_from_the_side
+from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import number_at
@@ -389,7 +389,7 @@ def draw_motions(names: list[str]) -> Any:
         case = published_cases()[name]
         run = simulate(case.scene, duration=min(case.times[-1], SHOWN), samples=SAMPLES)
         level = np.ptp(run.tips[:, -1, 2]) < 1e-3 * np.ptp(run.tips[:, -1], axis=0).max()
-        (draw_path_from_above if level else draw_path_from_the_side)(ax, run)
+        draw_path(ax, run, "above" if level else "side")
         ax.set_title(name)
     for ax in axes[len(names) :]:
         ax.set_axis_off()
