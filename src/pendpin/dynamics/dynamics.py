@@ -12,8 +12,9 @@ import numpy as np
 
 from pendpin.dynamics.acting import HeldTorque, acting, move_home
 from pendpin.dynamics.binding import Accounts, Binding
-from pendpin.dynamics.compiling import Sampler, compile_engine, compile_sampler, in_motion, samples_compile
+from pendpin.dynamics.compiling import compile_engine, in_motion
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
+from pendpin.dynamics.samples import Sampler, compile_sampler, samples_compile
 from pendpin.dynamics.symbols import Asked
 from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical

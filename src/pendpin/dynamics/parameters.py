@@ -178,6 +178,14 @@ def begin_tape(model: Model, by_rod: bool, masks: Sequence[Mask] | None = None) 
     return tape, list_parameters(model, by_rod, masks, tape), recorded_by_rod(tape) if by_rod else recorded()
 
 
+def begin_state(model: Model, by_rod: bool, parts: int) -> tuple[Tape, Parameters, Any, Array]:
+    """The same with a state (parts, w) of so many numbers for each joint, or each joint of one rod."""
+    tape, numbers, xp = begin_tape(model, by_rod)
+    if isinstance(numbers, RodParameters):
+        return tape, numbers, xp, tape.state_of_rod(parts, numbers.width).reshape(parts, -1)
+    return tape, numbers, xp, tape.state(parts * len(model.joints)).reshape(parts, -1)
+
+
 def _convert_to_numbers(x: Any) -> Array:
     values = np.asarray(x)
     return values.astype(complex if values.dtype.kind == "c" else float)

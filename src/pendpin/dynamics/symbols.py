@@ -20,8 +20,6 @@ from pendpin.ground.arrays import Array, Indices, Mask, cross
 from pendpin.model.build import SIGNS, Model
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
-Rubbing = Callable[[Array], list[tuple[str, Array]]]  # v (nv,) -> kinds of effects and torques (nv,)
-Acceleration = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> q'' (nv,)
 PARTS = 2  # of a chain's state: angles and rates, or directions and angular velocities
 WRITTEN_OUT = 3  # rods, up to which code without a loop takes less time: the first and the last rod lack a neighbour
 
@@ -128,41 +126,43 @@ def _right_hand_side(
     if isinstance(engine, Directions):
         return _record_directions(engine, loads, powered, numbers, xp)
     assert isinstance(engine, AngleEngine)
-    alone = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
-    if alone and not any((loads.torque, loads.wrench, *asked)):
-        acceleration = _one_rod(model, loads, numbers, xp)
-        return lambda t, y: ([*y[2:], *acceleration(t, *np.split(y, 2))], [])
-    return _record_tree(model, loads, asked, powered, numbers, xp)
-
-
-def _one_rod(model: Model, loads: Loads, numbers: Parameters, xp: Any) -> Acceleration:
-    """q'' (2,) of a single rod in fields, by the closed form."""
-    rod = model.rods[0]
+    rod = model.rods[0] if len(model.joints) == 2 and len(model.rods) == 1 else None
+    if rod is None or rod.inertia is None or any((loads.torque, loads.wrench, *asked)):
+        return _record_tree(model, loads, asked, powered, numbers, xp)
     turn = np.array([rod.sign, 1.0])
-    assert rod.inertia is not None
     for part in (turn, rod.base):
         numbers.constant(part)
     inertia = RodInertia(*map(numbers, rod.inertia))
 
-    def acceleration(t: Any, q: Array, v: Array) -> Array:
+    def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
+        q, v = np.split(y, 2)
         solution = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
-        return turn * np.array([solution.theta_dd, solution.phi_dd])
+        return [*v, *(turn * np.array([solution.theta_dd, solution.phi_dd]))], []
 
-    return acceleration
+    return right
 
 
 def _record_tree(
     model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any
 ) -> Right:
     """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
-    tree = tree_with_numbers(model, numbers)
+    tree, contacts = tree_with_numbers(model, numbers), asked.contacts
     nv = len(tree.parents)
     external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
-    rubbing, held = _contacts(asked.contacts, nv, numbers, xp)
+    held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
+    if contacts is not None:
+        holding, contacts = contacts.holding, contacts.with_numbers(numbers)
+        if isinstance(numbers, RodParameters):
+            holding = np.asarray(holding.reshape(-1, nv).any(0))
+            flags, ways = ([numbers.input_of_rod(part, i) for i in range(nv)] for part in range(2))
+        else:
+            flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
+        numbers.constant(("contacts", holding.tobytes()))
+        held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
 
     def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
         q, v = y[:nv], y[nv : 2 * nv]
-        rubs = rubbing(v)
+        rubs = [] if contacts is None else contacts.rubbing(v, np.array(ways), xp)
         taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
         tau = sum(taus[1:], taus[0]) if taus else None
         wrenches = external and external(t, q, v)
@@ -174,22 +174,6 @@ def _record_tree(
         return [*v, *a, *work], list(holding) if asked.contacts else []
 
     return right
-
-
-def _contacts(contacts: Contacts | None, nv: int, numbers: Parameters, xp: Any) -> tuple[Rubbing, list[Any]]:
-    """The torques of sliding friction (nv,) by kind, as a function of v (nv,), and which joints are held: the inputs."""
-    if contacts is None:
-        return lambda v: [], [None] * nv
-    on_tape = contacts.with_numbers(numbers)
-    if isinstance(numbers, RodParameters):
-        holding = np.asarray(contacts.holding.reshape(-1, nv).any(0))
-        flags, ways = ([numbers.input_of_rod(part, i) for i in range(nv)] for part in range(2))
-    else:
-        holding = contacts.holding
-        flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
-    numbers.constant(("contacts", holding.tobytes()))
-    held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
-    return lambda v: on_tape.rubbing(v, np.array(ways), xp), held
 
 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
@@ -213,8 +197,8 @@ def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, 
     return Motion(origin, unturned, velocity, spin, into_links=into_links).of(joints)
 
 
-def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Acceleration:
-    """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames."""
+def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Any:
+    """Wrenches on the links, (n, 6), at the joints' origins, in the joints' frames, as a function of t, q, v (nv,)."""
     joints, com = bodies_joints(model, tree), numbers.bodies(centres_of(model.bodies))
     wrench = loads.wrench
     assert wrench is not None
@@ -239,12 +223,19 @@ def _record_directions(
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
     rods = (getattr(engine.chain, name) for name in thin_recursion.ThinRods._fields)
     chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
-    size = 6 * len(chain.m)
+    size, length = 6 * len(chain.m), chain.l[:, None]
+
+    def sums(x: Array) -> Array:
+        """The sum (n, 3) of the rows of x before each."""
+        return np.stack(outward(lambda i, before: (before + x[i], before), np.zeros(3), range(-1, len(x) - 1), xp))
 
     def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
         d, omega = (part.reshape(-1, 3) for part in np.split(y[:size], 2))
         rate, force, moment = cross(omega, d), None, None
-        motion = thin_motion(chain.l[:, None], d, rate, omega, xp)
+        origin, velocity = sums(length * d), sums(length * rate)
+        axes = np.zeros((len(d), 3, 3), dtype=object)
+        axes[..., 2] = -d * SIGNS  # the others are 0: nothing asks for them
+        motion = Motion(origin * SIGNS, axes, velocity * SIGNS, omega * SIGNS)
         if loads.wrench is not None:
             force, moment = (part * SIGNS for part in loads.wrench(t, motion))
         turning, _ = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
@@ -252,17 +243,3 @@ def _record_directions(
         return [*rate.reshape(-1), *turning.reshape(-1), *work], []
 
     return right
-
-
-def thin_motion(length: Array, d: Array, rate: Array, omega: Array, xp: Any = np) -> Motion:
-    """The motion of n thin rods from d, d', omega (n, 3) in I; of the axes only z = -d is set, the others are 0."""
-
-    def sums(x: Array) -> Array:
-        """The sum (n, 3) of the rows of x before each."""
-        parents = range(-1, len(x) - 1)
-        return np.stack(outward(lambda i, before: (before + x[i], before), np.zeros(3), parents, xp))
-
-    origin, velocity = sums(length * d), sums(length * rate)
-    axes = np.zeros((len(d), 3, 3), dtype=object)
-    axes[..., 2] = -d * SIGNS
-    return Motion(origin * SIGNS, axes, velocity * SIGNS, omega * SIGNS)

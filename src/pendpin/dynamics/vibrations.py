@@ -10,7 +10,6 @@ solved apart: those of a hanging chain in its two planes.
 """
 
 from collections.abc import Callable, Iterator, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -19,7 +18,7 @@ from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import look_up
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.parameters import Parameters, RodParameters, begin_tape, list_parameters
+from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine, Values
@@ -58,7 +57,15 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     by_rod, nv = records_by_rod(engine, effects), len(q)
     parameters = list_parameters(model, by_rod)
     _residual(engine, effects, start, parameters, np)
-    write = partial(_record, engine, effects, start, by_rod)
+
+    def write() -> Recording:
+        """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
+        tape, numbers, xp, state = begin_state(model, by_rod, PARTS)
+        results = list(_residual(engine, effects, start, numbers, xp)(tape.time(), *state))
+        if by_rod:
+            return add_tangents(Recording(tape, [], parts=PARTS, width=state.shape[1], of_rod=results), [STATE])
+        return add_tangents(Recording(tape, results, width=state.size), [STATE])
+
     block = look_up(("residual", parameters.structure), write, parameters).block(Values.of(parameters))
     point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
@@ -67,18 +74,6 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
         derivatives[begin : begin + len(ways)] = block.evaluated(np.zeros(len(ways)), states)[0][:, nv : 2 * nv]
     of_q, of_v, of_a = derivatives.reshape(PARTS, nv, nv).transpose(0, 2, 1)
     return Matrices(of_a, of_v, of_q)
-
-
-def _record(engine: Engine, effects: Sequence[Effect], start: float, by_rod: bool) -> Recording:
-    """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
-    tape, numbers, xp = begin_tape(engine.model, by_rod)
-    residual = _residual(engine, effects, start, numbers, xp)
-    width = numbers.width if isinstance(numbers, RodParameters) else len(engine.model.joints)
-    state = tape.state_of_rod(PARTS, width) if by_rod else tape.state(PARTS * width)
-    results = list(residual(tape.time(), *state.reshape(PARTS, -1)))
-    if by_rod:
-        return add_tangents(Recording(tape, [], parts=PARTS, width=width, of_rod=results), [STATE])
-    return add_tangents(Recording(tape, results, width=len(state)), [STATE])
 
 
 def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:

@@ -1,0 +1,170 @@
+"""What is computed at the samples of a run, as machine code: accelerations, wrenches, poses and the kinetic energy."""
+
+from collections.abc import Callable, Sequence
+from functools import partial
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from pendpin.dynamics.binding import Binding, bodies_of
+from pendpin.dynamics.compiling import compilable, look_up
+from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
+from pendpin.dynamics.symbols import bodies_joints, external_wrenches, motion_in_links, tree_with_numbers
+from pendpin.effects import Bodies, Effect
+from pendpin.engines import Engine, Loads, Values
+from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.tape import Recording
+from pendpin.engines.spherical import Thin
+from pendpin.equations import recursion, thin_recursion
+from pendpin.equations.trees import Tree, joints_at, outward, prepared, total
+from pendpin.ground.arrays import Array, applied, cross, dot, transposed
+from pendpin.model.build import Model
+
+PARTS = 3  # of what is given: positions, rates, further torques
+MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which its samples are compiled
+_DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
+
+
+class RodSamples(NamedTuple):
+    """Rods at n samples."""
+
+    acceleration: Array  # (n, nv) rad/s²
+    wrench: Array  # (n, joints, 6) N, N m, by each joint's parent, in the joint's frame
+    poses: Array  # (n, rods, 4, 4) of the rods' links, in W
+    kinetic: Array  # (n,) J
+
+
+# of t, q, v and further torques (w,) of a rod, or of all, as terms: their numbers, and the kinetic energy of all rods
+Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]
+# of the same and the external wrenches (w, 6): accelerations (w,) and wrenches (w, 6)
+Equations = Callable[[Any, Array, Array, Array, Array | None], tuple[Array, Array]]
+
+
+class Sampler:
+    """Samples of rods in machine code, with one set of parameters."""
+
+    def __init__(self, model: Model, block: Block) -> None:
+        self._parts = len(model.rods) if _by_rod(model) else 1
+        self._joints, self._block = len(model.joints) // self._parts, block
+
+    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
+        """The samples at t (n,), q, v (n, nv) with further torques (n, nv); None where a number is not finite."""
+        n, joints = len(t), self._joints
+        _, more = self._block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
+        if not np.isfinite(more).all():
+            return None
+        a, wrench, placed = np.split(more[:, :-1].reshape(n, self._parts, -1), [joints, 7 * joints], -1)
+        placed = placed.reshape(n, -1, 3, 4)
+        poses = np.zeros((*placed.shape[:2], 4, 4))
+        poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
+        return RodSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, more[:, -1].copy())
+
+
+def samples_compile(model: Model, effects: Sequence[Effect]) -> bool:
+    """Whether samples are computed in machine code: those of rods with pendpin's own effects."""
+    few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
+    return few and compilable(model, effects)
+
+
+def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
+    """The samples of rods in machine code, at times since `start` in s."""
+    # A function of its own, though the equations hold the same articulated bodies: compiling these once would save 15 to 20
+    # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
+    parameters = list_parameters(engine.model, _by_rod(engine.model))
+    parameters.constant("samples")
+    _sampled(engine, effects, start, parameters, np)
+    equations = look_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
+    return Sampler(engine.model, equations.block(Values.of(parameters)))
+
+
+def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
+    """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
+    tape, numbers, xp, state = begin_state(engine.model, _by_rod(engine.model), PARTS)
+    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state)
+    if numbers.by_rod:
+        return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
+    return Recording(tape, [], [*rows, kinetic], width=state.size)
+
+
+def _by_rod(model: Model) -> bool:
+    """Whether samples are recorded for one rod."""
+    return model.alike and len(model.rods) > 1
+
+
+def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Sampled:
+    model, thin = engine.model, isinstance(engine, Thin)
+    numbers.constant((thin, numbers.by_rod))
+    loads = Binding(model, effects, xp, start, numbers).loads
+    bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
+    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+
+    def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:
+        """By the articulated bodies and Newton-Euler."""
+        tau = more if loads.torque is None else more + loads.torque(t, q, v)
+        field = loads.field(t)
+        a = recursion.accelerations(tree, q, v, field, tau, wrenches, xp)
+        return a, recursion.wrenches(tree, q, v, a, field, wrenches, xp)
+
+    equations = _equations_of_directions(model, loads, tree, numbers, xp) if thin else on_angles
+
+    def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
+        links = motion_in_links(model, loads, tree, q, v, xp)
+        a, wrench = equations(t, q, v, more, external and external(t, q, v))
+        placed, signs = prepared(tree, xp)
+        joints = joints_at(placed, signs * q, xp)
+
+        def place(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], Array]:
+            """The pose (3, 4) in W of what a joint moves."""
+            R, r = above
+            r, R = r + applied(R, joints[i].r), R @ joints[i].R
+            return (R, r), np.concatenate([R, r[:, None]], 1)
+
+        poses = outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)
+        frames = np.stack(poses)[bodies_joints(model, tree)]
+        moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
+        kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
+        return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic
+
+    return sampled
+
+
+def _equations_of_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
+    """Accelerations and wrenches of a thin rod, whose joint carries no moment, by the recursion in directions, in W here."""
+    assert model.chain is not None
+    rods = (getattr(model.chain, name) for name in thin_recursion.ThinRods._fields)
+    chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
+
+    def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
+        placed, signs = prepared(tree, xp)
+        joints, rates, force, moment = joints_at(placed, signs * q, xp), signs * v, None, None
+
+        def turn(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
+            """How the frame of a joint turns: to W, its spin in itself, and what the rates add to its acceleration."""
+            joint, (R, spin) = joints[i], above
+            R, arriving = R @ joint.R, applied(transposed(joint.R), spin)
+            own = joint.axis * rates[i]
+            return (R, arriving + own), (R, arriving + own, cross(arriving, own))
+
+        turning = outward(turn, (np.eye(3), np.zeros(3)), tree.parents, xp)
+        R, spin, _ = turning[1]
+        if external is not None:
+            f, about_joint = np.split(external[1], 2)
+            force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
+        state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
+        turned, reaction = thin_recursion.turning(chain, *state, loads.field(t), force, moment, xp)
+        across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
+        across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
+        forces = np.stack([applied(joints[1].R, reaction), reaction])
+        of_theta = applied(transposed(joints[1].R), joints[0].axis)
+
+        def swing(i: int, alpha: Array) -> tuple[Array, Array]:
+            """theta'' and phi'' (2,) from what turns the rod across its axis; along it the joint decides."""
+            for joint, (_, _, coriolis) in zip(joints, turning, strict=True):
+                alpha = applied(transposed(joint.R), alpha) + coriolis
+            theta, phi = (across - alpha)[0] / of_theta[0], (across - alpha)[1]
+            return alpha + of_theta * theta + joints[1].axis * phi, np.array([theta, phi])
+
+        a = signs * outward(swing, np.zeros(3), [-1], xp)[0]
+        return a, np.concatenate([forces, np.zeros((2, 3))], -1)
+
+    return equations
