@@ -218,6 +218,13 @@ def test_a_driven_pendulum_doubles_its_period_again_and_again() -> None:
     driven = driven.replace(start=pp.Start(positions=(-2.452151, 0.0), velocities=(-0.281156, 0.0)))
     (broken,) = pp.follow(pp.periodic_orbit(driven), key, 1.03).bifurcations
     assert broken.kind == "symmetry breaking"
+    lopsided = pp.follow(broken.orbit, key, 1.03, onto="asymmetric")
+    for each, value in list(zip(lopsided.orbits, lopsided.values, strict=True))[::6]:
+        begin, run = each.scene.start, pp.simulate(each.scene, times=[period / 2, period], tolerance=1e-12)
+        mirrored = np.append(np.sin(run.q[0] + begin.positions), run.v[0] + begin.velocities)
+        assert np.abs(mirrored).max() == pytest.approx(4.0 * math.sqrt(value - broken.value), rel=0.05)  # a pitchfork
+        assert np.abs(np.sin(run.q[1] - begin.positions)).max() < 1e-9
+    assert lopsided.stable.all()
     driven = driven.replace({key: 1.06}, start=pp.Start(positions=(-1.859796, 0.0), velocities=(-0.839234, 0.0)))
     once = pp.follow(pp.periodic_orbit(driven), key, 1.07)
     twice = pp.follow(once.bifurcations[0].orbit, key, 1.0815, onto="doubled")
@@ -229,6 +236,10 @@ def test_a_driven_pendulum_doubles_its_period_again_and_again() -> None:
         assert np.abs(change.orbit.multipliers + 1).min() < 1e-6
     with pytest.raises(pp.InputError, match="onto: this orbit is not at a period doubling"):
         pp.follow(broken.orbit, key, 1.03, onto="doubled")
+    with pytest.raises(
+        pp.InputError, match="onto: this orbit is not at a symmetry breaking: its multiplier next to 1 is"
+    ):
+        pp.follow(once.bifurcations[0].orbit, key, 1.1, onto="asymmetric")
     with pytest.raises(pp.InputError, match="onto: 'halved' is not 'doubled'"):
         pp.follow(broken.orbit, key, 1.03, onto="halved")  # type: ignore[arg-type]
 
