@@ -54,54 +54,19 @@ _MODULES = {"effects": "pendpin.effects", "sections": "pendpin.stability.section
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}
 
 _OTHER_WORDS = {  # of other packages, and what is meant here
-    "load_urdf": "UrdfModel",
-    "load_robot": "UrdfModel",
-    "load_robot_description": "UrdfModel",
+    **dict.fromkeys(("load_urdf", "load_robot", "load_robot_description"), "UrdfModel"),
+    **dict.fromkeys(("run", "solve", "integrate"), "simulate"),
+    **dict.fromkeys(("normal_modes", "eigenmodes"), "modes"),
+    **dict.fromkeys(("load_run", "load_trajectory"), "Trajectory"),
     "load": "load_scene",
-    "run": "simulate",
-    "solve": "simulate",
-    "integrate": "simulate",
     "linearise": "linearize",
-    "normal_modes": "modes",
-    "eigenmodes": "modes",
     "check": "crosscheck",
-    "load_run": "Trajectory",
-    "load_trajectory": "Trajectory",
 }
 
-__all__ = [
-    "Chain",
-    "Dynamics",
-    "Ensemble",
-    "Fit",
-    "InputError",
-    "MissingLibrary",
-    "PendpinError",
-    "Rod",
-    "RunError",
-    "Scene",
-    "Solver",
-    "Start",
-    "Trajectory",
-    "UrdfModel",
-    "bind",
-    "cost",
-    "crosscheck",
-    "diagnose",
-    "effects",
-    "fit",
-    "follow",
-    "linearize",
-    "load_scene",
-    "lyapunov",
-    "modes",
-    "periodic_orbit",
-    "sections",
-    "simulate",
-    "simulate_many",
-    "sweep",
-    "validate",
-]
+__all__ = ["Chain", "Dynamics", "Ensemble", "Fit", "InputError", "MissingLibrary", "PendpinError", "Rod"]
+__all__ += ["RunError", "Scene", "Solver", "Start", "Trajectory", "UrdfModel", "bind", "cost", "crosscheck"]
+__all__ += ["diagnose", "effects", "fit", "follow", "linearize", "load_scene", "lyapunov", "modes"]
+__all__ += ["periodic_orbit", "sections", "simulate", "simulate_many", "sweep", "validate"]
 
 
 def __getattr__(name: str) -> Any:

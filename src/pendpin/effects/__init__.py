@@ -68,35 +68,10 @@ def has_kind(effect: Effect) -> bool:
     return any(type(effect) is get_args(branch)[0] for branch in get_args(get_args(AnyEffect)[0]))
 
 
-__all__ = [
-    "Anchor",
-    "AsWritten",
-    "Bending",
-    "Bodies",
-    "BodyEffect",
-    "ContactEffect",
-    "Drag",
-    "DryFriction",
-    "Effect",
-    "FieldEffect",
-    "FrameEffect",
-    "Gravity",
-    "Idle",
-    "JointEffect",
-    "Motion",
-    "Motor",
-    "OnJoints",
-    "Push",
-    "Rotation",
-    "Spring",
-    "Stop",
-    "Support",
-    "Torque",
-    "Viscous",
-    "applied",
-    "cross",
-    "dot",
-]
+__all__ = ["Anchor", "AsWritten", "Bending", "Bodies", "BodyEffect", "ContactEffect", "Drag", "DryFriction"]
+__all__ += ["Effect", "FieldEffect", "FrameEffect", "Gravity", "Idle", "JointEffect", "Motion", "Motor"]
+__all__ += ["OnJoints", "Push", "Rotation", "Spring", "Stop", "Support", "Torque", "Viscous", "applied", "cross"]
+__all__ += ["dot"]
 
 
 def __dir__() -> list[str]:

@@ -114,15 +114,13 @@ class Drag(BodyEffect):
         moment = length * cross(rod, turn) - cross(motion.levers(bodies.com), force)
         if not np.any(bodies.payload_radius):
             return force, moment
-        ball = self._on_payload(bodies, motion, wind + cross(motion.spin, motion.levers(bodies.tip)), xp)
+        # the spheres at the tips
+        flow, sphere = wind + cross(motion.spin, motion.levers(bodies.tip)), bodies.payload_radius[:, None]
+        area, volume = np.pi * sphere**2, 4 / 3 * np.pi * sphere**3
+        ball = -self.density * self.payload_coefficient / 2 * area * xp.sqrt(dot(flow, flow)) * flow
+        if self.buoyancy:
+            ball = ball - self.density * volume * motion.fixed(motion.gravity)
         return force + ball, moment + cross(motion.levers(bodies.tip - bodies.com), ball)
-
-    def _on_payload(self, bodies: Bodies, motion: Motion, flow: Array, xp: Any) -> Array:
-        """The force (n, 3) N on the spheres at the tips, in a flow (n, 3) m/s."""
-        radius = bodies.payload_radius[:, None]
-        area, volume = np.pi * radius**2, 4 / 3 * np.pi * radius**3
-        force = -self.density * self.payload_coefficient / 2 * area * xp.sqrt(dot(flow, flow)) * flow
-        return force - self.density * volume * motion.fixed(motion.gravity) if self.buoyancy else force
 
 
 def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:

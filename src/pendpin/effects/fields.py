@@ -6,16 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from pendpin.effects.base import (
-    Bodies,
-    BodyEffect,
-    Effect,
-    FieldEffect,
-    FrameEffect,
-    Motion,
-    both_or_neither,
-    pace_of,
-)
+from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither, pace_of
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
 from pendpin.ground.arrays import Array, applied, cross

@@ -112,20 +112,15 @@ def remove_jumps(values: Callable[[float], Array], t: Array, samples: Array, neg
     steep = np.flatnonzero((changes > negligible * np.abs(samples).max(initial=0.0)) & (changes > STEEP * around))
     places = []
     for i in steep[np.argsort(-changes[steep], kind="stable")][:MOST_JUMPS]:
-        place, before, after = _halved(values, float(t[i]), float(t[i + 1]))
+        a, b = float(t[i]), float(t[i + 1])
+        before, after = values(a), values(b)
+        while a < (middle := a + (b - a) / 2) < b:  # to the half in which the signal changes most
+            value = values(middle)
+            if np.abs(value - before).max() > np.abs(after - value).max():
+                b, after = middle, value
+            else:
+                a, before = middle, value
         if np.abs(after - before).max() > changes[i] / 2:
-            places.append(place)
+            places.append(b)
             samples[i + 1 :] -= after - before
     return np.unique(places), samples
-
-
-def _halved(values: Callable[[float], Array], a: float, b: float) -> tuple[float, Array, Array]:
-    """Where between a and b in s a signal changes most: a time, and the values just before it and at it."""
-    before, after = values(a), values(b)
-    while a < (middle := a + (b - a) / 2) < b:
-        value = values(middle)
-        if np.abs(value - before).max() > np.abs(after - value).max():
-            b, after = middle, value
-        else:
-            a, before = middle, value
-    return b, before, after

@@ -2,7 +2,7 @@
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -161,54 +161,43 @@ def find_bodies(
     drawn with, else the farthest joint that hangs on it, else twice as far as its centre of mass. Frames do not count.
     Raises InputError for a tip of a link that does not move or does not exist.
     """
-    ends: list[list[Array]] = [[] for _ in range(model.njoints)]
-    for joint in range(1, model.njoints):
-        ends[model.parents[joint]].append(np.array(model.jointPlacements[joint].translation))
-    moved = [joint for joint, body in enumerate(model.inertias) if joint and (body.mass > 0 or body.inertia.any())]
-    near = NEAR * _largest_length(model)
-    bodies = tuple(_body(model, joint, ends[joint], _rods_drawn(model, joint, drawn), near) for joint in moved)
-    places = {body.link: i for i, body in enumerate(bodies)}
+    hung: list[list[Array]] = [[] for _ in range(model.njoints)]  # (3,) m, the joints that hang on what a joint moves
+    lengths = []  # from joint to joint and to centres of mass, and radii of gyration
+    for joint, inertia in enumerate(model.inertias):
+        if joint:
+            place = np.array(model.jointPlacements[joint].translation)
+            hung[model.parents[joint]].append(place)
+            lengths += [np.linalg.norm(place), np.linalg.norm(inertia.lever)]
+            lengths += [np.sqrt(abs(np.trace(inertia.inertia)) / inertia.mass)] if inertia.mass > 0 else []
+    near, bodies = NEAR * float(max(lengths)), []
+    for joint, inertia in enumerate(model.inertias):
+        if not joint or not (inertia.mass > 0 or inertia.inertia.any()):
+            continue
+        com, radius = np.array(inertia.lever), 0.0
+        tip = max(hung[joint], key=np.linalg.norm, default=np.zeros(3))
+        tip = tip if np.linalg.norm(tip) > near else 2 * com
+        rods = [
+            (link.placement.translation + ends @ link.placement.rotation.T, thick)
+            for link in _links_on(model, joint)
+            if link.name in drawn
+            for ends, thick in (drawn[link.name],)
+        ]
+        if rods:
+            ends, radius = max(rods, key=lambda rod: float(np.linalg.norm(rod[0][0] - rod[0][1])))
+            tip = max(ends, key=np.linalg.norm)
+        tip = tip if np.linalg.norm(tip) > near else np.zeros(3)
+        name = _link(model, joint)
+        tip = np.array(tips[name]) if name in tips else tip
+        bodies.append(Body(name, joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius))
     for link in tips:
-        find(tuple(places), link, "model.tips: link")
-    return tuple(replace(body, tip=np.array(tips[body.link])) if body.link in tips else body for body in bodies)
-
-
-def _largest_length(model: Any) -> float:
-    """The largest distance between joints, from a joint to a centre of mass, or radius of gyration, in m."""
-    lengths = [np.linalg.norm(place.translation) for place in list(model.jointPlacements)[1:]]
-    for inertia in list(model.inertias)[1:]:
-        lengths.append(np.linalg.norm(inertia.lever))
-        if inertia.mass > 0:
-            lengths.append(np.sqrt(abs(np.trace(inertia.inertia)) / inertia.mass))
-    return float(max(lengths))
-
-
-def _rods_drawn(model: Any, joint: int, drawn: Mapping[str, tuple[Array, float]]) -> list[tuple[Array, float]]:
-    """The ends (2, 3) m, in the frame of what a joint moves, and the radii of the rods that this is drawn with."""
-    placed = ((f.placement, *drawn[f.name]) for f in _links_on(model, joint) if f.name in drawn)
-    return [(place.translation + ends @ place.rotation.T, radius) for place, ends, radius in placed]
+        find(tuple(body.link for body in bodies), link, "model.tips: link")
+    return tuple(bodies)
 
 
 def _links_on(model: Any, joint: int) -> list[Any]:
     """The frames of the links that a joint moves."""
     body = pinocchio().FrameType.BODY
     return [frame for frame in model.frames if frame.parentJoint == joint and frame.type == body]
-
-
-def _body(model: Any, joint: int, ends: list[Array], rods: list[tuple[Array, float]], near: float) -> Body:
-    """The body that a joint moves; its tip is the end of its longest drawn rod, else the farthest of `ends` (3,) m.
-
-    One not farther than `near`, in m, is none.
-    """
-    inertia = model.inertias[joint]
-    com = np.array(inertia.lever)
-    farthest, radius = max(ends, key=np.linalg.norm, default=np.zeros(3)), 0.0
-    tip = farthest if np.linalg.norm(farthest) > near else 2 * com
-    if rods:
-        both, radius = max(rods, key=lambda rod: float(np.linalg.norm(rod[0][0] - rod[0][1])))
-        tip = max(both, key=np.linalg.norm)
-    tip = tip if np.linalg.norm(tip) > near else np.zeros(3)
-    return Body(_link(model, joint), joint - 1, inertia.mass, com, np.array(inertia.inertia), tip, radius)
 
 
 def _link(model: Any, joint: int) -> str:
@@ -234,24 +223,19 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
 
 def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:
     """The rod on the joints theta and phi of a pin.Model; axes (3,) by joint."""
-    mount, inertia = model.jointPlacements[phi].rotation, model.inertias[phi]
+    mount, body = model.jointPlacements[phi].rotation, model.inertias[phi]
     b2, b1, sign = axes[phi], -(mount.T @ axes[theta]), 1.0
-    if np.cross(b1, b2) @ inertia.lever < 0:  # b3 points from the joint to the centre of mass
+    if np.cross(b1, b2) @ body.lever < 0:  # b3 points from the joint to the centre of mass
         b1, sign = -b1, -1.0
     frame = np.array([b1, b2, np.cross(b1, b2)], float).T + 0.0  # + 0.0 clears the sign of zeros
     base = model.jointPlacements[theta].rotation @ mount @ frame
-    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, _turn_into_body(inertia, frame))
-
-
-def _turn_into_body(inertia: Any, frame: Array) -> RodInertia | None:
-    """The inertia in the body frame, columns of frame (3, 3); None if the rod is not principal along it."""
-    lever, tensor = frame.T @ inertia.lever, frame.T @ inertia.inertia @ frame
+    lever, tensor = frame.T @ body.lever, frame.T @ body.inertia @ frame
     principal = np.diag(tensor)
     off_axis = np.abs(lever[:2]).max() > 1e-12 * np.linalg.norm(lever)
     not_diagonal = np.abs(tensor - np.diag(principal)).max() > 1e-12 * np.abs(tensor).max()
-    if off_axis or not_diagonal:
-        return None
-    return RodInertia(float(inertia.mass), float(lever[2]), *map(float, principal))
+    in_frame = RodInertia(float(body.mass), float(lever[2]), *map(float, principal))
+    inertia = None if off_axis or not_diagonal else in_frame
+    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, inertia)
 
 
 def tree_of(model: Any) -> Tree:

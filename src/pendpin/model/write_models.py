@@ -12,7 +12,7 @@ from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model, chain_names
 from pendpin.model.urdf import Element, put
-from pendpin.scene import Chain, Rod
+from pendpin.scene import Chain
 
 LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less
 POINT = 1e-12  # of a unit vector or a length in m: what rounding may leave of a translation or a rotation
@@ -39,9 +39,14 @@ def chain_urdf(chain: Chain) -> str:
             parent, z = cross, 0.0
         own, axis = (theta, (-1, 0, 0)) if rod.turns == "x" else (phi, (0, -1, 0))
         _joint(robot, own, parent, link, z, axis)
-        _rod(ElementTree.SubElement(robot, "link", name=link), rod)
-    ElementTree.indent(robot)
-    return f'<?xml version="1.0"?>\n{ElementTree.tostring(robot, encoding="unicode")}\n'
+        element = ElementTree.SubElement(robot, "link", name=link)
+        m, h, *principal = rod.properties
+        _inertial(element, m, -h, principal)
+        radius = rod.radius or 0.002 * rod.length  # a thin rod is drawn all the same
+        _visual(element, -rod.length / 2, "cylinder", radius=radius, length=rod.length)
+        if rod.payload:
+            _visual(element, -rod.length, "sphere", radius=rod.payload_radius or _PAYLOAD_RADIUS * rod.length)
+    return _text(robot)
 
 
 def _joint(robot: Element, name: str, parent: str, child: str, z: float, axis: Iterable[float]) -> None:
@@ -59,15 +64,6 @@ def _inertial(link: Element, mass: float, z: float, principal: Iterable[float]) 
     put(ElementTree.SubElement(inertial, "mass"), "value", (mass,))
     values = dict(zip(("ixx", "iyy", "izz"), principal, strict=True)) | {"ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
     ElementTree.SubElement(inertial, "inertia", {key: repr(float(value)) for key, value in values.items()})
-
-
-def _rod(link: Element, rod: Rod) -> None:
-    m, h, *principal = rod.properties
-    _inertial(link, m, -h, principal)
-    radius = rod.radius or 0.002 * rod.length  # a thin rod is drawn all the same
-    _visual(link, -rod.length / 2, "cylinder", radius=radius, length=rod.length)
-    if rod.payload:
-        _visual(link, -rod.length, "sphere", radius=rod.payload_radius or _PAYLOAD_RADIUS * rod.length)
 
 
 def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:
@@ -95,38 +91,26 @@ class _Link(NamedTuple):
         return self.joints[-1]
 
 
-def _links(tree: Tree) -> list[_Link]:
-    """The bodies with a mass or an inertia; massless ones between two joints at one point are joined with the next."""
+def _links(tree: Tree, names: Sequence[str], format_name: str) -> list[_Link]:
+    """The bodies with a mass or an inertia; massless ones between two joints at one point are joined with the next.
+
+    Raises InputError for a massless body that is left, which the format does not take.
+    """
     links, above = [], dict[int, int]()
     for i, parent in enumerate(tree.parents):
-        if parent >= 0 and _only_turns(tree, parent) and _has_same_frame(tree, i):
-            above[i] = parent
-    merged = set(above.values())
-    for i in range(len(tree.parents)):
-        if i in merged:
+        if parent < 0 or tree.kinds[i] != "revolute" or tree.kinds[parent] != "revolute":
             continue
+        massless = tree.masses[parent] == 0 and not tree.inertias[parent].any() and tree.parents.count(parent) == 1
+        apart = max(np.abs(tree.translations[i]).max(), np.abs(tree.rotations[i] - np.eye(3)).max())
+        if massless and apart <= POINT:
+            above[i] = parent
+    for i in (i for i in range(len(tree.parents)) if i not in above.values()):
+        if not tree.masses[i] > 0:
+            raise InputError(f"{format_name} takes no massless body, and joint {names[i]} moves one")
         first = above.get(i, i)
         joints = (first, i) if first != i else (i,)
         links.append(_Link(joints, tree.parents[first], tree.rotations[first], tree.translations[first]))
     return links
-
-
-def _only_turns(tree: Tree, i: int) -> bool:
-    """Whether a joint's body has neither mass nor inertia, and carries one joint only."""
-    massless = tree.masses[i] == 0 and not tree.inertias[i].any()
-    return massless and tree.kinds[i] == "revolute" and tree.parents.count(i) == 1
-
-
-def _has_same_frame(tree: Tree, i: int) -> bool:
-    """Whether a joint has the frame of the joint before it."""
-    apart = np.abs(tree.translations[i]).max(), np.abs(tree.rotations[i] - np.eye(3)).max()
-    return max(apart) <= POINT and tree.kinds[i] == "revolute"
-
-
-def _refuse_massless(tree: Tree, links: Sequence[_Link], names: Sequence[str], format_name: str) -> None:
-    for link in links:
-        if not tree.masses[link.body] > 0:
-            raise InputError(f"{format_name} takes no massless body, and joint {names[link.body]} moves one")
 
 
 def _numbers(values: Iterable[float]) -> str:
@@ -144,8 +128,7 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     from scipy.spatial.transform import Rotation
 
     tree, names = tree_of(model.pin), model.joints
-    links = _links(tree)
-    _refuse_massless(tree, links, names, "MJCF")
+    links = _links(tree, names, "MJCF")
     root = Element("mujoco", model="pendpin")
     options = {"angle": "radian", "boundmass": LEAST, "boundinertia": LEAST, "autolimits": "false"}
     ElementTree.SubElement(root, "compiler", options)
@@ -156,7 +139,13 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
         body = ElementTree.SubElement(places[link.parent], "body", name=f"moved_by_{names[link.body]}")
         body.set("pos", _numbers(link.r))
         body.set("quat", _numbers(np.roll(Rotation.from_matrix(link.R).as_quat(), 1)))  # w, x, y, z
-        _mjcf_inertial(body, tree, link.body)
+        I = tree.inertias[link.body]  # noqa: E741
+        mass, com = repr(float(tree.masses[link.body])), _numbers(tree.coms[link.body])
+        inertial = ElementTree.SubElement(body, "inertial", pos=com, mass=mass)
+        if np.count_nonzero(I - np.diag(np.diag(I))):
+            inertial.set("fullinertia", _numbers((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
+        else:
+            inertial.set("diaginertia", _numbers(np.diag(I)))
         for joint in link.joints:
             kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
             hinge = ElementTree.SubElement(body, "joint", name=names[joint], type=kind, axis=_numbers(tree.axes[joint]))
@@ -164,15 +153,6 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
                 hinge.set("damping", repr(damping[names[joint]]))
         places[link.body] = body
     return _text(root)
-
-
-def _mjcf_inertial(body: Element, tree: Tree, i: int) -> None:
-    I = tree.inertias[i]  # noqa: E741
-    inertial = ElementTree.SubElement(body, "inertial", pos=_numbers(tree.coms[i]), mass=repr(float(tree.masses[i])))
-    if np.count_nonzero(I - np.diag(np.diag(I))):
-        inertial.set("fullinertia", _numbers((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
-    else:
-        inertial.set("diaginertia", _numbers(np.diag(I)))
 
 
 # --- SDF ------------------------------------------------------------------------------------------------------------
@@ -186,58 +166,49 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     universal joint with two dampings, of which Drake takes one.
     """
     tree, names = tree_of(model.pin), model.joints
-    links = _links(tree)
-    _refuse_massless(tree, links, names, "SDF")
+    links = _links(tree, names, "SDF")
     root = Element("sdf", version="1.9")
     out = ElementTree.SubElement(root, "model", name="pendpin")
     link_of = {-1: "world"} | {link.body: f"moved_by_{names[link.body]}" for link in links}
     for link in links:
         if np.linalg.eigvalsh(tree.inertias[link.body]).min() <= 0:
             raise InputError(f"SDF takes no moment of inertia of 0, and joint {names[link.body]} moves such a body")
-        _sdf_link(out, tree, link, link_of)
-        _sdf_joint(out, tree, link, link_of, names, damping)
+        element = ElementTree.SubElement(out, "link", name=link_of[link.body])
+        pose = ElementTree.SubElement(element, "pose")
+        if link.parent >= 0:
+            pose.set("relative_to", link_of[link.parent])
+        pose.text = _numbers([*link.r, *pinocchio().rpy.matrixToRpy(link.R)])
+        inertial = ElementTree.SubElement(element, "inertial")
+        ElementTree.SubElement(inertial, "pose").text = _numbers([*tree.coms[link.body], 0, 0, 0])
+        ElementTree.SubElement(inertial, "mass").text = repr(float(tree.masses[link.body]))
+        inertia = ElementTree.SubElement(inertial, "inertia")
+        for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
+            cell = ElementTree.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}")
+            cell.text = repr(float(tree.inertias[link.body][i, j]))
+        joint = ElementTree.SubElement(out, "joint", name="__".join(names[joint] for joint in link.joints))
+        joint.set("type", _sdf_kind(tree, link, names, damping))
+        ElementTree.SubElement(joint, "parent").text = link_of[link.parent]
+        ElementTree.SubElement(joint, "child").text = link_of[link.body]
+        for i, tag in zip(link.joints, ("axis", "axis2"), strict=False):
+            axis = ElementTree.SubElement(joint, tag)
+            ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
+            if names[i] in damping:
+                ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping").text = repr(
+                    damping[names[i]]
+                )
     return _text(root)
 
 
-def _sdf_link(out: Element, tree: Tree, link: _Link, link_of: Mapping[int, str]) -> None:
-    element = ElementTree.SubElement(out, "link", name=link_of[link.body])
-    pose = ElementTree.SubElement(element, "pose")
-    if link.parent >= 0:
-        pose.set("relative_to", link_of[link.parent])
-    pose.text = _numbers([*link.r, *pinocchio().rpy.matrixToRpy(link.R)])
-    inertial = ElementTree.SubElement(element, "inertial")
-    ElementTree.SubElement(inertial, "pose").text = _numbers([*tree.coms[link.body], 0, 0, 0])
-    ElementTree.SubElement(inertial, "mass").text = repr(float(tree.masses[link.body]))
-    inertia = ElementTree.SubElement(inertial, "inertia")
-    for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-        cell = ElementTree.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}")
-        cell.text = repr(float(tree.inertias[link.body][i, j]))
-
-
-def _sdf_joint(
-    out: Element,
-    tree: Tree,
-    link: _Link,
-    link_of: Mapping[int, str],
-    names: Sequence[str],
-    damping: Mapping[str, float],
-) -> None:
-    kind = "universal" if len(link.joints) == 2 else tree.kinds[link.body]
-    if kind == "universal" and abs(tree.axes[link.joints[0]] @ tree.axes[link.joints[1]]) > POINT:
+def _sdf_kind(tree: Tree, link: _Link, names: Sequence[str], damping: Mapping[str, float]) -> str:
+    """SDF's type of joint. Raises InputError for two joints that are no universal one."""
+    if len(link.joints) == 1:
+        return tree.kinds[link.body]
+    if abs(tree.axes[link.joints[0]] @ tree.axes[link.joints[1]]) > POINT:
         raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[link.body]} are not")
-    values = {damping.get(names[joint], 0.0) for joint in link.joints}
-    if kind == "universal" and len(values) > 1:
+    if len({damping.get(names[joint], 0.0) for joint in link.joints}) > 1:
         both = " and ".join(names[joint] for joint in link.joints)
         raise InputError(f"{both} have two dampings, and Drake takes one of SDF's universal joint; MJCF carries both")
-    name = "__".join(names[joint] for joint in link.joints)
-    joint = ElementTree.SubElement(out, "joint", name=name, type=kind)
-    ElementTree.SubElement(joint, "parent").text = link_of[link.parent]
-    ElementTree.SubElement(joint, "child").text = link_of[link.body]
-    for i, tag in zip(link.joints, ("axis", "axis2"), strict=False):
-        axis = ElementTree.SubElement(joint, tag)
-        ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
-        if names[i] in damping:
-            ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping").text = repr(damping[names[i]])
+    return "universal"
 
 
 def _text(root: Element) -> str:
