@@ -50,7 +50,6 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with, the first 
     "sweeps/measures.py": "sweep_measures stability_measures sweep",
     "sweeps/plan.py": "sweep sweep_plan sweep_stores",
     "fitting/uncertainty.py": "fit_exact fit_numbers fit_refused fit_errors",
-    "fitting/correlated_noise.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/parameters.py": "fit_exact fit_numbers fit_refused fit_errors",
     "fitting/data.py": "fit_exact fit_numbers fit_refused fit_errors",
     "trajectory/record.py": "trajectory run_surface run_shown",

@@ -11,7 +11,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import HANG
-from pendpin.fitting.figure import interrupt
+from pendpin.fitting.report import interrupt
 from pendpin.graphics.drawing import TURN, Drawing, Shape, smooth
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.run_drawing import drawing_of

@@ -103,8 +103,8 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
     "stability/branches.py plot": [
         lambda: pp.follow(pp.periodic_orbit(driven()), "effects[2].frequency", 3.1).plot().figure
     ],
-    "fitting/figure.py draw_fit": [lambda: fit_figure(False)],
-    "fitting/figure.py draw_region": [lambda: fit_figure(True)],
+    "fitting/report.py draw_fit": [lambda: fit_figure(False)],
+    "fitting/report.py plot_region": [lambda: fit_figure(True)],
     "sweeps/figure.py draw_map": [
         lambda: swept("start.positions.theta_1"),
         lambda: swept("start.positions.theta_1", "model.rods[0].length"),

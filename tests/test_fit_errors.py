@@ -7,18 +7,23 @@ from scipy.signal import lfilter
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of, swings_of
 from pendpin.effects import DryFriction, Viscous
-from pendpin.fitting.correlated_noise import Kinds, _filters, _likelihood, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
+from pendpin.fitting.parameters import Combination
 from pendpin.fitting.uncertainty import (
     Certainty,
-    Combination,
+    Kinds,
+    _filters,
+    _likelihood,
     autocorrelation,
     certainty,
     huber_scale,
+    likely_kinds,
     memory_lags,
     outliers,
     pseudo_residuals,
     sensor_noise,
+    series_of,
+    sum_covariance,
     summed_covariance,
     whiteness,
 )

@@ -2,7 +2,7 @@
 
 May import: graphics, motions, runs and what is below them; no other tool. Reading: data; the free numbers: parameters;
 residuals, their derivatives and the search: problem; where it starts: guess; the whole of a fit: fitting; what the result is
-worth: uncertainty, correlated_noise, alternatives; what is shown: report, figure.
+worth: uncertainty, alternatives, prediction; what is shown: report.
 """
 
 import time
@@ -15,12 +15,11 @@ import numpy as np
 from pendpin.fitting.alternatives import explain_residual
 from pendpin.fitting.data import read_swings
 from pendpin.fitting.fitting import Setting, Solution, prepare, solve
-from pendpin.fitting.parameters import replace_checked, substitute
+from pendpin.fitting.parameters import combinations, replace_checked, substitute
 from pendpin.fitting.prediction import Prediction, compared_samples, fitted_prediction, predict
 from pendpin.fitting.report import Fit
-from pendpin.fitting.uncertainty import combinations, whiteness
-from pendpin.ground.arrays import Array
-from pendpin.scene import Data, Scene, chosen_scene
+from pendpin.fitting.uncertainty import whiteness
+from pendpin.scene import Scene, chosen_scene
 
 
 def fit(
@@ -64,54 +63,37 @@ def fit(
 
 def _report(setting: Setting, solution: Solution, prediction: Prediction | None, seconds: float) -> Fit:
     """The report of a solution."""
-    values, gradients = _numbers(setting, solution)
+    free, nz, nx, columns = setting.free, len(solution.z), len(solution.x), setting.columns
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
+    # The fitted numbers by key path, and their gradients by the unknowns (nx,); zeros are in the unit of [data].
+    numbers = free.values(solution.z).tolist()
+    values = dict(zip(free.keys, map(float, numbers), strict=True))
+    gradients = {k: np.pad(row, (0, nx - nz)) for k, row in zip(free.keys, free.gradients(solution.z), strict=True)}
+    sizes = [setting.table.in_si(name)[0] for name in columns]
+    offsets = {n: float(x) / size for n, x, size in zip(columns, solution.offsets, sizes, strict=True)}
+    for row, name in enumerate(columns if nx > nz else ()):
+        values[f"data.offsets.{name}"] = offsets[name]
+        gradients[f"data.offsets.{name}"] = np.eye(nx)[nz + row] / sizes[row]
+
     follows = train.follows(setting.noise)
     known = {key: certainty.error(g) for key, g in gradients.items() if follows and certainty.determined(g)}
     unsure = tuple(key for key in values if key not in known)
     errors = known if certainty.enough else {}
-    ratios = combinations(setting.scene, setting.free, solution.z, certainty, set(unsure)) if follows else ()
-    matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), len(solution.x))
-    batch = solution.problem.batch
-    r = solution.solved.r.reshape(len(batch.swing), -1, len(setting.columns))
+    matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), nx)
+    batch, scene = solution.problem.batch, substitute(setting.scene, free.keys, numbers, replace_checked)
     return Fit(
-        scene=_fitted(setting, solution),
+        scene=replace_checked(scene, {"data": replace_checked(setting.table, {"offsets": offsets})}),
         values=values,
         errors=errors,
         covariance=matrix @ certainty.covariance @ matrix.T,
         undetermined=unsure,
-        combinations=ratios,
+        combinations=combinations(setting.scene, free, solution.z, certainty, set(unsure)) if follows else (),
         train=train,
         hold_out=prediction,
-        noise=dict(zip(setting.columns, setting.noise.tolist(), strict=True)),
-        white=whiteness(r),
+        noise=dict(zip(columns, setting.noise.tolist(), strict=True)),
+        white=whiteness(solution.solved.r.reshape(len(batch.swing), -1, len(columns))),
         inflation=certainty.inflation,
         seconds=seconds,
         setting=setting,
         solution=solution,
     )
-
-
-def _numbers(setting: Setting, solution: Solution) -> tuple[dict[str, float], dict[str, Array]]:
-    """The fitted numbers, and the zeros in the unit of [data], by key path; their gradients by the unknowns (nx,)."""
-    free, nx = setting.free, len(solution.x)
-    values = dict(zip(free.keys, map(float, free.values(solution.z)), strict=True))
-    gradients = {
-        key: np.pad(row, (0, nx - len(row))) for key, row in zip(free.keys, free.gradients(solution.z), strict=True)
-    }
-    for row, name in enumerate(setting.columns):
-        if nx > len(solution.z):
-            key = f"data.offsets.{name}"
-            one, _ = setting.table.in_si(name)
-            values[key], gradients[key] = float(solution.offsets[row]) / one, np.eye(nx)[len(solution.z) + row] / one
-    return values, gradients
-
-
-def _fitted(setting: Setting, solution: Solution) -> Scene:
-    """The scene with the fitted numbers and zeros."""
-    values = [float(value) for value in setting.free.values(solution.z)]
-    pairs = zip(setting.columns, solution.offsets, strict=True)
-    offsets = {name: float(offset) / setting.table.in_si(name)[0] for name, offset in pairs}
-    scene = substitute(setting.scene, setting.free.keys, values, replace_checked)
-    table: Data = replace_checked(setting.table, {"offsets": offsets})
-    return replace_checked(scene, {"data": table})

@@ -1,6 +1,7 @@
 """What each part of a model is worth: fits without each friction and drag, and with parts that the scene lacks."""
 
 from collections.abc import Callable, Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
@@ -11,7 +12,7 @@ from pendpin.errors import InputError
 from pendpin.fitting.fitting import Setting, Solution, change_scene, restart
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.prediction import predict
-from pendpin.fitting.problem import Search, Solved, Starts
+from pendpin.fitting.problem import search
 from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import correlation_time
 from pendpin.scene import Chain, Scene
@@ -71,13 +72,24 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     none is needed only because it resembles another. The parts that it has are compared beside those taken in: a
     friction that stood in for drag, or was hidden by it, is seen only then.
     """
+
+    def compare(others: Iterable[_Other]) -> list[tuple[Part, _Model]]:
+        """Parts with their models, each fitted from the model that there is."""
+        compared = []
+        for name, present, scene, keys in others:
+            progress(f"{'without' if present else 'with'} {name}")
+            with suppress(InputError):  # the scene without this part does not fit together
+                other = _refit(fit, now.solution, scene, keys)
+                compared.append((_compare(name, present, fit, now, other), other))
+        return compared
+
     keys, taken = list(fit.setting.free.keys), []
     omitted = {other[0] for other in _omissions(fit.scene, keys)}
     progress("the fit as it is")
     now = _refit(fit, fit.solution, fit.scene, keys)
     while True:
         lacking = (*_additions(now.scene, keys), *_separate_frictions(now, keys))
-        others = sorted(_compare_all(fit, now, lacking, progress), key=lambda other: other[0].criterion)
+        others = sorted(compare(lacking), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].needed), None)
         if best is None:
             break
@@ -85,21 +97,8 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
         keys = list(best[1].setting.free.keys)
         now = _refit(fit, best[1].solution, best[1].scene, keys)
     present = (other for other in _omissions(now.scene, keys) if other[0] in omitted)
-    parts = [*taken, *(part for part, _ in [*others, *_compare_all(fit, now, present, progress)])]
+    parts = [*taken, *(part for part, _ in [*others, *compare(present)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
-
-
-def _compare_all(fit: Fit, now: _Model, others: Iterable[_Other], progress: Callable[[str], None]) -> list[Any]:
-    """Parts with their models, each fitted from the model that there is."""
-    compared = []
-    for name, present, scene, keys in others:
-        progress(f"{'without' if present else 'with'} {name}")
-        try:
-            other = _refit(fit, now.solution, scene, keys)
-        except InputError:
-            continue  # the scene without this part does not fit together
-        compared.append((_compare(name, present, fit, now, other), other))
-    return compared
 
 
 def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
@@ -107,27 +106,23 @@ def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     setting, p = change_scene(fit.setting, scene, keys), fit.solution.problem
     problem = restart(setting, p)
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
-    x, solved, _ = Search(problem, Starts(x, near.solved.starts)).run(MOST)
+    x, solved, _ = search(problem, x, near.solved.starts, MOST)
     return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))
 
 
 def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
     """The part's worth, from fits with and without it."""
-    base = now.solution.solved
-    rss, other_rss = _squares(base), _squares(other.solution.solved)
-    samples = max((base.r != 0).sum() / (2 * correlation_time(base.r[:, :, None])), 10.0)
+    rss, other_rss = (float((model.solution.solved.unexplained**2).sum()) for model in (now, other))
+    r = now.solution.solved.r
+    samples = max((r != 0).sum() / (2 * correlation_time(r[:, :, None])), 10.0)
     more = other.solution.problem.nz - now.solution.problem.nz
     change = samples * np.log(other_rss / rss) + more * np.log(samples)
     hold_out = None
     if fit.hold_out:
         part = float(np.mean(~np.concatenate(fit.hold_out.compared)))
-        errors = [predict(*model, fit.hold_out.swings, part).errors() for model in (now, other)]
+        errors = [predict(*model, fit.hold_out.swings, part, interval=False).errors() for model in (now, other)]
         hold_out = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
-
-
-def _squares(solved: Solved) -> float:
-    return float((solved.rest(solved.r[..., None]) ** 2).sum())
 
 
 # --- alternatives ---------------------------------------------------------------------------------------------------

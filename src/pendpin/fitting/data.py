@@ -1,7 +1,7 @@
 """Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
 
 import math
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -59,19 +59,22 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     """
     if isinstance(data, str | Path):
         with inside(str(data)):
-            columns, lines = _read_csv(Path(data), table)
-            return _swings(columns, table, np.array(lines), f"{data}: line")
+            names, rows = csv_table(read_whole(Path(data), MOST_BYTES, "measured data"))
+            places = {name: names.index(name) for name in _pick_columns(names, table)}
+            cells = {n: np.array([_cell(row[i], n, line, table) for line, row in rows]) for n, i in places.items()}
+            return _swings(cells, table, np.array([line for line, _ in rows]), f"{data}: line")
     if isinstance(data, Swing):
         return (data,)
     if isinstance(data, Sequence):
+        if not data:
+            raise InputError("data: there are no files of swings: give the path of one at least")
         swings = tuple(swing for one in data for swing in read_swings(one, table))
         _refuse_twice(swings)
         return swings
     if not isinstance(data, Mapping) and not hasattr(data, "keys"):
         raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
     with inside("data"):
-        names = list(data.keys())
-        columns = {name: np.asarray(data[_column(names, name, table)]) for name in _needed_columns(table)}
+        columns = {name: np.asarray(data[name]) for name in _pick_columns(list(data.keys()), table)}
         count = columns[table.time].size
         for name, values in columns.items():
             if values.ndim != 1:
@@ -122,29 +125,21 @@ def batch(swings: Sequence[Swing], longest: float) -> Batch:
 # --- reading --------------------------------------------------------------------------------------------------------
 
 
-def _needed_columns(table: Data) -> list[str]:
-    return [table.time, *([table.segment] if table.segment else []), *table.columns]
-
-
-def _column(names: list[str], name: str, table: Data) -> str:
-    if name in names:
-        return name
-    written = f"time = {shown(names[0])}" if name == table.time else f"columns = {{ {shown(names[-1])} = [...] }}"
-    hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
-    raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
-
-
-def _read_csv(path: Path, table: Data) -> tuple[dict[str, Array], list[int]]:
-    """The columns (N,) that the table wants, numbers, or text for segments; and the line of each sample."""
-    names, rows = csv_table(read_whole(path, MOST_BYTES, "measured data"))
-    places = {name: names.index(_column(names, name, table)) for name in _needed_columns(table)}
-    columns = {
-        name: np.array([_cell(row[place], name, line, table) for line, row in rows]) for name, place in places.items()
-    }
-    return columns, [line for line, _ in rows]
+def _pick_columns(names: list[str], table: Data) -> list[str]:
+    """The columns that a [data] table wants, of those there are. Raises InputError."""
+    wanted = [table.time, *([table.segment] if table.segment else []), *table.columns]
+    for name in wanted:
+        if name not in names:
+            written = (
+                f"time = {shown(names[0])}" if name == table.time else f"columns = {{ {shown(names[-1])} = [...] }}"
+            )
+            hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
+            raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
+    return wanted
 
 
 def _cell(text: str, name: str, line: int, table: Data) -> Any:
+    """A cell of a CSV file as a number, NaN where it is empty; the text itself of a segment."""
     if name == table.segment:
         return text.strip()
     if not text.strip() and name != table.time:
@@ -157,34 +152,32 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
 
 def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:
     """The swings of columns (N,), angles turned to rad; tips stay in m. `numbers` (N,) count the samples of `source`."""
-
-    def place_of(sample: int) -> str:
-        return f"{source.rpartition(': ')[2]} {numbers[sample]}"
-
+    counted = source.rpartition(": ")[2]
     try:
         t = np.asarray(columns[table.time], float)
         y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
     except (TypeError, ValueError):
         raise InputError("a column holds something other than numbers, or columns differ in length") from None
     if not np.isfinite(t).all():
-        raise InputError(f"{place_of(int(np.argmin(np.isfinite(t))))}, column {table.time}: no time")
+        raise InputError(f"{counted} {numbers[np.argmin(np.isfinite(t))]}, column {table.time}: no time")
     if np.isinf(y).any():
         row, column = np.argwhere(np.isinf(y))[0]
-        raise InputError(f"{place_of(int(row))}, column {list(table.columns)[column]}: an infinite number")
+        raise InputError(f"{counted} {numbers[row]}, column {list(table.columns)[column]}: an infinite number")
     angles = np.array([not isinstance(measured, str) for measured in table.columns.values()])
     if table.unit == "degrees":
         y = np.where(angles, np.radians(y), y)
     labels = np.asarray(columns[table.segment]).astype(str) if table.segment else np.full(len(t), "1")
-    names = list(dict.fromkeys(labels.tolist()))
-    rows = [np.flatnonzero((labels == name) & ~np.isnan(y).all(1)) for name in names]  # where a sensor gave something
-    missing = [int(np.isnan(y[labels == name]).sum()) for name in names]
-    swings = tuple(Swing(n, t[i], y[i], numbers[i], source, k) for n, i, k in zip(names, rows, missing, strict=True))
-    for swing, row in zip(swings, rows, strict=True):
-        _refuse_odd(swing, table, angles, lambda i, row=row: place_of(int(row[i])))
+    swings = []
+    for name in dict.fromkeys(labels.tolist()):
+        rows = np.flatnonzero((labels == name) & ~np.isnan(y).all(1))  # where a sensor gave something
+        missing = int(np.isnan(y[labels == name]).sum())
+        swings.append(Swing(name, t[rows], y[rows], numbers[rows], source, missing))
+    for swing in swings:
+        _refuse_odd(swing, table, angles, counted)
     if not swings:
         raise InputError("no samples")
     _refuse_twice(swings)
-    return swings
+    return tuple(swings)
 
 
 def _refuse_twice(swings: Sequence[Swing]) -> None:
@@ -199,7 +192,7 @@ def _refuse_twice(swings: Sequence[Swing]) -> None:
     raise InputError(f"segments {one} and {other} share {len(same)} samples; leave them out of one")
 
 
-def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[int], str]) -> None:
+def _refuse_odd(swing: Swing, table: Data, angles: Array, counted: str) -> None:
     """Refuse a swing too short, with times that fall, or with wrapped angles; `angles` (columns,) are no tips."""
     where = f"segment {swing.name}"
     if len(swing.t) < FEWEST:
@@ -207,16 +200,18 @@ def _refuse_odd(swing: Swing, table: Data, angles: Array, place_of: Callable[[in
     if (late := np.diff(swing.t) <= 0).any():
         i = int(np.argmax(late))
         other = "" if table.segment else "; where another swing begins there, name a column of segments in [data]"
-        raise InputError(
-            f"{place_of(i + 1)}, column {table.time}: {swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s{other}"
+        where, order = (
+            f"{counted} {swing.rows[i + 1]}",
+            f"{swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s",
         )
+        raise InputError(f"{where}, column {table.time}: {order}{other}")
     for k, name in enumerate(table.columns):
         seen = ~np.isnan(swing.y[:, k])
         jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP
         if angles[k] and jumps.any():
             at = int(np.flatnonzero(seen)[1:][int(np.argmax(jumps))])
             raise InputError(
-                f"{place_of(at)}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
+                f"{counted} {swing.rows[at]}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
                 "unwrap the angle, or check data.unit"
             )
 
@@ -239,7 +234,15 @@ def sensors_of(table: Data, model: Model) -> Sensors:
     for row, (name, measured) in enumerate(table.columns.items()):
         where = f"data.columns.{name}"
         if isinstance(measured, str):
-            tips[row, _tip(measured, model, where)] = 1.0
+            text, dot, axis = measured.rpartition(".")
+            if not dot or axis not in _AXES:
+                raise InputError(
+                    f"{where}: {shown(measured)} is not a coordinate of a tip; write a link and {choices(_AXES)}, such as "
+                    f"rod_1.y, or a joint in brackets: [{shown(measured)}]"
+                )
+            links = tuple(body.link for body in model.bodies)
+            link = "rod" if links == ("rod",) and text == "rod_1" else text
+            tips[row, 3 * find(links, link, f"{where}: link") + _AXES.index(axis)] = 1.0
         elif not measured:
             raise InputError(f"{where}: it names no joint")
         elif len(set(measured)) < len(measured):
@@ -257,15 +260,3 @@ def tips_at(model: Model, q: Array) -> Array:
     """The tips (M, 3 bodies) in m of a model at q (M, nv)."""
     ends = np.array([[*body.tip, 1.0] for body in model.bodies])
     return (kinematics.poses(model, q) @ ends[:, :, None])[:, :, :3, 0].reshape(len(q), -1)
-
-
-def _tip(text: str, model: Model, where: str) -> int:
-    link, dot, axis = text.rpartition(".")
-    if not dot or axis not in _AXES:
-        raise InputError(
-            f"{where}: {shown(text)} is not a coordinate of a tip; write a link and {choices(_AXES)}, such as rod_1.y, "
-            f"or a joint in brackets: [{shown(text)}]"
-        )
-    links = tuple(body.link for body in model.bodies)
-    alias = {"rod_1": "rod"} if links == ("rod",) else {}
-    return 3 * find(links, alias.get(link, link), f"{where}: link") + _AXES.index(axis)

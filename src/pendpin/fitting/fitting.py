@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -20,16 +20,7 @@ from pendpin.fitting.guess import (
     time_scale,
 )
 from pendpin.fitting.parameters import Free, free_parameters
-from pendpin.fitting.problem import (
-    MOST_START_STEPS,
-    Pendulum,
-    Problem,
-    Search,
-    Solved,
-    Starts,
-    bind_pendulum,
-    solve_starts,
-)
+from pendpin.fitting.problem import MOST_START_STEPS, Pendulum, Problem, Solved, bind_pendulum, search, solve_starts
 from pendpin.fitting.uncertainty import Certainty, certainty, huber_scale, huber_weights, pseudo_residuals, sensor_noise
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build
@@ -123,8 +114,8 @@ def data_table(scene: Scene) -> Data:
 
 def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = False) -> Setting:
     """Read the data and compile the equations. Raises InputError for what is wrong with scene, data or keys."""
-    table, model = data_table(scene), build(scene.model)
-    sensors = sensors_of(table, model)
+    table = data_table(scene)
+    sensors = sensors_of(table, build(scene.model))
     swings = read_swings(data, table)
     parameters = free_parameters(scene, free)
     seen, spread = sensor_noise(swings), spread_of(swings)
@@ -149,8 +140,7 @@ def _span(swings: Sequence[Swing]) -> tuple[float, float]:
 
 def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:
     """The same data with another scene and other free numbers."""
-    parameters = free_parameters(scene, free)
-    sensors = sensors_of(setting.table, build(scene.model))
+    parameters, sensors = free_parameters(scene, free), sensors_of(setting.table, build(scene.model))
     pendulum = bind_pendulum(scene, parameters, sensors, *_span(setting.swings), setting.pace)
     return replace(setting, scene=scene, free=parameters, pendulum=pendulum)
 
@@ -174,24 +164,28 @@ def solve(setting: Setting, progress: Progress) -> Solution:
         x = problem.prior
         return _finish(setting, problem, x, solve_starts(problem, x, _states(setting, problem, x), 0), 0)
     x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
-    near = _near(setting, problem, x)
-    if not near.misfit < SURE and (other := _near(setting, problem, problem.prior)).misfit < near.misfit:
-        near = other  # noise spoils accelerations first
-    if not near.misfit < 1:
+    whole, starts, misfit = _near(setting, problem, x)
+    if not misfit < SURE and (other := _near(setting, problem, problem.prior))[2] < misfit:
+        x, (whole, starts, misfit) = problem.prior, other  # noise spoils accelerations first
+    if not misfit < 1:
         progress("short pieces")
-        problem = _rescale(setting, problem, near.x)
-        x, _, _ = Search(problem, Starts(near.x, _states(setting, problem, near.x))).run(FAR, COARSE)
-        near = _near(setting, problem, x)
+        problem = _rescale(setting, problem, x)
+        x, _, _ = search(problem, x, _states(setting, problem, x), FAR, COARSE)
+        whole, starts, _ = _near(setting, problem, x)
     progress("whole swings")
-    x, problem = near.x, _rescale(setting, replace(problem, batch=near.whole.batch), near.x)
-    x, solved, _ = Search(problem, Starts(x, near.starts)).run(FAR, COARSE)
+    problem = _rescale(setting, replace(problem, batch=whole.batch), x)
+    x, solved, _ = search(problem, x, starts, FAR, COARSE)
     problem = replace(_rescale(setting, problem, x), still=np.zeros(len(x), bool))
-    problem = _count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
-    x, solved, _ = Search(problem, Starts(x, solved.starts)).run(FAR)
-    p = problem
-    x = nearest_to_guess(setting.regression, x, p.prior, _guess_sizes(setting, p), p.scale, p.lower, p.upper)
+    p = _count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
+    x, solved, _ = search(p, x, solved.starts, FAR)
+    # How far a number that the data do not determine may be from its guess: frictions and drags farther, because bodies
+    # are weighed and measured before a fit, frictions seldom.
+    sizes = np.where(p.prior != 0, np.abs(p.prior), p.scale)
+    sizes[: p.nz] = np.where(setting.free.positive, 1.0, sizes[: p.nz])
+    sizes[: p.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
+    x = nearest_to_guess(setting.regression, x, p.prior, sizes, p.scale, p.lower, p.upper)
     progress("error bars")
-    return _finish(setting, problem, x, solved)
+    return _finish(setting, p, x, solved)
 
 
 def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
@@ -240,49 +234,26 @@ def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
     natural, scale = natural_scale(setting.regression, x), problem.scale.copy()
     scale[: problem.nz] = np.where(natural > 0, natural, scale[: problem.nz])
     positive = np.pad(setting.free.positive, (0, len(x) - problem.nz))
-    scale = np.where(positive, np.minimum(scale, MOST_CHANGE), scale)
-    return replace(problem, scale=scale)
+    return replace(problem, scale=np.where(positive, np.minimum(scale, MOST_CHANGE), scale))
 
 
-def _guess_sizes(setting: Setting, problem: Problem) -> Array:
-    """The sizes (nx,) of the guesses: how far a number that the data do not determine may be from them.
+def _near(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array, float]:
+    """Whole swings at unknowns x (nx,), their starts (2n, P), and the mean square of the residuals.
 
-    Those of frictions and drags are larger, because bodies are weighed and measured before a fit, frictions seldom.
+    A motion is cut where it has forgotten its start. The mean square is 1 where a search can just begin there.
     """
-    sizes = np.where(problem.prior != 0, np.abs(problem.prior), problem.scale)
-    sizes[: problem.nz] = np.where(setting.free.positive, 1.0, sizes[: problem.nz])
-    sizes[: problem.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
-    return sizes
-
-
-class _Near(NamedTuple):
-    """Unknowns from which whole swings may be searched."""
-
-    x: Array  # (nx,)
-    whole: Problem  # in whole swings
-    starts: Array  # (2n, P), those that explain the data best
-    misfit: float  # the mean square of the residuals: 1 where a search can just begin there
-
-
-def _near(setting: Setting, problem: Problem, x: Array) -> _Near:
-    """Whole swings at unknowns x (nx,), and how far they are from the data."""
-    spread = spread_of(setting.swings)
-    whole = replace(_whole_swings(setting, problem, x), weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
-    solved = solve_starts(whole, x, _states(setting, whole, x))
-    return _Near(x, whole, solved.starts, float((solved.r**2).sum() / (~np.isnan(whole.batch.y)).sum()))
-
-
-def _whole_swings(setting: Setting, problem: Problem, x: Array) -> Problem:
-    """The problem with whole swings, cut where a motion has forgotten its start at unknowns x (nx,)."""
-    longest = max(swing.t[-1] - swing.t[0] for swing in setting.swings)
+    longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
         J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _states(setting, whole, x)).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pace
         if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
-            return whole
+            break
         longest /= 2
+    whole = replace(whole, weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
+    solved = solve_starts(whole, x, _states(setting, whole, x))
+    return whole, solved.starts, float((solved.r**2).sum() / (~np.isnan(whole.batch.y)).sum())
 
 
 def _weigh(setting: Setting, problem: Problem, solved: Solved) -> Problem:
@@ -319,15 +290,14 @@ def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: 
     full = replace(problem, share=1.0)
     solved = solve_starts(full, x, solved.starts, 0 if setting.robust or not most else MOST_START_STEPS)
     full = _weigh(setting, full, solved)
-    search = _count_outliers_less(setting, full, x, solved.starts)
-    x, solved, J = Search(search, Starts(x, solved.starts)).run(most)
+    x, solved, J = search(_count_outliers_less(setting, full, x, solved.starts), x, solved.starts, most)
     seen = ~np.isnan(full.batch.y.transpose(2, 0, 1))
     if setting.robust:
         solved = solve_starts(full, x, solved.starts, 0)
         J = solved.rest(solved.J)
         solved = replace(solved, r=pseudo_residuals(solved.r, seen.reshape(len(J), -1)))
     shape = (len(J), -1, len(setting.columns))
-    rest = solved.rest(solved.r[..., None]).reshape(shape)
+    rest = solved.unexplained.reshape(shape)
     Q = solved.Q.reshape(*shape, solved.Q.shape[-1])
     worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, full.batch.swing, full.batch.t, seen)
     return Solution(full, x, solved, worth)

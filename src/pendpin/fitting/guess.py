@@ -25,15 +25,6 @@ PULL = 1e-3  # weight of the guess
 STARTS = 12  # of the search for angles, for each sample of tips
 
 
-class Smoothed(NamedTuple):
-    """Columns at N instants, smoothed: values, rates, accelerations (N, columns)."""
-
-    t: Array  # (N,) s
-    y: Array
-    rate: Array
-    acceleration: Array
-
-
 def time_scale(swings: Sequence[Swing], noise: Array) -> float:
     """The time in s in which the fastest column moves by half its standard deviation, about half a radian of phase.
 
@@ -57,51 +48,44 @@ def _moves(t: Array, y: Array, noise: float) -> float:
     return (t[-1] - t[0]) / 2
 
 
-def smoothed(swing: Swing, width: float, points: int) -> Smoothed:
-    """A swing's columns at about `points` instants, by cubics over `width` s to either side."""
-    m = len(swing.t)
-    reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
-    centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
-    rows = centres[:, None] + np.arange(-reach, reach + 1)
-    return _cubics(swing, swing.t[centres], rows)
-
-
 def first_state(swing: Swing, width: float) -> tuple[Array, Array]:
     """The columns (columns,) and their rates at a swing's first instant, by cubics over the first 2 `width` s."""
     count = int(np.clip((swing.t <= swing.t[0] + 2 * width).sum(), 5, len(swing.t)))
-    cubics = _cubics(swing, swing.t[:1], np.arange(count)[None])
-    return cubics.y[0], cubics.rate[0]
+    y, rate, _ = _cubics(swing, swing.t[:1], np.arange(count)[None])
+    return y[0], rate[0]
 
 
-def _cubics(swing: Swing, at: Array, rows: Array) -> Smoothed:
-    """Cubics through the samples `rows` (N, W), at instants (N,)."""
+def _cubics(swing: Swing, at: Array, rows: Array) -> tuple[Array, Array, Array]:
+    """Values, rates and accelerations (N, columns) at instants (N,) by cubics through the samples `rows` (N, W)."""
     s = swing.t[rows] - at[:, None]
     size = np.abs(s).max() or 1.0
-    powers = (s / size)[:, :, None] ** np.arange(4)
-    parts = []
+    powers, parts = (s / size)[:, :, None] ** np.arange(4), []
     for k in range(swing.y.shape[1]):
         y = swing.y[rows, k]
         seen = ~np.isnan(y)
         basis = powers * seen[:, :, None]
         parts.append((np.linalg.pinv(basis, rcond=1e-9) @ np.where(seen, y, 0.0)[:, :, None])[:, :, 0])
     c = np.array(parts)  # (columns, N, 4)
-    return Smoothed(at, c[:, :, 0].T, c[:, :, 1].T / size, 2 * c[:, :, 2].T / size**2)
+    return c[:, :, 0].T, c[:, :, 1].T / size, 2 * c[:, :, 2].T / size**2
 
 
 class Regression(NamedTuple):
-    """Smoothed states of all swings, for equation error: model accelerations less measured ones."""
+    """Smoothed states of all swings at N instants, for equation error: model accelerations less measured ones."""
 
     pendulum: Pendulum
     shift: Array  # (n, columns): joint angles are those of the points less shift times the offsets
-    points: Smoothed  # joint angles
+    t: Array  # (N,) s
+    y: Array  # (N, n) joint angles, their rates and accelerations
+    rate: Array
+    acceleration: Array
 
     def accelerations(self, x: Array) -> tuple[Array, Array]:
         """What the equations say, (n N,), at unknowns (nx,), and its derivatives (n N, nx)."""
         nz = len(self.pendulum.free.start)
         offsets = x[nz:] if len(x) > nz else np.zeros(self.shift.shape[1])
-        q, v = self.points.y.T - (self.shift @ offsets)[:, None], self.points.rate.T
+        q, v = self.y.T - (self.shift @ offsets)[:, None], self.rate.T
         with np.errstate(all="ignore"):
-            a, by = self.pendulum.at(x[:nz]).accelerate(self.points.t, q, v)
+            a, by = self.pendulum.at(x[:nz]).accelerate(self.t, q, v)
         of_offsets = -np.einsum("jnN,jc->cnN", by[nz : nz + len(q)], self.shift)
         J = np.concatenate([by[:nz], of_offsets[: len(x) - nz]])
         return a.reshape(-1), J.reshape(len(x), -1).T
@@ -109,16 +93,21 @@ class Regression(NamedTuple):
     @property
     def measured(self) -> Array:
         """The accelerations (n N,) by local polynomials."""
-        return self.points.acceleration.T.reshape(-1)
+        return self.acceleration.T.reshape(-1)
 
 
 def bind_regression(pendulum: Pendulum, shift: Array, swings: Sequence[Swing], width: float) -> Regression:
-    """Smoothed states of swings of joint angles; shift (n, columns), width in s."""
-    each = max(8, MOST_POINTS // len(swings))
-    parts = zip(*(smoothed(swing, width, each) for swing in swings), strict=True)
-    points = Smoothed(*(np.concatenate(part) for part in parts))
-    some = np.isfinite(points.acceleration).all(1)
-    return Regression(pendulum, shift, Smoothed(*(part[some] for part in points)))
+    """States of swings of joint angles, by cubics over `width` s to either side; shift (n, columns)."""
+    parts, points = [], max(8, MOST_POINTS // len(swings))
+    for swing in swings:
+        m = len(swing.t)
+        reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
+        centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
+        t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
+        parts.append((t, *_cubics(swing, t, rows)))
+    t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
+    some = np.isfinite(states[-1]).all(1)
+    return Regression(pendulum, shift, t[some], *(x[some] for x in states))
 
 
 def joint_angles(pendulum: Pendulum, swings: Sequence[Swing], z: Array) -> tuple[Swing, ...]:

@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import annotated_types
 import numpy as np
@@ -10,6 +10,7 @@ import numpy as np
 from pendpin.effects import DryFriction
 from pendpin.equations.base import symbols
 from pendpin.errors import InputError, not_one_of, shown
+from pendpin.fitting.uncertainty import Certainty
 from pendpin.ground.arrays import Array
 from pendpin.ground.keypaths import parsed
 from pendpin.ground.records import Record
@@ -48,8 +49,7 @@ class Free:
     @property
     def speeds(self) -> Array:
         """Whether a coordinate (nz,) is a Stribeck speed, which only whole swings tell from friction at rest."""
-        rows = [key.endswith(".stribeck") for key in self.keys]
-        return np.asarray(self.transform[rows].any(0))
+        return np.asarray(self.transform[[key.endswith(".stribeck") for key in self.keys]].any(0))
 
     def dissipation(self, scene: Scene) -> Array:
         """Whether a coordinate (nz,) is that of a friction or a drag."""
@@ -116,6 +116,63 @@ def replace_checked(record: Record, changes: dict[str, Any]) -> Any:
     return type(record)(**(record.given() | changes))
 
 
+# --- what free swings tell where they do not tell the numbers themselves: ratios to the first moment of the last rod ---
+
+
+class Combination(NamedTuple):
+    """A determined function of free numbers that are not determined themselves."""
+
+    name: str
+    value: float
+    error: float | None  # standard error; None where the fit gives none
+    unit: str
+
+    def __str__(self) -> str:
+        error = "" if self.error is None else f" +- {self.error:.2g}"
+        return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
+
+
+def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
+    """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,).
+
+    They have errors if the data are long enough.
+    """
+    if not isinstance(scene.model, Chain) or not scene.model.tip_to_tip or not unsure:
+        return ()
+    last, names = scene.model.count - 1, list[tuple[str, str]]()
+    for i in range(last + 1):
+        of = f"rod {i + 1}" + " with all below" * (i < last)
+        names.append((f"inertia of {of} about its joint / first moment of {of}", "m"))
+        if i < last:
+            names.append((f"first moment of {of} / first moment of rod {last + 1}", ""))
+    torques = [row for row, key in enumerate(free.keys) if key.startswith("effects") and key in unsure]
+    names += [(f"{free.keys[row]} / first moment of rod {last + 1}", "") for row in torques]
+
+    def ratios(values: Array) -> Array:
+        """Those of the names at the free numbers (K,)."""
+        chain: Any = substitute(scene, free.keys, list(values), replace_unchecked).model
+        below, inertia, first = 0.0, [], []
+        for rod in reversed(
+            chain.all_rods
+        ):  # about its joint (kg m²) and first (kg m), with the masses that hang on it
+            m, h, I1, _, _ = rod.properties
+            inertia.insert(0, I1 + m * h * h + below * rod.length**2)
+            first.insert(0, m * h + below * rod.length)
+            below += m
+        pairs = ([J / k, k / first[last]] for J, k in zip(inertia, first, strict=True))
+        return np.array([x for pair in pairs for x in pair][:-1] + [values[row] / first[last] for row in torques])
+
+    values, determined = free.values(z), list[Combination]()
+    steps = np.diag(1e-6 * np.where(values != 0, np.abs(values), 1.0))  # of central differences
+    slopes = np.array([(ratios(values + d) - ratios(values - d)) / (2 * d.sum()) for d in steps]).T
+    gradients = np.pad(slopes @ free.gradients(z), ((0, 0), (0, len(certainty.scale) - len(z))))
+    for (name, unit), value, gradient in zip(names, ratios(values), gradients, strict=True):
+        if certainty.determined(gradient):
+            error = certainty.error(gradient) if certainty.enough else None
+            determined.append(Combination(name, float(value), error, unit))
+    return tuple(determined)
+
+
 # --- key paths ------------------------------------------------------------------------------------------------------
 
 
@@ -138,9 +195,17 @@ def _parse(key: str) -> tuple[str, int, str, int | None]:
 
 def _expand(scene: Scene, texts: list[str]) -> list[str]:
     """Key paths of single numbers, each once, in the order given."""
-    keys: list[str] = []
+    keys, model = list[str](), scene.model
+    torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]
+    bodies: list[str] = []
+    if isinstance(model, Chain):  # a rod's motion shows its length where another hangs there
+        bodies = [f"model.rods[{i}].{name}" for i in range(len(model.rods)) for name in ("com", "inertia")]
+        bodies += [f"model.rods[{i}].length" for i in model.bearing]
+    short_forms = {"physics": bodies + torques, "friction": torques}
     for key in (key.strip() for text in texts for key in text.split(",")):
-        for name in _short_form(scene, key):
+        if not (names := short_forms.get(key, [key])):
+            raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
+        for name in names:
             value, part = _value(scene, name), _parse(name)[3]
             entries = len(value) if part is None and isinstance(value, tuple) else 0
             keys += [k for k in ([f"{name}[{i}]" for i in range(entries)] or [name]) if k not in keys]
@@ -149,25 +214,15 @@ def _expand(scene: Scene, texts: list[str]) -> list[str]:
     return keys
 
 
-def _short_form(scene: Scene, key: str) -> list[str]:
-    if key not in {"physics", "friction"}:
-        return [key]
-    bodies: list[str] = []
-    if isinstance(scene.model, Chain) and key == "physics":  # a rod's motion shows its length where another hangs there
-        rods = range(len(scene.model.rods))
-        bodies = [f"model.rods[{i}].{name}" for i in rods for name in ("com", "inertia")]
-        bodies += [f"model.rods[{i}].length" for i in scene.model.bearing]
-    torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]
-    if not bodies + torques:
-        raise InputError(f'free: "{key}": the scene has no rods, friction or drag that could be free')
-    return bodies + torques
-
-
 def _record(scene: Scene, key: str) -> Any:
+    """The rod or effect that a key path names. Raises InputError where there is none."""
     home, place, _, _ = _parse(key)
-    if home == "model.rods" and not isinstance(scene.model, Chain):
+    if home == "effects":
+        records = scene.effects
+    elif isinstance(scene.model, Chain):
+        records = scene.model.rods
+    else:
         raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
-    records = scene.model.rods if home == "model.rods" else scene.effects  # pyright: ignore[reportAttributeAccessIssue]
     if place >= len(records):
         raise InputError(f"free: {key}: the scene has {len(records)} {home.removeprefix('model.')}, counted from 0")
     return records[place]
@@ -183,6 +238,7 @@ def _field(record: Any, name: str) -> Any:
 
 
 def _value(scene: Scene, key: str) -> Any:
+    """What stands at a key path. Raises InputError."""
     record, (_, _, name, part) = _record(scene, key), _parse(key)
     fields = [field for field in type(record).model_fields if field not in {"kind", "joints", "link", "joint"}]
     if name not in fields:
@@ -218,7 +274,10 @@ def _groups(scene: Scene, keys: list[str], guess: Array):
             continue
         if home == "model.rods" and name == "inertia" and min(rows) >= 0:
             done.update(rows)
-            yield rows, *_second_moments(guess[rows])
+            moments = np.linalg.solve(_MOMENTS, guess[rows])  # second moments of mass, kg m²
+            moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
+            some = moments > 0
+            yield rows, _MOMENTS[:, some], moments[some], np.zeros(some.sum()), np.full(some.sum(), np.inf)
         elif home == "effects" and name == "kinetic" and f"effects[{i}].static" in place:
             both = [row, place[f"effects[{i}].static"]]
             done.update(both)
@@ -228,36 +287,24 @@ def _groups(scene: Scene, keys: list[str], guess: Array):
             yield [row], np.eye(1), [guess[row]], *([bound] for bound in _bounds(scene, key))
 
 
-def _second_moments(inertia: Array) -> tuple[Array, Array, Array, Array]:
-    """The matrix from second moments of mass to inertias (3,), kg m², these moments, and their bounds."""
-    moments = np.linalg.solve(_MOMENTS, inertia)
-    moments = np.where(moments > _NEGLIGIBLE * moments.max(), moments, 0.0)
-    some = moments > 0
-    return _MOMENTS[:, some], moments[some], np.zeros(some.sum()), np.full(some.sum(), np.inf)
-
-
 def _bounds(scene: Scene, key: str) -> tuple[float, float]:
+    """Between what a number that moves alone may be: the limits of its field, and those of the numbers beside it."""
     record, (_, _, name, part) = _record(scene, key), _parse(key)
     if isinstance(record, Rod) and name == "inertia":
         others = np.delete(np.array(_field(record, name)), part or 0)
         return float(abs(others[0] - others[1])), float(others.sum())
     lower, upper = -np.inf, np.inf
-    for limit in _limits(type(record).model_fields[name]):
+    field = type(record).model_fields[name]
+    queue: list[Any] = [*field.metadata, field.annotation]
+    while queue:  # limits in a field's type, however deep
+        limit = queue.pop()
+        queue += [*getattr(limit, "__metadata__", ()), *getattr(limit, "__args__", ()), *getattr(limit, "metadata", ())]
         if isinstance(limit, annotated_types.Gt):
             lower = max(lower, _LEAST * _number(scene, key))  # a positive number stays one
         elif isinstance(limit, annotated_types.Ge) and limit.ge == 0:
-            lower = max(lower, float(limit.ge))  # pyright: ignore[reportArgumentType]
+            lower = max(lower, 0.0)
     if isinstance(record, DryFriction) and name == "kinetic" and record.static is not None:
         upper = record.static
     if isinstance(record, DryFriction) and name == "static":
         lower = record.kinetic
     return lower, upper
-
-
-def _limits(field: Any) -> list[Any]:
-    """The limits in a field's type, however deep."""
-    limits, queue = [], [*field.metadata, field.annotation]
-    while queue:
-        limits.append(item := queue.pop())
-        queue += [*getattr(item, "__metadata__", ()), *getattr(item, "__args__", ()), *getattr(item, "metadata", ())]
-    return limits

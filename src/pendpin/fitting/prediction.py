@@ -11,7 +11,7 @@ from pendpin.errors import InputError
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, spread_of, thin_out
 from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
-from pendpin.fitting.problem import Problem, Solved, solve_starts
+from pendpin.fitting.problem import solve_starts
 from pendpin.fitting.uncertainty import NOISY, huber_scale
 from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.files import path_of, write_csv
@@ -113,37 +113,33 @@ def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
     return compared
 
 
-def predict(setting: Setting, solution: Solution, swings: Sequence[Swing], start: float) -> Prediction:
-    """Predict other swings with the fitted numbers (Fit.predict)."""
-    swings = thin_out(swings, FINEST * setting.pace)
+def predict(
+    setting: Setting, solution: Solution, swings: Sequence[Swing], start: float, interval: bool = True
+) -> Prediction:
+    """Predict other swings with the fitted numbers (Fit.predict), with the interval of 95 % where errors are known.
+
+    To first order, that is by the sum of three variances: that of the unknowns, with which the starts of the swings follow,
+    that of these starts by the samples that they were fitted to, and that of one residual of the fit (G. Seber, C. Wild,
+    Nonlinear Regression, Wiley, 1989, section 5.1). What the model misses is in the residuals only.
+    """
+    swings, certainty, x = thin_out(swings, FINEST * setting.pace), solution.certainty, solution.x
     compared = compared_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
     angles = joint_angles(setting.pendulum, heads, solution.z)
-    solved = solve_starts(problem, solution.x, start_states(setting, solution.offsets, angles, np.inf), 20)
+    solved = solve_starts(problem, x, start_states(setting, solution.offsets, angles, np.inf), 20)
     full = batch(swings, np.inf)
-    columns = problem.show(solution.x, solved.starts, full.t)
+    columns = problem.show(x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
-    interval = None
-    if solution.certainty.enough and np.isfinite(columns).all():
-        half = _half_widths(replace(problem, batch=full._replace(y=np.nan_to_num(full.y))), solution, solved)
-        interval = tuple(half[k, : len(swing.t)] for k, swing in enumerate(swings))
-    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table, interval=interval)
-
-
-def _half_widths(whole: Problem, solution: Solution, solved: Solved) -> Array:
-    """Half of the 95 % prediction interval of each sample of whole swings, (P, M, columns) in rad or m.
-
-    To first order, the sum of three variances: that of the unknowns, with which the starts of the swings follow, that of
-    these starts by the samples that they were fitted to, and that of one residual of the fit (G. Seber, C. Wild, Nonlinear
-    Regression, Wiley, 1989, section 5.1). What the model misses is in the residuals only.
-    """
-    certainty, x = solution.certainty, solution.x
-    _, by_start, by_unknowns = whole.evaluate(whole.pendulum.at(solution.z), x, solved.starts)
-    follow = -solved.R_inverse @ (solved.Q.transpose(0, 2, 1) @ solved.J)  # (P, 2n, nx)
-    slopes, starts = by_unknowns + by_start @ follow, certainty.inflation * by_start @ solved.R_inverse
-    variance = 1 + ((slopes @ certainty.covariance) * slopes).sum(-1) + (starts**2).sum(-1)  # in units of the weights
-    return QUANTILE * np.sqrt(variance).reshape(len(variance), -1, len(whole.weights)) / whole.weights
+    widths = None
+    if interval and certainty.enough and np.isfinite(columns).all():
+        whole = replace(problem, batch=full._replace(y=np.nan_to_num(full.y)))
+        _, by_start, by_unknowns = whole.evaluate(whole.pendulum.at(solution.z), x, solved.starts)
+        slopes, starts = by_unknowns + by_start @ solved.follow, certainty.inflation * by_start @ solved.R_inverse
+        variance = 1 + ((slopes @ certainty.covariance) * slopes).sum(-1) + (starts**2).sum(-1)  # in units of weights
+        half = QUANTILE * np.sqrt(variance).reshape(len(variance), -1, len(whole.weights)) / whole.weights
+        widths = tuple(half[k, : len(swing.t)] for k, swing in enumerate(swings))
+    return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table, interval=widths)
 
 
 def write_samples(path: str | Path, sets: dict[str, Prediction]) -> Path:

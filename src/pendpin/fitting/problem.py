@@ -4,6 +4,7 @@ The motions are those of the scene, from stick to slip and back, and the derivat
 (pendpin.motions.variations). Joints that stay at rest, as phi does in a plane swing, are left out.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -60,27 +61,19 @@ class Pendulum:
         """The model with the guesses."""
         return build(self.scene.model)
 
-    @property
-    def keys(self) -> list[str]:
-        """The key paths of the directions: the K free numbers, then angles and rates of the start (2n)."""
-        starts = list_state_keys(len(self.model.joints))
-        return [*self.free.keys, *(starts[place] for place in self.places)]
-
-    @property
+    @cached_property
     def places(self) -> list[int]:
         """The places of the moving joints in a state: of their angles, then of their rates (2n,)."""
         return [part * len(self.model.joints) + joint for part in range(2) for joint in self.moving]
 
-    @cached_property
-    def still(self) -> tuple[int, ...]:
-        """The places of a state that stay 0."""
-        return tuple(i for i in range(2 * len(self.model.joints)) if i not in self.places)
-
     def at(self, z: Array) -> "Bound":
-        """The scene with its numbers at search coordinates (nz,)."""
+        """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
         values = [float(value) for value in self.free.values(z)]
         scene = substitute(self.scene, self.free.keys, values, replace_checked)
-        return Bound(self, scene, z, Variations(scene, self.keys, self.still), self.free.gradients(z))
+        starts = list_state_keys(len(self.model.joints))
+        keys = [*self.free.keys, *(starts[place] for place in self.places)]
+        still = tuple(i for i in range(len(starts)) if i not in self.places)
+        return Bound(self, scene, z, Variations(scene, keys, still), self.free.gradients(z))
 
 
 @dataclass(frozen=True, eq=False)
@@ -124,27 +117,25 @@ class Bound:
         a = rates.reshape(N, -1, 2 * nv)[..., places[n:]].transpose(1, 2, 0)
         return a[0], self._by_coordinates(a[1:])
 
-    def measure(self, motion: Motion) -> tuple[Array, Array]:
+    def measure(self, start: Array, times: Array) -> tuple[Array, Array]:
         """What the sensors show of a motion without their zeros (M, columns), and its derivatives (M, columns, D)."""
-        sensors = self.pendulum.sensors
+        sensors, free, z, motion = self.pendulum.sensors, self.pendulum.free, self.z, self.move(start, times)
         values, slopes = motion.q @ sensors.angles.T, motion.by @ sensors.angles.T
-        if sensors.tips.any():
-            values = values + tips_at(self.variations.equations.model, motion.q) @ sensors.tips.T
-            slopes = slopes + np.array([self._tips_by(motion, d) for d in range(len(motion.by))]) @ sensors.tips.T
-        return values, slopes.transpose(1, 2, 0)
-
-    def _tips_by(self, motion: Motion, direction: int) -> Array:
-        """The derivatives (M, 3 bodies) of the tips by one direction: central differences in closed form."""
-        free, z, dz = self.pendulum.free, self.z, np.zeros(len(self.z))
-        change, size = motion.by[direction], np.abs(motion.by[direction]).max(initial=0.0)
-        if direction < len(z):
-            dz[direction], size = 1.0, max(size, 1 / abs(z[direction]) if z[direction] else 1.0)
-        h, sides = ASIDE / (size or 1.0), []
-        for side in (h, -h):
-            values = [float(x) for x in free.values(z + side * dz)]
-            moved = substitute(self.scene, free.keys, values, replace_unchecked)
-            sides.append(tips_at(build(moved.model), motion.q + side * change))
-        return (sides[0] - sides[1]) / (2 * h)
+        if not sensors.tips.any():
+            return values, slopes.transpose(1, 2, 0)
+        of_tips = []
+        for direction, change in enumerate(motion.by):  # central differences in closed form
+            dz, size = np.zeros(len(z)), np.abs(change).max(initial=0.0)
+            if direction < len(z):
+                dz[direction], size = 1.0, max(size, 1 / abs(z[direction]) if z[direction] else 1.0)
+            h, sides = ASIDE / (size or 1.0), []
+            for side in (h, -h):
+                numbers = [float(x) for x in free.values(z + side * dz)]
+                moved = substitute(self.scene, free.keys, numbers, replace_unchecked)
+                sides.append(tips_at(build(moved.model), motion.q + side * change))
+            of_tips.append((sides[0] - sides[1]) / (2 * h))
+        values = values + tips_at(self.variations.equations.model, motion.q) @ sensors.tips.T
+        return values, (slopes + np.array(of_tips) @ sensors.tips.T).transpose(1, 2, 0)
 
     def _by_coordinates(self, by: Array) -> Array:
         """Derivatives (D, ...) by search coordinates and start, from those (K + 2n, ...) by the free numbers and start."""
@@ -216,12 +207,10 @@ class Problem:
         bound, out = self.pendulum.at(self.split(x)[0]), np.full((len(t), len(self.weights), t.shape[1]), np.inf)
         for piece, times in enumerate(t.T):
             count = 1 + int((np.diff(times) > 0).sum())
-            try:
-                values, _ = bound.measure(bound.move(starts[:, piece], times[:count]))
-            except RunError:
-                continue
-            out[:count, :, piece] = values + self.split(x)[1]
-            out[count:, :, piece] = out[count - 1, :, piece]
+            with suppress(RunError):
+                values, _ = bound.measure(starts[:, piece], times[:count])
+                out[:count, :, piece] = values + self.split(x)[1]
+                out[count:, :, piece] = out[count - 1, :, piece]
         return out
 
     def evaluate(self, bound: Bound, x: Array, starts: Array, some: Mask | None = None) -> Residuals:
@@ -229,18 +218,17 @@ class Problem:
         z, offsets = self.split(x)
         chosen = np.arange(starts.shape[1]) if some is None else np.flatnonzero(some)
         M, columns, _ = self.batch.y.shape
+        share = np.broadcast_to(self.share, self.batch.y.shape)
         r = np.zeros((len(chosen), M, columns))
         J = np.zeros((len(chosen), M, columns, len(z) + len(starts)))
         free = np.zeros((len(chosen), M, columns, len(x) - len(z)))
         for row, piece in enumerate(chosen):
             times, y = self.batch.t[:, piece], self.batch.y[..., piece]
             count, seen = 1 + int((np.diff(times) > 0).sum()), ~np.isnan(y)
-            weight = (
-                seen * self.weights * (self.share[..., piece] if isinstance(self.share, np.ndarray) else self.share)
-            )
+            weight = seen * self.weights * share[..., piece]
             free[row] = weight[..., None] * np.eye(columns)[:, : len(x) - len(z)]
             try:
-                values, slopes = bound.measure(bound.move(starts[:, piece], times[:count]))
+                values, slopes = bound.measure(starts[:, piece], times[:count])
             except RunError:
                 r[row] = LOST * seen
                 continue
@@ -254,19 +242,6 @@ class Problem:
 
 
 # --- the search: least squares over physics and offsets, the starts of all pieces being solved for at every step ----
-
-
-@dataclass
-class Starts:
-    """The starts (2n, P) that explain the data best at some unknowns, and how they follow the unknowns."""
-
-    x: Array
-    starts: Array
-    follow: Array | None = None  # (2n, P, nx), their derivatives by the unknowns
-
-    def near(self, x: Array) -> Array:
-        """The starts (2n, P) to begin with at other unknowns (nx,)."""
-        return self.starts if self.follow is None else self.starts + self.follow @ (x - self.x)
 
 
 @dataclass(frozen=True, eq=False)
@@ -283,14 +258,30 @@ class Solved:
         """What the starts cannot explain of residuals or derivatives (P, M columns, ...)."""
         return J - self.Q @ (self.Q.transpose(0, 2, 1) @ J)
 
+    @property
+    def unexplained(self) -> Array:
+        """The residuals (P, M columns, 1) that no start explains."""
+        return self.rest(self.r[..., None])
+
+    @property
+    def follow(self) -> Array:
+        """The derivatives (P, 2n, nx) of the starts that explain the data best by the unknowns."""
+        return -(self.R_inverse @ (self.Q.transpose(0, 2, 1) @ self.J))
+
 
 def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_START_STEPS) -> Solved:
     """The starts (2n, P) that explain the data best at unknowns x: Gauss-Newton, piece by piece, halved where worse."""
+
+    def basis(J: Array) -> tuple[Array, Array]:
+        """Q (P, R, 2n) and the inverse of U (P, 2n, 2n) of derivatives by the starts J = Q U (P, R, 2n)."""
+        Q, R = np.linalg.qr(np.nan_to_num(J))
+        return Q, np.linalg.pinv(R, rcond=1e-12)
+
     bound = problem.pendulum.at(problem.split(x)[0])
     r, by_start, J = problem.evaluate(bound, x, starts)
     pace, starts = np.ones(starts.shape[1]), starts.copy()
     for _ in range(steps):
-        Q, inverse = _basis(by_start)
+        Q, inverse = basis(by_start)
         seen = (Q.transpose(0, 2, 1) @ r[:, :, None])[:, :, 0]  # (P, 2n)
         cost = (r**2).sum(1)
         some = (seen**2).sum(1) > STARTS_DONE * cost.mean()
@@ -304,69 +295,36 @@ def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_ST
         starts[:, better] = tried[:, better]
         r[better], by_start[better], J[better] = (part[took] for part in new)
         pace = np.where(better, np.minimum(1.0, 2 * pace), np.where(some, pace / 4, pace))
-    return Solved(starts, r, *_basis(by_start), J)
+    return Solved(starts, r, *basis(by_start), J)
 
 
-def _basis(J: Array) -> tuple[Array, Array]:
-    """Q (P, R, 2n) and the inverse of U (P, 2n, 2n) of derivatives by the starts J = Q U (P, R, 2n), Q orthonormal."""
-    Q, R = np.linalg.qr(np.nan_to_num(J))
-    return Q, np.linalg.pinv(R, rcond=1e-12)
+def search(p: Problem, x: Array, starts: Array, most: int, tolerance: float = 0.0) -> tuple[Array, Solved, Array]:
+    """The best unknowns (nx,) from x and starts (2n, P) in so many steps, the starts there, and the last derivatives.
 
-
-@dataclass
-class Search:
-    """One least-squares search by Gauss-Newton steps, within the bounds and within a box that grows where they succeed."""
-
-    problem: Problem
-    best: Starts
-
-    def run(self, most: int, tolerance: float = 0.0) -> tuple[Array, Solved, Array]:
-        """The best unknowns (nx,) from those of `best` in so many steps, the starts there, and the last derivatives.
-
-        It ends where a step would gain less than `tolerance` of the sum of squares. The derivatives are
-        (P, M columns, nx), less what the starts explain.
-        """
-        x, p, reach = self.best.x, self.problem, LONGEST
-        at = solve_starts(p, x, self.best.near(x))
-        cost, J = self._cost(x, at), self._slopes(x, at)
-        for _ in range(most):
-            dx, gain = self._step(x, at, J, reach)
-            if gain < max(POLISHED, tolerance * cost):
-                break
-            tried = x + dx
-            new = solve_starts(p, tried, self.best.near(tried))
-            if (cost_new := self._cost(tried, new)) < cost:
-                x, at, cost, reach = tried, new, cost_new, 2 * reach
-                J = self._slopes(x, at)
-            else:
-                reach = np.abs(dx / p.scale).max() / 4
-        return x, at, J
-
-    def _cost(self, x: Array, at: Solved) -> float:
-        """The sum of squares at unknowns x (nx,) that no start explains, with the pull of the guess."""
-        return float((at.rest(at.r[..., None]) ** 2).sum() + (self._pull(x) ** 2).sum())
-
-    def _step(self, x: Array, at: Solved, J: Array, reach: float) -> tuple[Array, float]:
-        """The best step (nx,) for linear residuals within the bounds and within `reach` natural scales, and its gain."""
-        p = self.problem
-        rows = np.concatenate([J.reshape(-1, len(x)) * p.scale, p.hold * np.eye(len(x))])
-        r = np.concatenate([at.rest(at.r[..., None]).reshape(-1), self._pull(x)])
-        Q, R = np.linalg.qr(rows)
-        seen = Q.T @ r
+    Gauss-Newton steps within the bounds and within a box that grows where they succeed. It ends where a step would gain
+    less than `tolerance` of the sum of squares. The derivatives are (P, M columns, nx), less what the starts explain.
+    """
+    at, reach = solve_starts(p, x, starts), LONGEST
+    pull = p.hold * (x - p.prior) / p.scale  # of the guess
+    cost, J = float((at.unexplained**2).sum() + (pull**2).sum()), at.rest(at.J)
+    for _ in range(most):
+        # The best step for linear residuals within the bounds and the box, and its gain.
+        Q, R = np.linalg.qr(np.concatenate([J.reshape(-1, len(x)) * p.scale, p.hold * np.eye(len(x))]))
+        seen = Q.T @ np.concatenate([at.unexplained.reshape(-1), pull])
         damped = np.concatenate([R, RANK * np.linalg.norm(R, axis=0).max() * np.eye(len(x))])
-        aim = np.concatenate([-seen, np.zeros(len(x))])
         below, above = (p.lower - x) / p.scale, (p.upper - x) / p.scale
         bounds = (np.clip(below, -reach, -1e-12), np.clip(above, 1e-12, reach))
-        step = lsq_linear(damped, aim, bounds, method="bvls").x
+        step = lsq_linear(damped, np.concatenate([-seen, np.zeros(len(x))]), bounds, method="bvls").x
         gain = float((seen**2).sum() - ((seen + R @ step) ** 2).sum())
-        return np.clip(x + p.scale * step, p.lower, p.upper) - x, gain
-
-    def _slopes(self, x: Array, at: Solved) -> Array:
-        """The derivatives (P, M columns, nx) of the residuals, less what the starts explain; `best` follows them."""
-        follow = -(at.R_inverse @ (at.Q.transpose(0, 2, 1) @ at.J))
-        self.best = Starts(x.copy(), at.starts, follow.transpose(1, 0, 2))
-        return at.rest(at.J)
-
-    def _pull(self, x: Array) -> Array:
-        """The pull (nx,) of the guess on unknowns x (nx,)."""
-        return self.problem.hold * (x - self.problem.prior) / self.problem.scale
+        if gain < max(POLISHED, tolerance * cost):
+            break
+        dx = np.clip(x + p.scale * step, p.lower, p.upper) - x
+        tried = x + dx
+        new = solve_starts(p, tried, at.starts + at.follow.transpose(1, 0, 2) @ (tried - x))
+        new_pull = p.hold * (tried - p.prior) / p.scale
+        new_cost = float((new.unexplained**2).sum() + (new_pull**2).sum())
+        if new_cost < cost:
+            x, at, cost, pull, J, reach = tried, new, new_cost, new_pull, new.rest(new.J), 2 * reach
+        else:
+            reach = np.abs(dx / p.scale).max() / 4
+    return x, at, J

@@ -1,6 +1,8 @@
 """The result of a fit: numbers with errors, what they are worth, predictions of other swings, as text and as JSON."""
 
+import textwrap
 from dataclasses import asdict, dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
@@ -8,15 +10,26 @@ import numpy as np
 
 from pendpin.errors import InputError, not_one_of, shown
 from pendpin.fitting.data import Swing, read_swings, spread_of
-from pendpin.fitting.figure import draw_fit, draw_region
 from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
+from pendpin.fitting.parameters import Combination
 from pendpin.fitting.prediction import Prediction, predict, write_samples
-from pendpin.fitting.uncertainty import NOISY, WHITE, Combination, outliers, whiteness
-from pendpin.graphics.style import write_figure
+from pendpin.fitting.uncertainty import NOISY, WHITE, autocorrelation, outliers, whiteness
+from pendpin.graphics.style import (
+    BESIDE,
+    BLACK,
+    COLORS,
+    SHADE,
+    join_units,
+    new_figure,
+    plain_name,
+    styled,
+    with_unit,
+    write_figure,
+)
 from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
-from pendpin.scene import Chain, Scene
+from pendpin.scene import Chain, Scene, unit_of_key
 
 CHECK = "check the units of angles and times, and what the columns measure"
 WIDER = 1.2  # times: said from there on
@@ -109,9 +122,22 @@ class Fit(Result):
             np.array([self.values[one], self.values[other]]) + circle * np.sqrt(np.maximum(values, 0.0)) @ directions.T
         )
 
+    @styled()
     def plot_region(self, one: str, other: str, ax: Any = None) -> Any:
-        """Draw confidence regions of two free numbers, 68 and 95 %, on a matplotlib Axes, else a new one."""
-        return draw_region(self, one, other, axes("ax", ax))
+        """Draw confidence regions of two free numbers, 68 and 95 %, on a matplotlib Axes, else a new one.
+
+        Each number alone is a cross of two standard errors.
+        """
+        ax = axes("ax", ax) or new_figure(5.5, 4.5).subplots()
+        for level, color in ((0.95, COLORS[5]), (0.68, COLORS[0])):
+            ax.fill(*self.confidence_region(one, other, level).T, color=color, alpha=0.35, label=f"{100 * level:.0f} %")
+        x, y = self.values[one], self.values[other]
+        crosses = 2 * self.errors[other], 2 * self.errors[one]
+        ax.errorbar(x, y, *crosses, color=BLACK, fmt="o", capsize=3, label="each alone")
+        x, y = (with_unit(key, unit_of_key(key, self.scene) or self.unit(key).strip()) for key in (one, other))
+        ax.set(xlabel=x, ylabel=y)
+        ax.legend(**BESIDE)
+        return ax
 
     def to_csv(self, path: str | Path) -> Path:
         """Write what was measured, fitted or predicted, and the rest, sample by sample, in the unit of [data].
@@ -123,11 +149,13 @@ class Fit(Result):
 
     def report(self) -> Report:
         """The fitted numbers with their errors, the verdict and its reasons."""
-        hold_out = self.hold_out and {
-            "rms": self.hold_out.rms,
-            "max": self.hold_out.max,
-            "covered": self.hold_out.covered,
-        }
+        rows = []
+        for key, value in self.values.items():
+            unit = self.unit(key)
+            error = f"{self.errors[key]:.2g}{unit}" if key in self.errors else ""
+            unsure = key in self.undetermined
+            rows.append((key, "", "not determined") if unsure else (key, f"{value:.6g}{unit}", error))
+        held = self.hold_out
         data = {
             "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},
             "errors": self.errors,
@@ -135,13 +163,13 @@ class Fit(Result):
             "combinations": {c.name: {"value": c.value, "error": c.error, "unit": c.unit} for c in self.combinations},
             "seconds": self.seconds,
             "train": {"rms": self.train.rms},
-            "hold_out": hold_out,
+            "hold_out": held and {"rms": held.rms, "max": held.max, "covered": held.covered},
             "explained": self.explained,
             "verdict": self.verdict,
             "parts": [asdict(part) | {"needed": part.needed} for part in self.parts],
         }
         fault = None if self.follows else "its motions do not follow the data"
-        return Report((Table(("", "value", "standard error"), self._rows()), *self._words()), data, fault)
+        return Report((Table(("", "value", "standard error"), rows), *self._words()), data, fault)
 
     @property
     def verdict(self) -> str:
@@ -153,71 +181,52 @@ class Fit(Result):
         if not np.isfinite(part):
             return f"The model cannot explain the data at all: its motions grow without bound; {CHECK}."
         worst = max(rms, key=lambda name: rms[name] / self.noise[name])
-        size = self.train.written(rms[worst], worst)
-        times = f"residuals of {worst} are {size}, {rms[worst] / self.noise[worst]:.3g} times the noise"
-        if self._outliers_explain(worst):
-            return f"The model cannot explain the data: {times}, because of the samples that stand out."
-        if part > MOSTLY and rms[worst] <= NOISY * self.noise[worst]:
+        times = rms[worst] / self.noise[worst]
+        sizes = f"residuals of {worst} are {self.train.written(rms[worst], worst)}, {times:.3g} times the noise"
+        k = self.train.columns.index(worst)  # whether samples that stand out are most of its squared residuals
+        off = sum(swing.y[sample, k] ** 2 for _, swing, sample, column in self._outliers if column == k)
+        if not self.setting.robust and off > OUTLIERS * np.nansum(self.train.errors()[:, k] ** 2):
+            return f"The model cannot explain the data: {sizes}, because of the samples that stand out."
+        if part > MOSTLY and times <= NOISY:
             return f"These data tell little: {100 * part:.2g} % of their variation is noise of the sensors."
+        if self.explained and self.white > WHITE:
+            return "The model explains the data: the residuals are white and no larger than the noise."
         if self.explained:
-            if self.white > WHITE:
-                return "The model explains the data: the residuals are white and no larger than the noise."
             memory = f"{self.solution.certainty.memory:.2g} s"
             return (
-                f"Noise of the sensors that is correlated over {memory} explains what the model leaves over: {times}."
+                f"Noise of the sensors that is correlated over {memory} explains what the model leaves over: {sizes}."
             )
-        if rms[worst] <= NOISY * self.noise[worst]:
+        if times <= NOISY:
             return f"The model cannot explain the data: residuals are small, but go with the motion (p = {self.white:.1g})."
-        what = f"{times}, {float(f'{100 * part:.2g}'):g} % of the motion, and correlated"
+        what = f"{sizes}, {float(f'{100 * part:.2g}'):g} % of the motion, and correlated"
         if not self.follows:
             return f"The model cannot explain the data at all: {what}; {CHECK}."
-        if part > POOR:
-            return f"The model cannot explain the data: {what}. Some effect is missing; else {CHECK}."
-        return f"The model cannot explain the data: {what}. Some effect is missing."
+        end = f"; else {CHECK}." if part > POOR else "."
+        return f"The model cannot explain the data: {what}. Some effect is missing{end}"
 
-    def _rows(self) -> list[tuple[str, str, str]]:
-        """Key path, value and standard error of each free number as text; a number that is not determined has no value."""
-        rows = []
-        for key, value in self.values.items():
-            unit = self.unit(key)
-            error = f"{self.errors[key]:.2g}{unit}" if key in self.errors else ""
-            unsure = key in self.undetermined
-            rows.append((key, "", "not determined") if unsure else (key, f"{value:.6g}{unit}", error))
-        return rows
+    @cached_property
+    def _outliers(self) -> list[tuple[float, Swing, int, int]]:
+        return outliers(self.residuals, spread_of(self.train.swings))
 
     def unit(self, key: str) -> str:
         """Behind the zero of a column, the unit of [data]; other numbers are in those of the scene."""
         column = key.removeprefix("data.offsets.")
         return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
 
-    def _outliers(self) -> list[tuple[float, Swing, int, int]]:
-        return outliers(self.residuals, spread_of(self.train.swings))
-
-    def _outliers_explain(self, name: str) -> bool:
-        """Whether samples that stand out, in a fit that is not robust, are most of the squared residuals of a column."""
-        k = self.train.columns.index(name)
-        off = sum(swing.y[sample, k] ** 2 for _, swing, sample, column in self._outliers() if column == k)
-        return not self.setting.robust and off > OUTLIERS * np.nansum(self.train.errors()[:, k] ** 2)
-
-    def _odd_samples(self) -> list[str]:
-        """Which samples stand out."""
-        if not (far := self._outliers()):
-            return []
-        one = len(far) == 1
-        many = "1 sample stands" if one else f"{len(far)} samples stand"
-        shown = "; ".join(
-            f"{swing.source} {swing.rows[sample]}, column {name}, by {self.train.written(size, name)}"
-            for size, swing, sample, column in far[:NAMED]
-            for name in (self.train.columns[column],)
-        )
-        less = f"Correct or remove {'it' if one else 'them'}, or use --robust (robust=True)."
-        if self.setting.robust:
-            less = "It counts less." if one else "They count less."
-        return [f"{many} out{', the farthest' * (len(far) > NAMED)}: {shown}. {less}"]
-
     def _words(self) -> list[str]:
         """The verdict and its reasons, as lines of text."""
-        rows = [*self._odd_samples(), self.verdict]
+        rows = []
+        if far := self._outliers:
+            one, named = len(far) == 1, []
+            for size, swing, sample, column in far[:NAMED]:
+                name = self.train.columns[column]
+                named.append(f"{swing.source} {swing.rows[sample]}, column {name}, by {self.train.written(size, name)}")
+            many = "1 sample stands out" if one else f"{len(far)} samples stand out"
+            less = f"Correct or remove {'it' if one else 'them'}, or use --robust (robust=True)."
+            if self.setting.robust:
+                less = "It counts less." if one else "They count less."
+            rows.append(f"{many}{', the farthest' * (len(far) > NAMED)}: {'; '.join(named)}. {less}")
+        rows.append(self.verdict)
         if missing := sum(swing.missing for swing in self.train.swings):
             rows.append(f"Cells without a number, which are skipped: {missing}.")
         if not isinstance(self.scene.model, Chain):
@@ -257,3 +266,70 @@ class Fit(Result):
                     "swings than the fitted ones, and those of another pendulum, are not predicted either."
                 )
         return [*rows, *(str(part) for part in self.parts), f"{self.seconds:.1f} s"]
+
+
+# --- a fit as one figure: measured and fitted swings, what is left over, and the autocorrelation of that -------------
+
+MOST_LAGS = 400
+GAP = 5.0  # times the usual time between samples: no curve is drawn across
+
+
+@styled()
+def draw_fit(fit: Fit) -> Any:
+    """The figure; swings are drawn one after the other, with breaks between them, those held out on a shade."""
+    figure = new_figure(11.0, 8.0)
+    top, middle, below = figure.subplots(3, 1, height_ratios=(3, 2, 2))
+    middle.sharex(top)
+    end = _draw_swings(top, middle, fit.train, 0.0)
+    if fit.hold_out:
+        last = _draw_swings(top, middle, fit.hold_out, end)
+        for ax in (top, middle):
+            ax.axvspan(end, last, color=SHADE, zorder=0, linewidth=0)
+        top.text(end, 1.01, "held out", transform=top.get_xaxis_transform(), fontsize=9)
+    for name, color in zip(fit.train.columns, COLORS * len(fit.train.columns), strict=False):
+        top.plot([], [], color=color, label=plain_name(name))
+    top.plot([], [], ".", color=BLACK, markersize=2, label="measured")
+    if fit.hold_out and fit.hold_out.interval:
+        middle.fill_between([], [], [], color=COLORS[0], alpha=0.2, linewidth=0, label="95 % of\npredictions")
+        middle.legend(**BESIDE)
+    top.legend(**BESIDE)
+    unit = join_units(sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__))
+    top.set_ylabel(f"measured, fitted ({unit})")
+    middle.set_ylabel(f"measured minus fitted ({unit})")
+    middle.set_xlabel("time, swings one after the other (s)")
+    problem, r = fit.solution.problem, fit.solution.solved.r
+    r = r.reshape(len(problem.batch.swing), -1, len(fit.train.columns))
+    spacing = float(np.median(np.diff(fit.train.swings[0].t)))
+    for k in range(len(fit.train.columns)):
+        rho = autocorrelation(r[:, :, k : k + 1], MOST_LAGS)
+        below.plot(spacing * np.arange(len(rho)), rho, color=COLORS[k % len(COLORS)])
+    bound = 2 / np.sqrt(max((r != 0).sum() / len(fit.train.columns), 1))
+    below.axhspan(-bound, bound, color=SHADE, linewidth=0, label="white noise,\n95 %")
+    below.legend(**BESIDE)
+    below.set(xlabel="lag (s)", ylabel="autocorrelation")
+    figure.suptitle(textwrap.fill(fit.verdict, 120), fontsize=10, x=0.01, ha="left")
+    return figure
+
+
+def _draw_swings(top: Any, middle: Any, shown: Prediction, begin: float) -> float:
+    """Draw swings from a time on, in the units of the data; the time at which the last ends."""
+    scales = [1 / shown.table.in_si(name)[0] for name in shown.columns]
+    for i, (swing, predicted, compared) in enumerate(zip(shown.swings, shown.predicted, shown.compared, strict=True)):
+        t = swing.t - swing.t[0] + begin
+        for k, scale in enumerate(scales):
+            color = COLORS[k % len(COLORS)]
+            top.plot(t, scale * swing.y[:, k], ".", color=BLACK, markersize=1)
+            top.plot(*interrupt(t, scale * predicted[:, k]), color=color, linewidth=0.8)
+            rest = np.where(compared, swing.y[:, k] - predicted[:, k], np.nan)
+            middle.plot(*interrupt(t, scale * rest), color=color, linewidth=0.7)
+            if shown.interval:
+                at, half = interrupt(t, np.where(compared, scale * shown.interval[i][:, k], np.nan))
+                middle.fill_between(at, -half, half, color=color, alpha=0.2, linewidth=0)
+        begin = t[-1] + 0.02 * (t[-1] - t[0])
+    return begin
+
+
+def interrupt(t: Array, values: Array) -> tuple[Array, Array]:
+    """A curve (m,) that is interrupted where the data are: where samples lie GAP times farther apart than most."""
+    gaps = np.flatnonzero(np.diff(t) > GAP * np.median(np.diff(t))) + 1 if len(t) > 2 else np.array([], int)
+    return np.insert(t, gaps, t[gaps]), np.insert(values, gaps, np.nan)

@@ -1,17 +1,22 @@
-"""What the data can tell: directions they determine, standard errors that hold for correlated residuals, whiteness."""
+"""What the data can tell: directions they determine, standard errors that hold for correlated residuals, whiteness.
 
-from collections.abc import Callable, Sequence
+Residuals are white noise beside noise whose correlation decays with time. Starts and unknowns take up part of the noise, and
+most of it where it is slow, so that residuals look shorter in memory than the noise was: with ten correlation times in the
+data the usual errors are half of the true ones. The restricted likelihood (H. Patterson, R. Thompson, Biometrika 58 (1971),
+545) counts what was taken up. It is evaluated for many kinds of noise, and variances are averaged over these, because few
+data do not tell one kind from its neighbours. benchmarks/fit_coverage.py shows what the bounds are good for.
+"""
+
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
+from scipy.linalg import solve_banded
 from scipy.special import chdtrc, chdtri, ndtr, stdtrit
 
-from pendpin.fitting.correlated_noise import degrees_of_freedom, innovations, likely_kinds, series_of, sum_covariance
 from pendpin.fitting.data import Swing
-from pendpin.fitting.parameters import Free, replace_unchecked, substitute
 from pendpin.ground.arrays import Array, Mask
-from pendpin.scene import Chain, Scene
 
 # Standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981).
 CORNER = 1.345
@@ -27,6 +32,13 @@ CHANCE = 0.01  # how often a scatter of noise alone is counted
 WHITE = 1e-4  # level of the test of whiteness
 OUTLYING = 0.05  # of the spread of a column
 NOISY = 1.5  # times the noise: larger residuals are no noise
+TIMES, RATIOS = 12, 9  # kinds of noise tried, twice: over the whole range, then where the likelihood is
+SHORTEST = 0.2  # correlation time, of the time between two samples: these are then uncorrelated but for 0.7 %
+LONGEST = 1.0  # of the longest series: slower noise looks like a drift
+LEAST, MOST = 1e-3, 1e4  # variance of slow noise over that of white noise: as good as none of either
+UNLIKELY = 1e-3  # of the largest likelihood: such a kind adds nothing
+TINY = 1e-300
+ROUNDING = 1e-14  # of the largest eigenvalue of products of columns: less is rounding
 
 
 @dataclass(frozen=True, eq=False)
@@ -65,7 +77,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     """From residuals r (P, M, columns) and derivatives J (P, M, columns, nx), both less what the starts explain.
 
     starts (P, M, columns, 2n) is a basis of what they explain, `swing` (P,) says which swing a piece is of, t (M, P) in s
-    and `seen` (P, M, columns) when and where there was a sample. Variances: correlated_noise.py.
+    and `seen` (P, M, columns) when and where there was a sample.
     A model that is wrong in every swing shows in scores summed with their autocovariances up to a few correlation times
     (W. Newey, K. West, Econometrica 55 (1987), 703), and in the scatter of swings where there are enough: these count where
     they are larger than chance makes them. Two standard errors hold 95 % with few samples too (Student).
@@ -92,10 +104,15 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     if (many := int(swing.max(initial=0)) + 1) >= FEWEST_SWINGS:
         sums = np.array([scores[swing == k].sum((0, 1)) for k in range(many)])
         others.append((sums.T @ sums * many / (many - 1), many - 1))
-    base, variance = (_variances(V, m) for m in (white, meat))
+
+    def variances(meat: Array) -> Array:
+        """Those of the unknowns (nx,) from the covariance (k, k) of sums of scores."""
+        return np.einsum("xk,kl,xl->x", V, meat, V)
+
+    base, variance = variances(white), variances(meat)
     largest = np.maximum(base, variance)
     for m, its_freedom in others:
-        other = _variances(V, m)
+        other = variances(m)
         by_chance = variance * chdtri(its_freedom, CHANCE) / its_freedom
         largest = np.where(other > by_chance, np.maximum(largest, other), largest)
     growth = np.sqrt(largest / np.maximum(base, 1e-300))
@@ -104,9 +121,164 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     return Certainty(grown, Vt[~sure].T, scale, float(growth.max(initial=1.0)), time, duration, new)
 
 
-def _variances(V: Array, meat: Array) -> Array:
-    """The variances (nx,) of unknowns from the covariance (k, k) of sums of scores, and their basis V (nx, k)."""
-    return np.einsum("xk,kl,xl->x", V, meat, V)
+# --- the memory of residuals ----------------------------------------------------------------------------------------
+
+
+class Series(NamedTuple):
+    """N residuals one after the other: by piece, then by column, then by time."""
+
+    rows: tuple[Array, Array, Array]  # each (N,): piece, sample and column of each
+    gap: Array  # (N,) s since the one before; infinite at the first of a piece and column
+
+    def take(self, x: Array) -> Array:
+        """Values (P, M, columns, ...) in this order, (N, ...)."""
+        return x[self.rows]
+
+    @property
+    def firsts(self) -> Array:
+        """The S residuals at which a piece and column begins, (S,)."""
+        return np.flatnonzero(np.isinf(self.gap))
+
+    @property
+    def edges(self) -> Array:
+        """The residuals at which a piece begins, but for the first (P - 1,)."""
+        return np.flatnonzero(np.diff(self.rows[0])) + 1
+
+    @property
+    def durations(self) -> Array:
+        """The times in s from the first to the last residual of a piece and column (S,)."""
+        return np.add.reduceat(np.where(np.isinf(self.gap), 0.0, self.gap), self.firsts)
+
+
+class Kinds(NamedTuple):
+    """T kinds of noise."""
+
+    times: Array  # (T,) s, correlation times of the slow part
+    ratios: Array  # (T,) of the variance of the slow part over that of white noise
+    variances: Array  # (T,)
+    weights: Array  # (T,) how likely each is; their sum is 1
+
+    @property
+    def time(self) -> float:
+        """The typical correlation time in s."""
+        return float(np.exp(self.weights @ np.log(self.times)))
+
+
+def series_of(t: Array, seen: Mask) -> Series:
+    """The residuals that were measured: `seen` (P, M, columns), at times t (M, P) in s."""
+    piece, column, sample = np.nonzero(seen.transpose(0, 2, 1))
+    gap = np.diff(t[sample, piece], prepend=np.nan)
+    first = (np.diff(piece, prepend=-1) != 0) | (np.diff(column, prepend=-1) != 0)
+    return Series((piece, sample, column), np.where(first, np.inf, gap))
+
+
+def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kinds:
+    """The kinds of noise that explain residuals r (N,) of least squares.
+
+    These are less what `starts` (N, 2n), piece by piece, and `scores` (N, k) explain.
+    """
+    blocks, between = np.column_stack([starts, scores, r]), np.median(series.gap[np.isfinite(series.gap)])
+    times = np.geomspace(SHORTEST * between, LONGEST * series.durations.max(), TIMES)
+    ratios = np.geomspace(LEAST, MOST, RATIOS)
+
+    def compare() -> Kinds:
+        """Those of all pairs of times and ratios that are likely."""
+        pairs = [x.reshape(-1) for x in np.meshgrid(times, ratios)]
+        filters = zip(*_filters(series, pairs[0], pairs[1] / (1 + pairs[1])), strict=True)
+        logs, variances = np.array([_likelihood(series, *kind, blocks, starts.shape[1]) for kind in filters]).T
+        likelihood = np.exp(logs - logs.max())
+        some = likelihood > UNLIKELY
+        return Kinds(pairs[0][some], pairs[1][some], variances[some], likelihood[some] / likelihood[some].sum())
+
+    def narrow(tried: Array, likely: Array) -> Array:
+        """As many values as were tried, from below the least of the likely ones to above the largest."""
+        low, high = (int(np.argmin(np.abs(tried - x))) for x in (likely.min(), likely.max()))
+        return np.geomspace(tried[max(low - 1, 0)], tried[min(high + 1, len(tried) - 1)], len(tried))
+
+    rough = compare()
+    times, ratios = narrow(times, rough.times), narrow(ratios, rough.ratios)
+    return compare()
+
+
+def _filters(series: Series, times: Array, shares: Array) -> tuple[Array, Array, Array]:
+    """Decays, gains, and variances of what is new in each sample (T, N), of T kinds of noise of variance 1.
+
+    The filter of R. Kalman (1960) for slow noise seen through white noise.
+    """
+    firsts = series.firsts
+    lengths = np.diff(firsts, append=len(series.gap))
+    decay = np.exp(-series.gap / times[:, None])
+    fresh = -np.expm1(-2 * series.gap / times[:, None]) * shares[:, None]
+    gain, new = np.empty_like(decay), np.empty_like(decay)
+    left = np.zeros((len(times), len(firsts)))  # variance of the slow part, as known after the sample before
+    for place in range(lengths.max()):
+        some = lengths > place
+        at = firsts[some] + place
+        slow = decay[:, at] ** 2 * left[:, some] + fresh[:, at]
+        new[:, at] = slow + (1 - shares[:, None])
+        gain[:, at] = slow / new[:, at]
+        left[:, some] = slow * (1 - gain[:, at])
+    return decay, gain, new
+
+
+def _likelihood(
+    series: Series, decay: Array, gain: Array, new: Array, blocks: Array, count: int
+) -> tuple[float, float]:
+    """The logarithm of the restricted likelihood of a kind of noise by its filter (N,), and its variance.
+
+    blocks (N, count + k + 1): derivatives by the starts of a piece and by the unknowns, and the residuals.
+    """
+    rows, rest, log_size = _whiten(blocks, decay, gain, new), 0.0, 0.0
+    for block in np.split(rows, series.edges):
+        products = np.einsum("ni,nj->ij", block, block)  # not @: threads of BLAS cost more than they save here
+        left, size = _project(products, count)
+        rest, log_size = rest + left, log_size + size
+    left, size = _project(np.asarray(rest), blocks.shape[1] - count - 1)
+    freedom = degrees_of_freedom(series, blocks.shape[1] - 1, count)
+    variance = max(left[0, 0] / freedom, TINY)
+    return -0.5 * (freedom * np.log(variance) + np.log(new).sum()) - log_size - size, variance
+
+
+def _project(products: Array, count: int) -> tuple[Array, float]:
+    """Products (K, K) of columns less what the first `count` of them explain, and the logarithm of the volume of these."""
+    first, mixed = products[:count, :count], products[:count, count:]
+    sizes, axes = np.linalg.eigh(first)
+    sizes = np.maximum(sizes, ROUNDING * sizes.max(initial=TINY))
+    along = (axes.T @ mixed) / np.sqrt(sizes)[:, None]
+    return products[count:, count:] - along.T @ along, 0.5 * float(np.log(sizes).sum())
+
+
+def degrees_of_freedom(series: Series, unknowns: int, starts: int) -> int:
+    """Those that residuals keep; `unknowns` counts those of one piece, `starts` of them its own."""
+    return len(series.gap) - starts * (len(series.edges) + 1) - (unknowns - starts)
+
+
+def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
+    """Rows (N, K) less what those before say of them, over the root of the variance that is left."""
+    gain = np.roll(gain, 1)  # of the sample before; at the first of a series decay is 0
+    bands = np.array([np.ones(len(x)), np.append(-(decay * (1 - gain))[1:], 0.0)])
+    before = np.vstack([np.zeros_like(x[:1]), (decay * gain)[1:, None] * x[:-1]])
+    return (x - solve_banded((1, 0), bands, before)) / np.sqrt(new)[:, None]
+
+
+def innovations(series: Series, kinds: Kinds, r: Array) -> Array:
+    """What is new in each residual (N,), by the likeliest kind of noise: white if that kind explains them."""
+    best = int(np.argmax(kinds.weights))
+    share = kinds.ratios[best] / (1 + kinds.ratios[best])
+    decay, gain, new = _filters(series, kinds.times[best : best + 1], np.array([share]))
+    return _whiten(r[:, None], decay[0], gain[0], new[0])[:, 0]
+
+
+def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
+    """The covariance (k, k) of the sum of noise times scores (N, k)."""
+    white, total = scores.T @ scores, 0.0
+    for time, ratio, variance, weight in zip(*kinds, strict=True):
+        share = ratio / (1 + ratio)
+        decay, left = np.exp(-series.gap / time), np.sqrt(-np.expm1(-2 * series.gap / time))
+        bands = np.array([np.append(0.0, -(decay / left)[1:]), 1 / left])
+        root = solve_banded((0, 1), bands, scores)
+        total = total + weight * variance * ((1 - share) * white + share * root.T @ root)
+    return np.asarray(total)
 
 
 def memory_lags(r: Array) -> int:
@@ -158,20 +330,19 @@ def outliers(residuals: Sequence[Swing], spread: Array) -> list[tuple[float, Swi
     """
     outlying = []
     for column, width in enumerate(spread):
-        off = [(swing, _off_neighbours(swing.y[:, column])) for swing in residuals]
-        usual = 1.4826 * np.median(np.concatenate([d for _, d in off]))
-        far = ((swing, d, np.flatnonzero(d > max(10 * usual, OUTLYING * width))) for swing, d in off)
+        off = []
+        for swing in residuals:
+            y = swing.y[:, column]
+            apart, seen = np.zeros(len(y)), ~np.isnan(y)
+            if seen.any():  # from the median of the seven around it
+                around = np.lib.stride_tricks.sliding_window_view(np.pad(y[seen], 3, mode="edge"), 7)
+                apart[seen] = np.abs(y[seen] - np.median(around, axis=1))
+            off.append(apart)
+        usual = 1.4826 * np.median(np.concatenate(off))
+        least = max(10 * usual, OUTLYING * width)
+        far = ((swing, d, np.flatnonzero(d > least)) for swing, d in zip(residuals, off, strict=True))
         outlying += [(float(d[i]), swing, int(i), column) for swing, d, where in far for i in where]
     return sorted(outlying, key=lambda sample: -sample[0])
-
-
-def _off_neighbours(y: Array) -> Array:
-    """How far each of some values (m,) is from the median of the seven around it; 0 where there is none."""
-    off, seen = np.zeros(len(y)), ~np.isnan(y)
-    if seen.any():
-        around = np.lib.stride_tricks.sliding_window_view(np.pad(y[seen], 3, mode="edge"), 7)
-        off[seen] = np.abs(y[seen] - np.median(around, axis=1))
-    return off
 
 
 def whiteness(r: Array, most: int = 20) -> float:
@@ -215,72 +386,3 @@ def pseudo_residuals(r: Array, seen: Mask) -> Array:
     """
     whole = np.mean(np.abs(r[seen]) <= CORNER)
     return np.clip(r, -CORNER, CORNER) / max(float(whole), 0.5)
-
-
-# --- what free swings tell where they do not tell the numbers themselves: ratios to the first moment of the last rod ---
-
-
-class Combination(NamedTuple):
-    """A determined function of free numbers that are not determined themselves."""
-
-    name: str
-    value: float
-    error: float | None  # standard error; None where the fit gives none
-    unit: str
-
-    def __str__(self) -> str:
-        error = "" if self.error is None else f" +- {self.error:.2g}"
-        return f"{self.name} = {self.value:.6g}{error} {self.unit}".rstrip()
-
-
-def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
-    """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,).
-
-    They have errors if the data are long enough.
-    """
-    if not isinstance(scene.model, Chain) or not scene.model.tip_to_tip or not unsure:
-        return ()
-    determined = []
-    for name, unit, function in _ratios(scene, free, unsure):
-        values = free.values(z)
-        gradient = np.zeros(len(certainty.scale))
-        steps = np.diag(1e-6 * np.where(values != 0, np.abs(values), 1.0))  # of central differences
-        slopes = np.array([(function(values + d) - function(values - d)) / (2 * d.sum()) for d in steps])
-        gradient[: len(z)] = slopes @ free.gradients(z)
-        if certainty.determined(gradient):
-            error = certainty.error(gradient) if certainty.enough else None
-            determined.append(Combination(name, float(function(values)), error, unit))
-    return tuple(determined)
-
-
-def _ratios(scene: Scene, free: Free, unsure: set[str]) -> list[tuple[str, str, Callable[[Array], float]]]:
-    """Name, unit and function of the K free numbers (K,), of each ratio that holds an undetermined number."""
-    moments = lambda values: _moments(substitute(scene, free.keys, list(values), replace_unchecked))  # noqa: E731
-    assert isinstance(scene.model, Chain)
-    last = scene.model.count - 1
-    ratios: list[tuple[str, str, Callable[[Array], float]]] = []
-    for i in range(last + 1):
-        of = f"rod {i + 1}" + " with all below" * (i < last)
-        about, first = f"inertia of {of} about its joint", f"first moment of {of}"
-        ratios.append((f"{about} / {first}", "m", lambda v, i=i: moments(v)[0][i] / moments(v)[1][i]))
-        if i < last:
-            ratio = f"{first} / first moment of rod {last + 1}"
-            ratios.append((ratio, "", lambda v, i=i: moments(v)[1][i] / moments(v)[1][last]))
-    for row, key in enumerate(free.keys):
-        if key.startswith("effects") and key in unsure:
-            name = f"{key} / first moment of rod {last + 1}"
-            ratios.append((name, "", lambda v, row=row: v[row] / moments(v)[1][last]))
-    return ratios
-
-
-def _moments(scene: Scene) -> tuple[Array, Array]:
-    """Each rod's inertia about its joint (kg m²) and first moment (kg m), with the masses that hang on its tip."""
-    assert isinstance(scene.model, Chain)
-    rods = scene.model.all_rods
-    below, inertia, first = 0.0, [], []
-    for rod in reversed(rods):
-        m, h, I1, _, _ = rod.properties
-        inertia.append(I1 + m * h * h + below * rod.length**2)
-        first.append(m * h + below * rod.length)
-        below += m
-    return np.array(inertia[::-1]), np.array(first[::-1])

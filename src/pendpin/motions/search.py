@@ -71,7 +71,7 @@ class _Pieces(NamedTuple):
         """The times (p, DEGREE + 1) of the values."""
         return self.begin[:, None] * (1 - SHARES) + self.end[:, None] * SHARES
 
-    def turns(self, i: int, series: Array) -> tuple[Array, Array]:
+    def turns(self, i: int | np.integer, series: Array) -> tuple[Array, Array]:
         """The ends and turning points of the interpolation in piece i, a Chebyshev series: times in s and values."""
         x = np.array(turning_points(series))
         return self.begin[i] + (self.end[i] - self.begin[i]) * (x + 1) / 2, chebyshev.chebval(x, series)

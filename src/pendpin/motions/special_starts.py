@@ -14,8 +14,8 @@ from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene
 from pendpin.scene import Start as StartRecord
 
-Pull = Callable[[float, Array], Array]  # of a time, which makes no difference, and q (nv,): the accelerations (nv,)
-Stiffness = Callable[[float, Array], Array]  # of the same: their derivatives (nv, nv)
+# Of a time, which makes no difference, and q (nv,): the accelerations (nv,), or their derivatives (nv, nv).
+Pull = Callable[[float, Array], Array]
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
 UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
@@ -31,21 +31,26 @@ def at_rest(scene: Scene) -> StartRecord:
     """The rest of a scene that is nearest to a start (Start.at_rest)."""
     dynamics, time = bind(scene), scene.start.time
     q, _ = start_state(dynamics.model, scene.start)
-    hanging = _hanging(dynamics, q)
-    if hanging is not None:  # the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
+    rest = _hanging(dynamics, q)
+    if hangs := rest is not None:  # the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
         dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
 
     def pull(_: float, q: Array) -> Array:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
-    if (rest := hanging) is None:
+    if not hangs:
         stiffness = _stiffness(scene)
         rest = _relaxed(pull, q, dynamics.model, stiffness)
-        for _ in range(AGAIN):
-            if stiffness is None or (aside := _unstable_way(stiffness(0.0, rest))) is None:
+        for _ in range(AGAIN):  # a small change along which an unstable rest is left
+            if stiffness is None or not np.isfinite(slopes := stiffness(0.0, rest)).all():
                 break
-            rest = _relaxed(pull, rest + aside, dynamics.model, stiffness)
+            values, vectors = np.linalg.eig(slopes)
+            first = int(np.argmax(np.real(values)))
+            if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
+                break
+            way = np.real(vectors[:, first])
+            rest = _relaxed(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
     lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
     if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
         raise _no_rest(dynamics.model, rest - q)
@@ -73,13 +78,11 @@ def _no_rest(model: Model, moved: Array) -> InputError:
     if ways.max(initial=0.0) > FAR:
         name = model.joints[int(np.argmax(ways))]
         return InputError(f"there is no equilibrium: {name} slides away; lock it or give it a spring")
-    return InputError(
-        "start: there is no equilibrium near start.positions; give other positions, or remove effects that "
-        "never come to rest"
-    )
+    remedy = "give other positions, or remove effects that never come to rest"
+    return InputError(f"start: there is no equilibrium near start.positions; {remedy}")
 
 
-def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) -> Array:
+def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
     """Where q (nv,) comes to rest if it moves with a speed that is its acceleration.
 
     Raises InputError for what falls without end.
@@ -109,19 +112,7 @@ def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Stiffness | None) ->
         return rest
 
 
-def _unstable_way(stiffness: Array) -> Array | None:
-    """A small change (nv,) along which an unstable rest is left, from its derivative (nv, nv); None at a stable one."""
-    if not np.isfinite(stiffness).all():
-        return None
-    values, vectors = np.linalg.eig(stiffness)
-    first = int(np.argmax(np.real(values)))
-    if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
-        return None
-    way = np.real(vectors[:, first])
-    return ASIDE * way / (np.abs(way).max() or 1.0)
-
-
-def _stiffness(scene: Scene) -> Stiffness | None:
+def _stiffness(scene: Scene) -> Pull | None:
     """The derivative (nv, nv) of the accelerations at rest by positions (nv,); None where a scene has none."""
     from pendpin.dynamics.derivatives import Variational  # here: pp.Start alone does not need derivatives
 
@@ -144,13 +135,13 @@ def conical(scene: Scene, angle: float) -> StartRecord:
         raise InputError("start: a steady cone needs gravity straight down")
     if rod.I1 != rod.I2:
         raise InputError("start: a steady cone needs a rod with I1 = I2")
-    nod = rod.I3 / (rod.I1 + rod.m * rod.h**2) * np.sin(abs(angle)) * np.tan(angle) ** 2
+    inertia = rod.I1 + rod.m * rod.h**2
+    nod = rod.I3 / inertia * np.sin(abs(angle)) * np.tan(angle) ** 2
     if nod > NODDING * abs(angle):
         warnings.warn(
             Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=3
         )
-    rate = np.sqrt(-field[2] * rod.m * rod.h / ((rod.I1 + rod.m * rod.h**2) * np.cos(angle)))
-    q = np.array([0.0, float(angle)])
+    q, rate = np.array([0.0, float(angle)]), np.sqrt(-field[2] * rod.m * rod.h / (inertia * np.cos(angle)))
     along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
     v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
     names = dynamics.model.joints

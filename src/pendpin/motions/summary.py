@@ -1,14 +1,15 @@
 """A run in a few lines: model and method, errors, extremes; as text, as a table, in a notebook."""
 
 import html
-from collections.abc import Iterator, Mapping
+from collections.abc import Mapping
+from contextlib import suppress
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.errors import InputError, PendpinError
-from pendpin.model.build import Model
+from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import swings_of
 from pendpin.motions.continuation import Continuation, find_coarse, resolved
 from pendpin.motions.search import Quantity, find_largest, impacts
@@ -37,23 +38,22 @@ class Figure(NamedTuple):
         return f"{self.value:.6g} {self.unit}{when}{self.place and f', {self.place}'}"
 
 
-class Summary(dict[str, Figure]):
+class Summary(Result, dict[str, Figure]):
     """The extremes of a run by name; it prints as a table. `remark` says where they are not those between the samples."""
 
     def __init__(self, rows: Mapping[str, Figure] = MappingProxyType({}), remark: str = "") -> None:
         super().__init__(rows)
         self.remark = remark
 
-    def __repr__(self) -> str:
-        width = max(map(len, self), default=0)
-        rows = [*self.items(), *([("extremes", self.remark)] if self.remark else [])]
-        return "\n".join(f"{name:<{width}}  {figure}" for name, figure in rows)
-
-    def _repr_html_(self) -> str:
-        rows = (
-            f"<tr><th>{html.escape(name)}</th><td>{html.escape(str(figure))}</td></tr>" for name, figure in self.items()
+    def report(self) -> Report:
+        """The table."""
+        rows = [(name, str(figure)) for name, figure in self.items()]
+        rows += [("extremes", self.remark)] if self.remark else []
+        return Report(
+            [Table(("", ""), rows)] if rows else [], {name: figure._asdict() for name, figure in self.items()}
         )
-        return f"<table>{''.join(rows)}</table>"
+
+    __repr__ = Result.__str__  # of every row
 
 
 def summary(run: Any) -> Summary:
@@ -68,42 +68,40 @@ def summary(run: Any) -> Summary:
     if not len(run.t):
         return Summary()
     try:
-        rows, remark = _extremes(run, _resolved_at_little_cost(run)), ""
+        if run.stats.stopped:  # nobody who has stopped a run waits for more of it
+            raise InputError("the run ended early; run.maximum(name) searches between them")
+        intervals = max(len(run.t) - 1, 1)
+        again = run.stats.evaluations * len(find_coarse(run)) / intervals + EVALUATIONS_OF_EVENT * len(run.events)
+        if again * len(run.joints) > MOST_AGAIN or not run.stats.evaluations:
+            raise InputError("a search between them would take long; run.maximum(name) does it")
+        rows, remark = _extremes(run, resolved(run)), ""
     except (PendpinError, np.linalg.LinAlgError) as error:
         rows, remark = _extremes(run, None), f"those of the {len(run.t)} samples: {error}"
     if not remark and (count := impacts(run)) and run.rod_reactions is not None:
         remark = f"forces are not defined at the {count} impacts: those between them"
-    rows |= _rest(run) | dict(_periods(run))
+    moving = np.flatnonzero(run.v.any(axis=1))
+    if len(moving) and moving[-1] + 1 < len(run.t):  # at rest from the last event before nothing moves, if there is one
+        last, still = run.t[moving[-1] : moving[-1] + 2]
+        at = max((e.t for e in run.events if last < e.t <= still), default=float(still))
+        rows["at rest from"] = Figure(at, "s")
+    rows |= _periods(run)
     energy = run.energy().total
     rows["energy at the start"] = Figure(float(energy[0]), "J")
     rows["energy at the end"] = Figure(float(energy[-1]), "J")
     return Summary(rows, remark)
 
 
-def _resolved_at_little_cost(run: Any) -> Continuation:
-    """The run with samples as close as a search needs. Raises InputError where these would take long, or are not wanted.
-
-    Nobody who has stopped a run waits for more of it.
-    """
-    if run.stats.stopped:
-        raise InputError("the run ended early; run.maximum(name) searches between them")
-    intervals = max(len(run.t) - 1, 1)
-    again = run.stats.evaluations * len(find_coarse(run)) / intervals + EVALUATIONS_OF_EVENT * len(run.events)
-    if again * len(run.joints) > MOST_AGAIN or not run.stats.evaluations:
-        raise InputError("a search between them would take long; run.maximum(name) does it")
-    return resolved(run)
-
-
 def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
     """The extremes by name, of a run that is resolved, or of its samples."""
     rows, half = dict[str, Figure](), float(run.t[np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)])
-    model = None if more is None else more.dynamics.model
-    of_whole: dict[str, tuple[Quantity, str]] = {}
+    model, of_whole = None if more is None else more.dynamics.model, dict[str, tuple[Quantity, str]]()
     if is_chain(run):
         of_whole[SWING] = (lambda rows: np.degrees(swing(rows))[:, None], "degrees")
-    elif _tilts(run, model):
-        name = TILT if run.tips.shape[1] > 1 else SWING
-        of_whole[name] = (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees")
+    else:
+        with suppress(PendpinError):  # as far as the run's model can be built again
+            if not np.isnan(swings_of(run, model)).any():
+                name = TILT if run.tips.shape[1] > 1 else SWING
+                of_whole[name] = (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees")
     of_whole["farthest sideways"] = (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m")
     for name, (quantity, unit) in of_whole.items():
         rows[name] = whole = _largest(run, more, quantity, unit)
@@ -112,22 +110,14 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
         later = whole.time is not None and whole.time >= half
         rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
     parts = () if run.rod_reactions is None else run.rod_reactions._fields
-    for name, unit in ((name, UNITS[name]) for name in (*FORCES, "M1", "M2", "M3") if name in parts):
+    for name in (name for name in (*FORCES, "M1", "M2", "M3") if name in parts):
         if getattr(run.rod_reactions, name).any():
-            negative = _largest(run, more, lambda rows, name=name: -getattr(rows.rod_reactions, name), unit)
-            rows[f"{name} least"] = negative._replace(value=-negative.value)
-            rows[f"{name} largest"] = _largest(
-                run, more, lambda rows, name=name: getattr(rows.rod_reactions, name), unit
+            least, largest = (
+                _largest(run, more, lambda rows, n=name, s=sign: s * getattr(rows.rod_reactions, n), UNITS[name])
+                for sign in (-1.0, 1.0)
             )
+            rows |= {f"{name} least": least._replace(value=-least.value), f"{name} largest": largest}
     return rows
-
-
-def _tilts(run: Any, model: Model | None) -> bool:
-    """Whether a link of the run can tilt, as far as its model can be built again."""
-    try:
-        return not np.isnan(swings_of(run, model)).any()
-    except PendpinError:
-        return False
 
 
 def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str, first: float = -np.inf) -> Figure:
@@ -141,21 +131,12 @@ def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str,
     return Figure(float(value), unit, float(time), f"rod {rod + 1}" if rods > 1 else "")
 
 
-def _rest(run: Any) -> dict[str, Figure]:
-    """From when on nothing moves: the last event before that; nothing where it moves at the end, or never does."""
-    moving = np.flatnonzero(run.v.any(axis=1))
-    if not len(moving) or moving[-1] + 1 == len(run.t):
-        return {}
-    last, still = run.t[moving[-1] : moving[-1] + 2]
-    return {"at rest from": Figure(max((e.t for e in run.events if last < e.t <= still), default=float(still)), "s")}
-
-
-def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
+def _periods(run: Any) -> dict[str, Figure]:
     """The times between the crossings of each joint's middle, upwards, as the samples show them; none of few samples.
 
     Where they are equal they are the period; else the motion has none, and their mean and their range are said.
     """
-    apart = np.diff(run.t).max(initial=0.0)
+    apart, rows = np.diff(run.t).max(initial=0.0), dict[str, Figure]()
     for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
         x = q - (q.min() + q.max()) / 2
         up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
@@ -164,44 +145,39 @@ def _periods(run: Any) -> Iterator[tuple[str, Figure]]:
         times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
         swings = np.diff(times)
         if np.ptp(swings) <= PERIODIC * swings.mean():
-            yield f"period of {joint}", Figure(float(swings.mean()), "s")
+            rows[f"period of {joint}"] = Figure(float(swings.mean()), "s")
         else:
             between = f"from {swings.min():.4g} to {swings.max():.4g} s: not periodic"
-            yield f"mean period of {joint}", Figure(float(swings.mean()), "s", place=between)
+            rows[f"mean period of {joint}"] = Figure(float(swings.mean()), "s", place=between)
+    return rows
 
 
 def text(run: Any) -> str:
     """Three lines: model and method, errors, extremes."""
     if not len(run.t):
         return "Trajectory without samples"
-    first = f"Trajectory of {RunRecord.__repr__(run)}"
+    stats, trust = run.stats, []
+    if stats.stopped:
+        trust.append(f"ended early: {stats.stopped}")
+    if stats.error is not None:
+        trust.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
+    if stats.conservative:
+        trust.append(f"energy drift {run.energy().drift:.1e} of the energy exchanged")
+    if run.work:
+        trust.append(f"works and energy differ by {run.imbalance:.1e} of the energy exchanged")
+    trust += [f"note: {note}" for note in stats.notes[:1]]
+    trust = trust or ["an effect has no potential: energy_balance=True computes its work"]
     rows = run.summary()
-    parts = [f"at rest from {rows['at rest from']}"] if "at rest from" in rows else []
-    parts += [f"{name} {rows[name]}" for name in (SWING, TILT) if name in rows]
+    parts = [f"{name} {rows[name]}" for name in ("at rest from", SWING, TILT) if name in rows]
     if "R3 largest" in rows:
         least, largest = rows["R3 least"], rows["R3 largest"]
-        pushed = f"compression up to {-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
-        parts.append(
-            f"{pushed}, tension up to {largest}"
-            if least.value < 0
-            else f"tension R3 from {least.value:.4g} to {largest}"
-        )
+        if least.value < 0:
+            pushed = f"compression up to {-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
+            parts.append(f"{pushed}, tension up to {largest}")
+        else:
+            parts.append(f"tension R3 from {least.value:.4g} to {largest}")
     parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean period"))][:1]
-    return "\n".join([first, _trust(run), "; ".join(parts)])
-
-
-def _trust(run: Any) -> str:
-    stats, parts = run.stats, []
-    if stats.stopped:
-        parts.append(f"ended early: {stats.stopped}")
-    if stats.error is not None:
-        parts.append(f"tip error {stats.error:.1e} of the length estimated, {stats.accuracy:g} asked")
-    if stats.conservative:
-        parts.append(f"energy drift {run.energy().drift:.1e} of the energy exchanged")
-    if run.work:
-        parts.append(f"works and energy differ by {run.imbalance:.1e} of the energy exchanged")
-    parts += [f"note: {note}" for note in stats.notes[:1]]
-    return "; ".join(parts) or "an effect has no potential: energy_balance=True computes its work"
+    return "\n".join([f"Trajectory of {RunRecord.__repr__(run)}", "; ".join(trust), "; ".join(parts)])
 
 
 def page(run: Any, player: str) -> str:

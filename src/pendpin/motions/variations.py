@@ -85,17 +85,21 @@ class Variations:
         Those that are infinite do not shorten the steps.
         RunError after about `most` evaluations of the equations.
         """
-        self._last = self.equations.block.calls + most
-        self.equations.block.on_progress(lambda t: self._is_over())
+        block, contacts, nv = self.equations.block, self.equations.contacts, self.nv
+        self._last = block.calls + most
+        block.on_progress(lambda t: bool(block.calls > self._last))
         atol = tolerance * np.concatenate([np.ones(len(y)), sizes])
         state, rtol = np.concatenate([y, w.ravel()]), max(tolerance, LEAST_RTOL)
-        rows, mode = [state[None]], None
-        if self.equations.contacts is not None:
-            mode = self._mode(times, state)
-            rows = [state[None].copy()]
+        mode = None
+        if contacts is not None:
+            if self._scales is None:
+                self._scales = contacts.scales(times, y[:nv], y[nv:])
+            mode = contacts.choose(times[0], y[:nv], y[nv:], self._scales)
+            state.reshape(-1, 2, nv)[:, 1, mode.held] = 0.0  # a joint that is held forgets a change of its rate
+        rows = [state[None].copy()]
         for piece, due, longest in self.pace.pieces(times):
             if mode is None:
-                part = solve(self.equations.block, state, piece, rtol, atol, longest)
+                part = _solve(block, state, piece, rtol, atol, longest)
             else:
                 part, mode = self._through_events(state, piece, mode, rtol, atol, longest)
             if len(part) < len(piece) or not np.isfinite(part).all():
@@ -109,17 +113,6 @@ class Variations:
         return states[:, : len(y)], states[:, len(y) :].reshape(len(times), *w.shape)
 
     # --- through sticking and slipping ------------------------------------------------------------------------------
-
-    def _mode(self, times: Array, state: Array) -> Mode:
-        """The mode at the start; a joint that is held forgets a change of its rate."""
-        contacts, nv = self.equations.contacts, self.nv
-        assert contacts is not None
-        q, v = state[:nv], state[nv : 2 * nv]
-        if self._scales is None:
-            self._scales = contacts.scales(times, q, v)
-        mode = contacts.choose(times[0], q, v, self._scales)
-        state.reshape(-1, 2, nv)[:, 1, mode.held] = 0.0
-        return mode
 
     def _through_events(
         self, state: Array, times: Array, mode: Mode, rtol: float, atol: Array, longest: float
@@ -145,13 +138,9 @@ class Variations:
             parts.append(state[None])
         return np.concatenate(parts), mode
 
-    def _is_over(self) -> bool:
-        """Whether as many evaluations were made as may be."""
-        return bool(self.equations.block.calls > self._last)
-
     def _refuse_more(self) -> None:
-        """RunError when they were."""
-        if self._is_over():
+        """RunError when as many evaluations were made as may be."""
+        if self.equations.block.calls > self._last:
             raise RunError("the motion takes too many evaluations")
 
     def _cross(self, t: float, state: Array, guards: Guards, fired: list[int]) -> Mode:
@@ -191,7 +180,7 @@ def refuse_contacts(scene: Scene, *taken: type) -> None:
             raise InputError(f"{where}: {effect.kind} acts at events, where a motion has no derivative; leave it out")
 
 
-def solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longest: float) -> Array:
+def _solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longest: float) -> Array:
     """The states (n, size) of a block's equations at times (n,), from y (size,) at the first; fewer where it stops."""
     if times[-1] == times[0]:
         return np.repeat(y[None], len(times), 0)
@@ -243,7 +232,7 @@ def state_transition(run: RunRecord, t0: float, t1: float) -> Array:
     variations = Variations(scene, list_state_keys(nv))
     there = at(run, [t0])
     y, times = np.concatenate([there.q[0], there.v[0]]), np.array([t0, t1]) - scene.start.time
-    return variations.integrate(y, np.eye(2 * nv), times, _tolerance(run))[1][-1].T
+    return variations.integrate(y, np.eye(2 * nv), times, run.stats.tolerance or TIGHT)[1][-1].T
 
 
 def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Array:
@@ -261,17 +250,12 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
         )
     times = run.t - variations.scene.start.time
     start = np.concatenate([run.q[0], run.v[0]])
-    _, changes = variations.integrate(start, variations.equations.starts, times, _tolerance(run))
+    _, changes = variations.integrate(start, variations.equations.starts, times, run.stats.tolerance or TIGHT)
     changes = np.moveaxis(changes, 1, 2)  # (n, 2 nv, K)
     if of is None:
         return changes
-    columns = [_change_of(run, variations.scene, key, changes[..., k], name) for k, key in enumerate(keys)]
-    series = np.stack(columns, -1)
+    series = np.stack([_change_of(run, key, changes[..., k], name) for k, key in enumerate(keys)], -1)
     return STATISTICS[statistic](run.t, run[name], series) if statistic else series
-
-
-def _tolerance(run: RunRecord) -> float:
-    return run.stats.tolerance or TIGHT
 
 
 def _parts(run: RunRecord, of: str) -> tuple[str, str]:
@@ -289,33 +273,27 @@ def _parts(run: RunRecord, of: str) -> tuple[str, str]:
     return name, statistic
 
 
-def _change_of(run: RunRecord, scene: Scene, key: str, change: Array, name: str) -> Array:
+def _change_of(run: RunRecord, key: str, change: Array, name: str) -> Array:
     """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state.
 
     Angles and rates change as the state does. Other quantities are functions of the state and the number in closed form:
     their change along it is a difference of fourth order.
     """
-    nv = len(run.joints)
-    for part, columns in (("q", slice(0, nv)), ("v", slice(nv, None))):
-        array, place = run.places[name]
-        if array == part:
-            return change[:, columns][place]
-    value = 0.0 if parsed(key)[0] == "start" else number_at(scene, key)
+    (array, place), nv, scene = run.places[name], len(run.joints), scene_of(run)
+    if array in ("q", "v"):
+        return change[:, :nv][place] if array == "q" else change[:, nv:][place]
+    starts, states = parsed(key)[0] == "start", np.concatenate([run.q, run.v], 1)  # starts enter by the state
+    value = 0.0 if starts else number_at(scene, key)
     step = _STEP / max(float(np.abs(change).max(initial=0.0)), 1 / abs(value) if value else 1.0)
     for offsets, weights in (_CENTRAL, _FORWARD):
         try:
-            scenes = [
-                scene if parsed(key)[0] == "start" else scene.replace({key: value + k * step}) for k in offsets
-            ]  # starts enter by the state
+            scenes = [scene if starts else scene.replace({key: value + k * step}) for k in offsets]
         except InputError:
             continue
-        terms = zip(scenes, offsets, weights, strict=True)
-        return np.sum([w * _quantity(run, s, k * step * change, name) for s, k, w in terms], 0) / step
+        total = []
+        for moved, k, weight in zip(scenes, offsets, weights, strict=True):
+            q, v = np.split(states + k * step * change, 2, axis=1)
+            rows = fill_in(moved, bind_for_run(moved), None, Run.at_states(run.t - scene.start.time, q, v))
+            total.append(weight * run.of(replace(rows, t=run.t))[name])
+        return np.sum(total, 0) / step
     raise InputError(f"{key}: values near {value:g} are refused, so {name} has no derivative by it")
-
-
-def _quantity(run: RunRecord, scene: Scene, change: Array, name: str) -> Array:
-    """A quantity (n,) at the states of a run moved by a change (n, 2 nv), in another scene."""
-    q, v = np.split(np.concatenate([run.q, run.v], 1) + change, 2, axis=1)
-    moved = fill_in(scene, bind_for_run(scene), None, Run.at_states(run.t - scene.start.time, q, v))
-    return run.of(replace(moved, t=run.t))[name]
