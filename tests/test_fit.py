@@ -175,6 +175,16 @@ def needed(scene: pp.Scene, table: dict[str, np.ndarray]) -> set[str]:
 
 
 @pytest.mark.slow
+def test_parts_are_held_against_held_out_swings(single) -> None:
+    """A part changes how many numbers are free, and how well other swings are predicted: both are said of every part."""
+    truth, table = single
+    fit = explain_residual(pp.fit(truth, table, "friction", hold_out=table))
+    assert fit.hold_out is not None
+    assert fit.hold_out.interval
+    assert all(part.hold_out is not None and part.hold_out > 0 for part in fit.parts)
+
+
+@pytest.mark.slow
 def test_what_is_missing_is_needed(single) -> None:
     """Of the right model what it has; of one without its drag the drag, and the damping that stands in for it.
 

@@ -42,6 +42,12 @@ def test_a_wrong_file_is_refused_in_one_line(text: str, tmp_path: Path) -> None:
     assert BAD[text] in str(found.value)
 
 
+def test_a_list_without_files_is_refused() -> None:
+    """As a pattern that matches nothing gives one."""
+    with pytest.raises(pp.InputError, match="there are no files of swings"):
+        read_swings([], ANGLE)
+
+
 @pytest.mark.parametrize(
     ("free", "said"),
     [

@@ -21,7 +21,7 @@ from pendpin.fitting.guess import (
 )
 from pendpin.fitting.parameters import Free, free_parameters
 from pendpin.fitting.problem import MOST_START_STEPS, Pendulum, Problem, Solved, bind_pendulum, search, solve_starts
-from pendpin.fitting.uncertainty import Certainty, certainty, huber_scale, huber_weights, pseudo_residuals, sensor_noise
+from pendpin.fitting.uncertainty import CORNER, Certainty, certainty, huber_scale, pseudo_residuals, sensor_noise
 from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
@@ -279,7 +279,8 @@ def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: A
         return problem
     M, columns, P = problem.batch.y.shape
     r = problem.evaluate(problem.pendulum.at(problem.split(x)[0]), x, starts).r
-    return replace(problem, share=problem.share * huber_weights(r.reshape(P, M, columns).transpose(1, 2, 0)))
+    less = np.sqrt(np.minimum(1.0, CORNER / np.maximum(np.abs(r), 1e-300)))
+    return replace(problem, share=problem.share * less.reshape(P, M, columns).transpose(1, 2, 0))
 
 
 def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: int = LAST) -> Solution:

@@ -8,7 +8,6 @@ import annotated_types
 import numpy as np
 
 from pendpin.effects import DryFriction
-from pendpin.equations.base import symbols
 from pendpin.errors import InputError, not_one_of, shown
 from pendpin.fitting.uncertainty import Certainty
 from pendpin.ground.arrays import Array
@@ -39,12 +38,10 @@ class Free:
     lower: Array  # (nz,)
     upper: Array  # (nz,)
 
-    def values(self, z: Any) -> Any:
-        """The numbers (K,) at search coordinates (nz,), floats or symbols."""
-        pairs = zip(z, self.positive, strict=True)
-        exps = (np.exp(c) if log and isinstance(c, float) else symbols().exp(c) if log else c for c, log in pairs)
+    def values(self, z: Array) -> Array:
+        """The numbers (K,) at search coordinates (nz,)."""
         # not the guess and a difference: by rounding static might fall below kinetic friction
-        return self.transform @ np.array(list(exps))
+        return self.transform @ np.where(self.positive, np.exp(np.where(self.positive, z, 0.0)), z)
 
     @property
     def speeds(self) -> Array:
@@ -106,7 +103,7 @@ def substitute(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: C
 
 
 def replace_unchecked(record: Record, changes: dict[str, Any]) -> Any:
-    """A copy of a record with other values, symbols among them, that nobody checks."""
+    """A copy of a record with other values that nobody checks."""
     fields = {name: getattr(record, name) for name in type(record).model_fields}
     return type(record).model_construct(**(fields | changes))
 
@@ -254,6 +251,7 @@ def _value(scene: Scene, key: str) -> Any:
 
 
 def _number(scene: Scene, key: str) -> float:
+    """The number at a key path. Raises InputError."""
     value = _value(scene, key)
     if isinstance(value, bool) or not isinstance(value, int | float):
         raise InputError(f"free: {key}: {shown(value)} is not a number")

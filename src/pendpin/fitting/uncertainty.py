@@ -97,9 +97,13 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     lags, white = memory_lags(r), sigma2 * np.eye(V.shape[1])
     meat, time, new = white, duration, np.zeros_like(r)
     if freedom > 0:
-        kinds = likely_kinds(series, series.take(r), series.take(starts), series.take(unit))
-        meat, time = sum_covariance(series, kinds, series.take(unit)), kinds.time
-        new[series.rows] = innovations(series, kinds, series.take(r))
+        parts = [x[series.rows] for x in (r, starts, unit)]
+        kinds = likely_kinds(series, *parts)
+        meat, time = sum_covariance(series, kinds, parts[-1]), kinds.time
+        best = int(np.argmax(kinds.weights))  # by the likeliest kind: white if that explains the residuals
+        share = kinds.ratios[best] / (1 + kinds.ratios[best])
+        decay, gain, fresh = (x[0] for x in _filters(series, kinds.times[best : best + 1], np.array([share])))
+        new[series.rows] = _whiten(parts[0][:, None], decay, gain, fresh)[:, 0]
     others = [(summed_covariance(scores, lags), BARTLETT * len(series.gap) / (lags + 1))]
     if (many := int(swing.max(initial=0)) + 1) >= FEWEST_SWINGS:
         sums = np.array([scores[swing == k].sum((0, 1)) for k in range(many)])
@@ -129,10 +133,6 @@ class Series(NamedTuple):
 
     rows: tuple[Array, Array, Array]  # each (N,): piece, sample and column of each
     gap: Array  # (N,) s since the one before; infinite at the first of a piece and column
-
-    def take(self, x: Array) -> Array:
-        """Values (P, M, columns, ...) in this order, (N, ...)."""
-        return x[self.rows]
 
     @property
     def firsts(self) -> Array:
@@ -261,14 +261,6 @@ def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
     return (x - solve_banded((1, 0), bands, before)) / np.sqrt(new)[:, None]
 
 
-def innovations(series: Series, kinds: Kinds, r: Array) -> Array:
-    """What is new in each residual (N,), by the likeliest kind of noise: white if that kind explains them."""
-    best = int(np.argmax(kinds.weights))
-    share = kinds.ratios[best] / (1 + kinds.ratios[best])
-    decay, gain, new = _filters(series, kinds.times[best : best + 1], np.array([share]))
-    return _whiten(r[:, None], decay[0], gain[0], new[0])[:, 0]
-
-
 def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
     """The covariance (k, k) of the sum of noise times scores (N, k)."""
     white, total = scores.T @ scores, 0.0
@@ -359,11 +351,6 @@ def whiteness(r: Array, most: int = 20) -> float:
 
 
 # --- robust fits: P. Huber's weights, the size of residuals without their outliers, and what errors are computed from ---
-
-
-def huber_weights(r: Array) -> Array:
-    """By what residuals r, in standard deviations, are multiplied before they are squared."""
-    return np.sqrt(np.minimum(1.0, CORNER / np.maximum(np.abs(r), 1e-300)))
 
 
 def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...]) -> Array:

@@ -91,13 +91,33 @@ def periodic_orbit(
         RunError: if no orbit is found.
     """
     scene = chosen_scene(scene)
-    state = _guess_of(scene, guess)
+    model = build(scene.model)
+    if guess is None or isinstance(guess, Start):
+        state = np.concatenate(start_state(model, scene.start if guess is None else guess))
+    else:
+        try:
+            state = np.asarray(guess, float)
+        except (TypeError, ValueError):
+            state = np.empty(0)
+        size = 2 * len(model.joints)
+        if state.shape != (size,) or not np.isfinite(state).all():
+            raise InputError(f"guess: {shown(guess)} is neither a Start nor {size} finite numbers, q then v")
     if period is not None and (not is_number(period) or not 0 < period < np.inf):
         raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
     frequency = drive_of(scene) if period is None else None
-    guess_of_period = 2 * np.pi / frequency if frequency else period
-    guess_of_period = guess_of_period or _first_return(scene.replace(start=start_at(scene, state)))
-    return close_orbit(scene, state, float(guess_of_period), free=period is None and frequency is None)
+    free, first = period is None and frequency is None, 2 * np.pi / frequency if frequency else period
+    if not first:  # the time at which a run first comes near its start again
+        run = simulate(scene.replace(start=start_at(scene, state)).with_solver(samples=SAMPLES))
+        states = np.concatenate([np.where(model.slides, run.q, np.sin(run.q)), run.v], 1)
+        away = np.linalg.norm(states - states[0], axis=1)
+        inner = away[1:-1]
+        near = (inner <= away[:-2]) & (inner < away[2:]) & (inner < NEAR * away.max())
+        if not near.any() or away.max() == 0:
+            raise InputError(
+                f"period: the scene does not come near its start again within {scene.duration:g} s; give one in s"
+            )
+        first = run.t[1 + int(np.argmax(near))] - run.t[0]
+    return close_orbit(scene, state, float(first), free)
 
 
 def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
@@ -190,34 +210,3 @@ def drive_of(scene: Scene) -> float | None:
     if len(frequencies) > 1 or None in frequencies:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
     return float(frequencies.pop() or 0.0) if frequencies else None
-
-
-def _guess_of(scene: Scene, guess: Start | Sequence[float] | None) -> Array:
-    """The state (2 nv,) of a guess."""
-    model = build(scene.model)
-    if guess is None or isinstance(guess, Start):
-        q, v = start_state(model, scene.start if guess is None else guess)
-        return np.concatenate([q, v])
-    try:
-        y = np.asarray(guess, float)
-    except (TypeError, ValueError):
-        y = np.empty(0)
-    if y.shape != (2 * len(model.joints),) or not np.isfinite(y).all():
-        raise InputError(
-            f"guess: {shown(guess)} is neither a Start nor {2 * len(model.joints)} finite numbers, q then v"
-        )
-    return y
-
-
-def _first_return(scene: Scene) -> float:
-    """The time in s at which a run of the scene first comes near its start again. Raises InputError if it does not."""
-    run = simulate(scene.with_solver(samples=SAMPLES))
-    states = np.concatenate([np.where(build(scene.model).slides, run.q, np.sin(run.q)), run.v], 1)
-    away = np.linalg.norm(states - states[0], axis=1)
-    inner = away[1:-1]
-    near = (inner <= away[:-2]) & (inner < away[2:]) & (inner < NEAR * away.max())
-    if not near.any() or away.max() == 0:
-        raise InputError(
-            f"period: the scene does not come near its start again within {scene.duration:g} s; give one in s"
-        )
-    return float(run.t[1 + int(np.argmax(near))] - run.t[0])

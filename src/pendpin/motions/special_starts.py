@@ -123,32 +123,6 @@ def _stiffness(scene: Scene) -> Pull | None:
     return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
 
 
-def conical(scene: Scene, angle: float) -> StartRecord:
-    """The start of a conical motion of a scene (Start.conical)."""
-    dynamics = bind(scene)
-    if not isinstance(scene.model, Chain) or len(dynamics.model.joints) != 2 or scene.model.count != 1:
-        raise InputError("start: a steady cone needs a chain of one rod on a universal joint")
-    if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
-        raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
-    field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
-    if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):
-        raise InputError("start: a steady cone needs gravity straight down")
-    if rod.I1 != rod.I2:
-        raise InputError("start: a steady cone needs a rod with I1 = I2")
-    inertia = rod.I1 + rod.m * rod.h**2
-    nod = rod.I3 / inertia * np.sin(abs(angle)) * np.tan(angle) ** 2
-    if nod > NODDING * abs(angle):
-        warnings.warn(
-            Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=3
-        )
-    q, rate = np.array([0.0, float(angle)]), np.sqrt(-field[2] * rod.m * rod.h / (inertia * np.cos(angle)))
-    along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
-    v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
-    names = dynamics.model.joints
-    positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
-    return StartRecord(time=scene.start.time, positions=positions, velocities=velocities)
-
-
 class Start(StartRecord):
     """When and where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
 
@@ -170,4 +144,25 @@ class Start(StartRecord):
         I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
         without a cone.
         """
-        return cls(**conical(scene, angle).given())
+        dynamics = bind(scene)
+        if not isinstance(scene.model, Chain) or len(dynamics.model.joints) != 2 or scene.model.count != 1:
+            raise InputError("start: a steady cone needs a chain of one rod on a universal joint")
+        if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
+            raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
+        field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
+        if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):
+            raise InputError("start: a steady cone needs gravity straight down")
+        if rod.I1 != rod.I2:
+            raise InputError("start: a steady cone needs a rod with I1 = I2")
+        inertia = rod.I1 + rod.m * rod.h**2
+        nod = rod.I3 / inertia * np.sin(abs(angle)) * np.tan(angle) ** 2
+        if nod > NODDING * abs(angle):
+            warnings.warn(
+                Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=2
+            )
+        q, rate = np.array([0.0, float(angle)]), np.sqrt(-field[2] * rod.m * rod.h / (inertia * np.cos(angle)))
+        along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
+        v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
+        names = dynamics.model.joints
+        positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
+        return cls(time=scene.start.time, positions=positions, velocities=velocities)
