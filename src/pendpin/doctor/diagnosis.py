@@ -25,9 +25,9 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.letters import MOST_LOADS, answers, bare, idle, in_use
+from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import (
     Mend,
-    Patient,
     mends,
     mends_of_definition,
     mends_of_mismatch,

@@ -17,10 +17,11 @@ import numpy as np
 from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.evaluation import Context
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, oddness, reader_of, swapped
-from pendpin.doctor.mending.writing import Splice, Writer
-from pendpin.doctor.reading.tree import Node, divisors, key, symbols, walk
-from pendpin.doctor.systems.base import Spec, Values, dot
+from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, oddness, parts_of, reader_of, swapped
+from pendpin.doctor.mending.writing import Printer, Splice, Writer
+from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.tree import Node, Unread, divisors, key, symbols, walk
+from pendpin.doctor.systems.base import Spec, System, Values, dot, random_states
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
 CIRCULAR = {*FUNCTIONS, "sec", "csc"}
@@ -87,21 +88,48 @@ def times_monomial(node: Node, monomial: Monomial) -> Node:
     return node
 
 
-@dataclass(frozen=True)
-class Generator:
-    """Every small change of an equation, written as its text is."""
+@dataclass(frozen=True, eq=False)
+class Patient:
+    """A wrong equation: one reading of what is printed, and every small change of it, written as its text is."""
 
+    printed: Printed
     equation: Equation
-    spec: Spec
-    writer: Writer
-    context: Context
+    system: System
+    printer: Printer
+
+    @property
+    def spec(self) -> Spec:
+        """What is true of its system."""
+        return self.system.spec
+
+    @cached_property
+    def parts(self) -> list[Part]:
+        """Every part of the equation."""
+        return parts_of(self.equation)
+
+    @cached_property
+    def context(self) -> Context:
+        """The quantities at random states."""
+        return self.equation.context(random_states(self.system))
+
+    @cached_property
+    def writer(self) -> Writer:
+        """Who writes changes of the text."""
+        return Writer(self.printed.text, self.printer)
+
+    def read(self, text: str) -> Equation:
+        """The equation of a changed text, its names meaning the same. Raises Unread."""
+        equations = self.printed.read_again(text, self.equation.tight)
+        if len(equations) <= self.printed.index:
+            raise Unread("the equation is gone")
+        return replace(self.equation, sides=equations[self.printed.index])
 
     # --- what is listed -----------------------------------------------------------------------------------------
 
-    def listed(self, every: list[Part]) -> Iterator[Change]:
+    def listed(self) -> Iterator[Change]:
         """The changes that can be listed: of one part, then of all parts that are printed alike."""
         alike: dict[tuple, list[Part]] = defaultdict(list)
-        for part in every:
+        for part in self.parts:
             yield from self._of_part(part)
             if part.node.kind in ("symbol", "function", "number"):
                 alike[key(part.node)].append(part)
@@ -144,12 +172,12 @@ class Generator:
             yield self._replaced(part, writer.exponent(node, exponent), 1.15, power_of(node, exponent))
         circular = part.role == "argument" and part.parents[-1].value in CIRCULAR and node.bracketed
         for factor in FACTORS[:2] if circular else ():
-            splice = writer.before(node.span[0], writer.printer.monomial(factor))
+            splice = writer.before(node.span[0], self.printer.monomial(factor))
             yield self._replaced(part, splice, 1.2, times_monomial(node, factor))
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
-        node, printer, units = part.node, self.writer.printer, self.spec.dimensions
+        node, printer, units = part.node, self.printer, self.spec.dimensions
         if node.kind == "number" and node.value:
             for value in (node.value * factor.factor for factor in FACTORS):
                 if value.denominator == 1 or node.value == 1:
@@ -178,7 +206,7 @@ class Generator:
         spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
-        known |= self.writer.printer.styles.keys()
+        known |= self.printer.styles.keys()
         others = dict.fromkeys(family if name in arrays else [*family, *spec.common])
         others = [other for other in others if other in known and other != name and (name in arrays or other in q)]
         return others if name in arrays else [o for o in others if o not in arrays and np.any(q[o])]
@@ -188,7 +216,7 @@ class Generator:
         """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or a cosine."""
         spec, q = self.spec, self.context.quantities
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
-        styled = self.writer.printer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
+        styled = self.printer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
         return [Monomial(Fraction(1), (power,)) for power in powers]
@@ -199,7 +227,7 @@ class Generator:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
         node = part.node
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
-            text = self.writer.printer.number(wanted)
+            text = self.printer.number(wanted)
             yield self._in_place(part, number(wanted), text, _cost_of_number(part, wanted))
         if value.ndim == needed.ndim and value.ndim < 3 and np.isfinite(needed).all():
             if part.whole:
@@ -220,7 +248,8 @@ class Generator:
                 yield self._missing(part, found, cost)
 
     def _terms(self, part: Part, missing: Values) -> Iterator[Change]:
-        reader, printer = reader_of(self.context.quantities), self.writer.printer
+        reader, printer, node = reader_of(self.context.quantities), self.printer, part.node
+        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
         found = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
         for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
             along = dot(missing, unit := self.context.quantities[name])
@@ -236,8 +265,7 @@ class Generator:
                 1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.03 * strange + 0.5 * steep + 0.5 * part.lone
             )
             text = f"{'+' if monomial.factor > 0 else '-'} {printer.monomial(monomial, direction)}"
-            splice = self.writer.behind(part.node, f" {text}")
-            yield Change((splice,), cost, f"the term {text} is missing", "", text)
+            yield Change(((end, end, f" {text}"),), cost, f"the term {text} is missing", "", text)
 
     @cached_property
     def _below(self) -> set[str]:
@@ -268,8 +296,8 @@ class Generator:
     def of_kind(self, part: Part) -> Iterator[Change]:
         """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
         node, writer, spec = part.node, self.writer, self.spec
-        for text in map(writer.printer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
-            splice = (node.outer[1], node.outer[1], writer.printer.joint + text)
+        for text in map(self.printer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
+            splice = (node.outer[1], node.outer[1], self.printer.joint + text)
             yield self._replaced(part, splice, 1.2, node, f"{text} is missing after {writer.of(node.outer)}")
         if part.role == "factor" and node.kind == "symbol":
             yield self._removed(part, 1.25, number(1))
@@ -278,19 +306,19 @@ class Generator:
         scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
         names = (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ()
         for name in names:
-            yield self._in_place(part, node, writer.printer.symbol(name), 1.15)
+            yield self._in_place(part, node, self.printer.symbol(name), 1.15)
 
-    def everywhere(self, unknown: set[str], every: list[Part]) -> Iterator[Change]:
+    def everywhere(self, unknown: set[str]) -> Iterator[Change]:
         """A quantity in place of a symbol that nobody knows, with its dots or derivatives, wherever it stands."""
         places: dict[tuple[int, int], int] = {}  # how many dots the symbol has there
-        for part in every:
+        for part in self.parts:
             inside = [node for node in walk(part.node) if node.kind == "symbol"]
             if part.node.kind in ("symbol", "derivative") and [node.value for node in inside] == [*unknown]:
                 dots = sum(node.kind == "derivative" for node in walk(part.node))
                 dots += inside[0].written.dots if inside[0].written else 0
                 places[part.node.span] = max(places.get(part.node.span, 0), dots)
         for name in (*self.spec.coordinates, *self.spec.parameters) if places else ():
-            texts = {span: self.writer.printer.symbol("d" * dots + name) for span, dots in places.items()}
+            texts = {span: self.printer.symbol("d" * dots + name) for span, dots in places.items()}
             old, new = self.writer.of(min(texts)), texts[min(texts)]
             splices = tuple(self.writer.put(span, text) for span, text in texts.items())
             yield Change(splices, 1.0, f"{old} should be {new}", old, new)
@@ -315,8 +343,8 @@ class Generator:
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
         """A part with one more factor in front of it."""
-        text = self.writer.printer.monomial(factor)
-        text = f"({text})" if "/" in text and not self.writer.printer.latex else text
+        text = self.printer.monomial(factor)
+        text = f"({text})" if "/" in text and not self.printer.latex else text
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
         splice = self.writer.before(part.node.outer[0], text)
         return self._replaced(part, splice, cost, times_monomial(part.node, factor), words)

@@ -2,7 +2,7 @@
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
-from functools import cache, cached_property
+from functools import cache
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -10,9 +10,9 @@ import numpy as np
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals
-from pendpin.doctor.mending.changes import Change, Generator
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, parts_of, reader_of
-from pendpin.doctor.mending.writing import Printer, Splice, Writer, overlap, spliced
+from pendpin.doctor.mending.changes import Change, Patient
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
+from pendpin.doctor.mending.writing import Printer, Splice, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
@@ -66,66 +66,37 @@ class Mend:
         return self.text[slice(*self.span)].strip()
 
 
-@dataclass(frozen=True, eq=False)
-class Patient:
-    """A wrong equation: one reading of what is printed, and who prints as its text does."""
-
-    printed: Printed
-    equation: Equation
-    system: System
-    printer: Printer
-
-    @cached_property
-    def parts(self) -> list[Part]:
-        """Every part of the equation."""
-        return parts_of(self.equation)
-
-    @property
-    def generator(self) -> Generator:
-        """Who lists the changes of the equation."""
-        context = self.equation.context(random_states(self.system))
-        return Generator(self.equation, self.system.spec, Writer(self.printed.text, self.printer), context)
-
-    def read(self, text: str) -> Equation:
-        """The equation of a changed text, its names meaning the same. Raises Unread."""
-        equations = self.printed.read_again(text, self.equation.tight)
-        if len(equations) <= self.printed.index:
-            raise Unread("the equation is gone")
-        return replace(self.equation, sides=equations[self.printed.index])
-
-
 def mends(patient: Patient, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
-    every, generator = patient.parts, patient.generator
+    every = patient.parts
     if len(every) > MOST_NODES:
         return []
-    listed = sorted(generator.listed(every), key=lambda change: change.order)[: MOST_WORK // len(every)]
+    listed = sorted(patient.listed(), key=lambda change: change.order)[: MOST_WORK // len(every)]
     if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
         return _verified(patient, listed)
     numbers = Numbers(patient.equation, every, random_states(patient.system))
     sized: list[Change] = []
     for part in every:
         if (needed := numbers.needed(part)) is not None:
-            sized += generator.by_need(part, numbers.known[id(part.node)], needed)
+            sized += patient.by_need(part, numbers.known[id(part.node)], needed)
     effects = [(change, rows) for change in listed if (rows := numbers.residual(change.swaps)) is not None]
     sized += [change for change, rows in effects if numbers.vanishes(rows)]
     chosen = _verified(patient, sized)
     if not chosen and pairs:
         chosen = _verified(patient, _pairs(effects, numbers))
-    if not chosen and pairs and len(every) < MOST_NODES // 8:
-        chosen = _verified(patient, _pairs_of_terms(listed, every, numbers))
-    return chosen
+    few = len(every) < MOST_NODES // 8
+    return chosen or _verified(patient, _pairs_of_terms(listed, every, numbers) if pairs and few else ())
 
 
 def mends_of_mismatch(patient: Patient) -> list[Mend]:
     """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
     few = patient.parts if len(patient.parts) <= MOST_NODES // 2 else []
-    return _verified(patient, (change for part in few for change in patient.generator.of_kind(part)))
+    return _verified(patient, (change for part in few for change in patient.of_kind(part)))
 
 
 def mends_of_unknown(patient: Patient, unknown: set[str]) -> list[Mend]:
     """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
-    return _verified(patient, patient.generator.everywhere(unknown, patient.parts))
+    return _verified(patient, patient.everywhere(unknown))
 
 
 def mends_of_definition(
@@ -151,18 +122,20 @@ def mends_of_definition(
 
 def _needing(equation: Equation, name: str, system: System) -> System | None:
     """The system with a symbol as what an equation needs it to be; None where the equation is not straight in it."""
-    nodes = [part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name]
 
-    def rows(q: Quantities, size: int) -> Values:
-        values = {id(node): q.number(size) for node in nodes}
-        return np.concatenate([rows for rows, _ in residuals(equation, q, None, values)])
+    def rows(q: Quantities, *sizes: int) -> list[Values]:
+        """The residual with each size of the symbol."""
+        nodes = (part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name)
+        places = [id(node) for node in nodes]
+        every = (residuals(equation, q, None, dict.fromkeys(places, q.number(size))) for size in sizes)
+        return [np.concatenate([rows for rows, _ in one]) for one in every]
 
     def needed(q: Quantities) -> Values:
-        one, two = (rows(q, size)[0] for size in (1, 2))
-        return q.number(1) - one / (two - one)
+        one, two = rows(q, 1, 2)
+        return q.number(1) - one[0] / (two - one)[0]
 
     try:
-        one, two, three = (rows(random_states(system), size) for size in (1, 2, 3))
+        one, two, three = rows(random_states(system), 1, 2, 3)
     except Unread:
         return None
     straight = len(one) == 1 and np.abs(three - 2 * two + one).max() <= TOLERANCE * np.abs(three).max()
@@ -171,32 +144,27 @@ def _needing(equation: Equation, name: str, system: System) -> System | None:
     return replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, name: needed}))
 
 
-def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> list[Change]:
+def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> Iterator[Change]:
     """Two changes whose effects add up to what is missing: where they do at one state, compared on all."""
-    rows, size = numbers.rows, CLOSE * numbers.size
-    usable = [(c, after) for c, after in effects if after.shape == rows.shape and np.isfinite(after).all()][
-        :MOST_PAIRED
-    ]
-    if len(usable) < 2:
-        return []
-    changes = np.array([(after - rows).ravel() for _, after in usable])
+    rows, size, shape = numbers.rows.ravel(), CLOSE * numbers.size, numbers.rows.shape
+    usable = [(change, after) for change, after in effects if after.shape == shape and np.isfinite(after).all()]
+    usable = usable[:MOST_PAIRED]
+    steps = np.array([after.ravel() - rows for _, after in usable]).reshape(len(usable), -1)
     first = int(np.argmax(np.abs(rows)))
-    pairs = []
-    for i, change in enumerate(changes):
-        left = rows.ravel() + change
-        for j in i + 1 + np.flatnonzero(np.abs(left[first] + changes[i + 1 :, first]) <= size):
-            a, b = usable[i][0], usable[j][0]
-            if np.abs(left + changes[j]).max() <= size and not overlap(a.splices, b.splices):
-                pairs.append(a & b)
-    return pairs
+    for i, (a, after) in enumerate(usable):
+        left = after.ravel()
+        for j in i + 1 + np.flatnonzero(np.abs(left[first] + steps[i + 1 :, first]) <= size):
+            b = usable[j][0]
+            if np.abs(left + steps[j]).max() <= size and not overlap(a.splices, b.splices):
+                yield a & b
 
 
 def _pairs_of_terms(listed: list[Change], every: list[Part], numbers: Numbers) -> Iterator[Change]:
     """Two of the likeliest changes in the same term, whose effects do not add up, each pair tried on numbers."""
-    chains = {id(part.node): (*part.parents, part.node) for part in every}
-    terms = {
-        place: id(chain[1] if chain[0].kind == "sum" and chain[1:] else chain[0]) for place, chain in chains.items()
-    }
+    terms: dict[int, int] = {}  # the term, or side, that each part stands in, by id
+    for part in every:
+        side, *below = (*part.parents, part.node)
+        terms[id(part.node)] = id(below[0] if side.kind == "sum" and below else side)
     likely = [(change, {terms[place] for place in change.swaps}) for change in listed[:MOST_TOGETHER]]
     for (a, here), (b, there) in combinations(likely, 2):
         if here & there and not overlap(a.splices, b.splices):
@@ -227,8 +195,8 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             continue
         if check(equation, patient.system).holds:
             shapes.append(shape)
-            words, splices = (change.words, change.old, change.new), change.splices
-            chosen.append(Mend(text, *words, cost, equation, splices, patient.printed.alone, change.count))
+            words = (change.words, change.old, change.new)
+            chosen.append(Mend(text, *words, cost, equation, change.splices, patient.printed.alone, change.count))
     return chosen
 
 

@@ -13,12 +13,18 @@ Splice = tuple[int, int, str]  # these characters of the text become those
 MOST_SHOWN = 60  # characters of a product in which a change is shown
 
 
+@dataclass(frozen=True)
 class Printer:
     """Writes numbers, symbols and monomials as a text does. `styles` gives names as the text prints them."""
 
-    def __init__(self, latex: bool, styles: dict[str, str], spec: Spec) -> None:
-        self.latex, self.styles, self.spec = latex, styles, spec
-        self.joint = " " if latex else "*"
+    latex: bool
+    styles: dict[str, str]
+    spec: Spec
+
+    @property
+    def joint(self) -> str:
+        """What stands between factors."""
+        return " " if self.latex else "*"
 
     def symbol(self, name: str) -> str:
         """A quantity, a function of an angle or of two, or a difference in brackets."""
@@ -28,7 +34,7 @@ class Printer:
         function, _, angle = name.rpartition(" ")
         if function:
             shown = re.sub(r"[^-+]+", lambda match: self.symbol(match[0]), angle)
-            return ("\\" if self.latex else "") + f"{function}({shown})"
+            return "\\" * self.latex + f"{function}({shown})"
         return self.styles.get(name) or (self.spec.printed.get(name, name) if self.latex else name)
 
     def number(self, value: Fraction) -> str:
@@ -109,11 +115,6 @@ class Writer:
         """A factor in front of what starts at a place."""
         joint = r" \cdot " if self.printer.latex and re.match(r"\d", self.text[start:]) else self.printer.joint
         return (start, start, factor + joint)
-
-    def behind(self, node: Node, text: str) -> Splice:
-        """One more term or factor after a sum, side or entry."""
-        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
-        return (end, end, text)
 
     def sign(self, part: Part) -> Splice:
         """The other sign for a term, side or entry."""

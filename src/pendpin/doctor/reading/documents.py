@@ -115,8 +115,13 @@ def read_text(text: str) -> Document:
             found += [(begin + at, _statement(text, start, end, row, begin + at)) for at, row in rows(formula)]
     for start, end, piece in _lines(text, [formula[:2] for formula in formulas], skipped):
         found += [(start, _statement(text, start, end, piece, start))]
-    ordered = [statement for _, statement in sorted(found, key=lambda pair: pair[0])]
-    return Document(tuple(_chained(ordered)[:MOST_STATEMENTS]), text=text, skipped=tuple(skipped))
+    chain: list[Statement] = []
+    for _, one in sorted(found, key=lambda pair: pair[0])[:MOST_STATEMENTS]:
+        bare = one.text.lstrip(" &\n")
+        if bare.startswith("=") and chain and (left := _LEFT.match(chain[-1].text)):  # goes on with that left side
+            one = replace(one, text=f"{left[1].strip()} {bare}", chained=True)
+        chain.append(one)
+    return Document(tuple(chain), text=text, skipped=tuple(skipped))
 
 
 def rows(formula: str) -> list[tuple[int, str]]:
@@ -142,17 +147,6 @@ def rows(formula: str) -> list[tuple[int, str]]:
             joined.append((start + len(piece) - len(piece.lstrip(" \n&")), piece.strip(" \n&")))
     whole = any("=" not in piece and not _EQUAL.search(piece) for _, piece in joined)
     return [(0, formula)] if whole or not joined else joined
-
-
-def _chained(found: list[Statement]) -> list[Statement]:
-    """The statements, where one that begins with = goes on with the left side of the one before."""
-    answers: list[Statement] = []
-    for one in found:
-        bare = one.text.lstrip(" &\n")
-        if bare.startswith("=") and answers and (left := _LEFT.match(answers[-1].text)):
-            one = replace(one, text=f"{left[1].strip()} {bare}", chained=True)
-        answers.append(one)
-    return answers
 
 
 def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Statement:
@@ -240,7 +234,7 @@ def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
 def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Iterator[tuple[int, int, str]]:
     """Lines, and pieces of code within them, that are equations and stand outside the marks of mathematics.
 
-    Each with where it begins and ends. Code goes on in the next line while a bracket is open.
+    Each with where it begins and ends. Code goes on in the next line while a bracket is open, or after a sign.
     """
     start, spans, open_from = 0, iter([*covered, (len(text) + 1, len(text) + 1)]), -1
     span = next(spans)
@@ -253,20 +247,16 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
         if span[0] < end or len(whole) > 20_000 or comment or "=" not in whole:
             continue
-        if len(whole) < MOST_OF_A_LINE and _goes_on(whole):
+        bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", whole)
+        bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
+        goes_on = bracket or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
+        if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
         pieces = list(_in_line(whole))
         if not pieces:
             skipped.append(f"line {number}")
         yield from ((begin + at, end, piece) for at, piece in pieces)
-
-
-def _goes_on(code: str) -> bool:
-    """Whether a line of code goes on in the next one."""
-    bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", code)
-    bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
-    return "\\" not in bare.rstrip()[:-1] and (bracket or bool(re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)))
 
 
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
@@ -289,7 +279,12 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
         equation = equation.strip()
         if equation[:2] == "[ " and equation[-2:] == " ]":
             at, equation = at + 2, equation[2:-2]
-        if "=" in equation and not _is_prose(equation) and "|" not in equation.replace("||", "")[:1]:
+        bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
+        beside = sum(
+            not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare)
+        )  # words with nothing but a space between
+        prose = beside > 1 or _NO_EQUATION.search(bare)
+        if "=" in equation and not prose and "|" not in equation.replace("||", "")[:1]:
             if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
                 at, equation = at + words.end(), equation[words.end() :]
             yield from ((at, one) for one in _unpacked(equation) if not _NO_EQUATION.search(one))
@@ -320,13 +315,6 @@ def _cut(text: str, separator: str) -> Iterator[tuple[int, str]]:
         if letter == separator and not entity and (depth <= 0 or i == len(text)):
             yield start, text[start:i]
             start = i + 1
-
-
-def _is_prose(text: str) -> bool:
-    """Whether a line is a sentence: several words stand beside each other, with nothing but a space between."""
-    bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", text)
-    beside = _BESIDE.findall(bare)
-    return sum(not {first, second} & _NOT_WORDS for first, second in beside) > 1 or bool(_NO_EQUATION.search(bare))
 
 
 def unwrapped(text: str) -> tuple[str, int]:
