@@ -43,11 +43,6 @@ class Blocks:
         self.grid = tuple(-(-n // c) for n, c in zip(shape, self.chunks, strict=True))
         self.blocks = int(np.prod(self.grid))
 
-    @classmethod
-    def of(cls, shape: tuple[int, ...], chunks: tuple[int, ...]) -> "Blocks":
-        """The cut with these chunks."""
-        return cls(shape, int(np.prod(chunks)))
-
     def region(self, block: int) -> tuple[slice, ...]:
         """Where a block is, as slices of the dimensions."""
         places = np.unravel_index(block, self.grid)
@@ -135,7 +130,16 @@ def _empty(task: Task, blocks: Blocks) -> Any:
     coordinates: dict[str, Any] = {} if plan.grid else {CASE: np.arange(plan.count)}
     for name, key in zip(short_names(plan.keys), plan.keys, strict=True):
         coordinates[name] = (name if plan.grid else CASE, plan.values[key], {"key": key})
-    data = xarray.Dataset(variables, coordinates, {"pendpin_sweep": FORMAT} | _identity(task))
+    identity = {  # what has to be the same for a sweep to be gone on with
+        "pendpin_sweep": FORMAT,
+        "scene": json.dumps(task.scene.recorded(), sort_keys=True),
+        "keys": list(plan.keys),
+        "cases": plan.identity,
+        "measures": [m.name for m in task.chosen],
+        **{f"measure {m.name}": repr(m.function) for m in task.chosen if m.dims},
+        "versions": json.dumps(versions(), sort_keys=True),
+    }
+    data = xarray.Dataset(variables, coordinates, identity)
     for name, unit in task.units.items():
         data[name].attrs["units"] = unit
     return data
@@ -214,42 +218,26 @@ def write_table(dataset: Any, path: Path) -> Path:
 
 def _blocks_of(data: Any) -> Blocks:
     """How the cases of a sweep are cut."""
-    return Blocks.of(data["why"].shape, data["why"].encoding["chunks"])
+    return Blocks(data["why"].shape, int(np.prod(data["why"].encoding["chunks"])))
 
 
 def _left(data: Any) -> list[int]:
     """The blocks that are not done, or have not the checksum of their values."""
     blocks, done, why = _blocks_of(data), data["done"].values, data["why"].values
-    measures = [data[name].values for name in data.attrs["measures"]]
-
-    def is_sound(region: tuple[slice, ...], checksum: int) -> bool:
-        return _checksum([values[region].ravel() for values in measures], why[region].ravel()) == checksum
-
-    return [
-        block for block in range(blocks.blocks) if not (done[block] and is_sound(blocks.region(block), done[block]))
-    ]
+    measures, left = [data[name].values for name in data.attrs["measures"]], []
+    for block in range(blocks.blocks):
+        region = blocks.region(block)
+        if not done[block] or _checksum([values[region] for values in measures], why[region]) != done[block]:
+            left.append(block)
+    return left
 
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
-    """A number above 0 of the values of a block's measures (cases, ...) and its reasons (cases,)."""
-    checksum = zlib.crc32("\n".join(why.tolist()).encode())
+    """A number above 0 of the values of a block's measures and its reasons; one NaN is as another, whatever its bits."""
+    checksum = zlib.crc32("\n".join(why.ravel().tolist()).encode())
     for values in measures:
-        checksum = zlib.crc32(
-            np.where(np.isnan(values), np.nan, values).tobytes(), checksum
-        )  # one NaN, whatever its bits
+        checksum = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), checksum)
     return checksum + 1
-
-
-def _identity(task: Task) -> dict[str, Any]:
-    """What has to be the same for a sweep to be gone on with."""
-    return {
-        "scene": json.dumps(task.scene.recorded(), sort_keys=True),
-        "keys": list(task.plan.keys),
-        "cases": task.plan.identity,
-        "measures": [m.name for m in task.chosen],
-        **{f"measure {m.name}": repr(m.function) for m in task.chosen if m.dims},
-        "versions": json.dumps(versions(), sort_keys=True),
-    }
 
 
 def _change(name: str, there: Any, here: Any) -> str:
