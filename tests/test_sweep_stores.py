@@ -49,7 +49,7 @@ def test_blocks_are_runs_of_cases(shape: tuple[int, ...], wanted: int) -> None:
         np.testing.assert_array_equal(places[blocks.region(block)].ravel(), np.arange(begin, end))
         seen += range(begin, end)
     assert sorted(seen) == list(range(count))
-    assert Blocks.of(shape, blocks.chunks).chunks == blocks.chunks
+    assert Blocks(shape, int(np.prod(blocks.chunks))).chunks == blocks.chunks
 
 
 @law(10)

@@ -87,30 +87,39 @@ class Prepared:
 
         Raises InputError for a scene that cannot be run.
         """
-        if bound is not None or isinstance(scene.model, PinModel):
+
+        def anew() -> Prepared:
             return cls._anew(scene, energy_balance, bound or bind_for_run(scene))
-        key, lasts = (build(scene.model), scene, energy_balance), partial(_runs_again, scene)
-        return known_runs.look_up(key, lambda: cls._anew(scene, energy_balance, bind_for_run(scene)), lasts)
+
+        if isinstance(scene.model, PinModel):
+            return anew()
+        return known_runs.look_up((build(scene.model), scene, energy_balance), anew, partial(_runs_again, scene))
 
     @classmethod
     def _anew(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
+        """The scene with its method and engine chosen, bound again where the method integrates another form of state."""
         q, v = start_state(bound.model, scene.start)
-        for part in (q, v):  # several runs may begin from them
-            part.setflags(write=False)
         if bound.contacts is not None:
             check_start(bound.contacts, bound.model, q)
         method, engine = automatic(scene, bound, q, v, energy_balance)
-        chosen, dynamics = scene, bound
+        chosen = scene
         if (method, engine) != (scene.solver.method, scene.solver.engine):
             chosen = scene.with_solver(method=method, engine=engine)
             if _form_of(method, bound.model) != _form_of(scene.solver.method, bound.model):
-                bound = dynamics = bind_for_run(chosen)
-        compiles = engine == "compiled"
-        if method_of(method).setting == "tolerance" and not energy_balance and (compiles or method == "taylor"):
+                bound = bind_for_run(chosen)
+        return cls._from_start(chosen, energy_balance, bound, q, v)
+
+    @classmethod
+    def _from_start(cls, scene: Scene, energy_balance: bool, bound: Dynamics, q: Array, v: Array) -> "Prepared":
+        """The scene, by the method and engine that it names, from q, v (nv,): the dynamics of what moves from there."""
+        for part in (q, v):  # several runs may begin from them
+            part.setflags(write=False)
+        method, compiles, dynamics = method_of(scene.solver.method), scene.solver.engine == "compiled", bound
+        if method.setting == "tolerance" and not energy_balance and (compiles or method.name == "taylor"):
             dynamics = bound.in_motion(q, v, compiles)
         elif compiles:
             dynamics = bound.in_machine_code
-        return cls(chosen, bound, dynamics, q, v, EnergyBalance(dynamics) if energy_balance else None)
+        return cls(scene, bound, dynamics, q, v, EnergyBalance(dynamics) if energy_balance else None)
 
     def with_scene(self, scene: Scene) -> "Prepared":
         """The same model and effects with another solver or start, bound again only where the state has another form.
@@ -120,8 +129,13 @@ class Prepared:
         solver, before, model = scene.solver, self.scene.solver, self.bound.model
         if self.bound.sampled_torques or scene.start.time != self.scene.start.time:
             return Prepared.of(scene, self.balance is not None)
-        if (solver.method, solver.engine) == (before.method, before.engine) and scene.start is self.scene.start:
-            return replace(self, scene=scene)
+        if (solver.method, solver.engine) == (before.method, before.engine):
+            if scene.start is self.scene.start:
+                return replace(self, scene=scene)
+            q, v = start_state(model, scene.start)
+            if self.bound.contacts is not None:
+                check_start(self.bound.contacts, model, q)
+            return Prepared._from_start(scene, self.balance is not None, self.bound, q, v)
         same = solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
         same &= _form_of(solver.method, model) == _form_of(before.method, model)
         return Prepared.of(scene, self.balance is not None, self.bound if same else None)
