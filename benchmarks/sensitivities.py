@@ -22,7 +22,7 @@ from pendpin.dynamics.parameters import GIVEN
 from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
-from pendpin.ground.keypaths import number_at
+from pendpin.ground.arguments import number_at
 from pendpin.model.build import build, start_state
 
 BOUND = 1e-9

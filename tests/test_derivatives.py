@@ -186,7 +186,7 @@ KEYS = {
 
 
 def number(scene: pp.Scene, key: str) -> float:
-    from pendpin.ground.keypaths import parsed
+    from pendpin.ground.arguments import parsed
 
     value = scene
     for part in parsed(key):

@@ -15,7 +15,7 @@ import pendpin as pp
 from laws import law
 from pendpin.effects import Effect
 from pendpin.errors import Note, written
-from pendpin.ground.keypaths import parsed
+from pendpin.ground.arguments import parsed
 from pendpin.ground.records import Record
 from pendpin.scene import builtin_scene
 from scene_generator import case_of

@@ -30,8 +30,8 @@ from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.angles import POLE
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
+from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array, Mask
-from pendpin.ground.keypaths import parsed
 from pendpin.ground.records import Record
 from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
 from pendpin.scene import Chain, Scene

@@ -10,8 +10,8 @@ import numpy as np
 from pendpin.effects import DryFriction
 from pendpin.errors import InputError, not_one_of, shown
 from pendpin.fitting.uncertainty import Certainty
+from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array
-from pendpin.ground.keypaths import parsed
 from pendpin.ground.records import Record
 from pendpin.scene import Chain, Rod, Scene
 

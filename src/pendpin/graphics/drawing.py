@@ -7,8 +7,8 @@ from typing import Literal, NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError, shown
+from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array, Indices
-from pendpin.ground.keypaths import leaves
 from pendpin.trajectory import RunRecord
 
 TURN = 0.1  # rad: two straight pieces in a row turn by about that

@@ -8,7 +8,7 @@ import os
 import re
 import sys
 from collections import defaultdict
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path
 from typing import NamedTuple
 from xml.etree import ElementTree
@@ -109,12 +109,26 @@ def read_urdf(model: UrdfModel) -> Urdf:
         findings = []
         for element in (*links.values(), *joints.values()):
             findings += _slips(f"{element.tag} {shown(element.get('name', ''))}", element)
-        findings += _massless_finding([name for name in massless if name not in model.lock])
+        if alone := [name for name in massless if name not in model.lock]:
+            more = f" and {len(alone) - 6} more" * (len(alone) > 6)
+            joint, its, they = ("joint", "its", "it is") if len(alone) == 1 else ("joints", "their", "they are")
+            findings.append(
+                f"{joint} {choices(map(shown, alone[:6]))}{more} can move massless links only: "
+                f"{its} motion is undefined and moves nothing else; {they} locked at 0"
+            )
         for name, numbers in inertias.items():
             if reason := _implausible(*numbers):
                 says = "no real body has this inertia; accelerations are computed as written"
                 findings.append(f"link {shown(name)}: {reason}: {says}")
-        notes += _missing_meshes(links, model.file.parent)
+        names = [mesh.get("filename", "") for link in links.values() for mesh in link.iterfind("visual/geometry/mesh")]
+        lost = [name for name in dict.fromkeys(names) if mesh_file(model.file.parent, name) is None]
+        if lost:
+            which = (
+                f"mesh {shown(lost[0])} is"
+                if len(lost) == 1
+                else f"{len(lost)} meshes, {shown(lost[0])} the first, are"
+            )
+            notes.append(f"{which} not found and will not be drawn")
         unit = mass_unit([mass for mass, _ in inertias.values()], [abs(x).max() for _, x in inertias.values()])
         for part in (part for link in links.values() for part in _inertial_parts(link) if unit != 1.0):
             for key in ("value", *_MOMENTS):
@@ -349,17 +363,6 @@ def mesh_file(folder: Path, filename: str) -> Path | None:
     return next(filter(os.path.isfile, candidates), None)  # no file also for names that no file can have
 
 
-def _missing_meshes(links: Mapping[str, Element], folder: Path) -> list[str]:
-    """One note on the meshes that are not there."""
-    names = [mesh.get("filename", "") for link in links.values() for mesh in link.iterfind("visual/geometry/mesh")]
-    missing = [name for name in dict.fromkeys(names) if mesh_file(folder, name) is None]
-    if not missing:
-        return []
-    one = len(missing) == 1
-    which = f"mesh {shown(missing[0])} is" if one else f"{len(missing)} meshes, {shown(missing[0])} the first, are"
-    return [f"{which} not found and will not be drawn"]
-
-
 # --- joints ---------------------------------------------------------------------------------------------------------
 
 
@@ -465,16 +468,6 @@ def _massless_joints(
     moving = _moving(joints)
     massless = [name for name in moving if name not in carrying]
     return massless if len(massless) < len(moving) else []
-
-
-def _massless_finding(names: Sequence[str]) -> list[str]:
-    if not names:
-        return []
-    who, its, they = f"joint {shown(names[0])}", "its", "it is"
-    if len(names) > 1:
-        more = f" and {len(names) - 6} more" * (len(names) > 6)
-        who, its, they = f"joints {choices(map(shown, names[:6]))}{more}", "their", "they are"
-    return [f"{who} can move massless links only: {its} motion is undefined and moves nothing else; {they} locked at 0"]
 
 
 class _Mimic(NamedTuple):

@@ -18,8 +18,8 @@ from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.engines.machine.code import Block
 from pendpin.errors import InputError, RunError, choices, is_number, not_one_of, shown
+from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import EPS, Array
-from pendpin.ground.keypaths import number_at, parsed
 from pendpin.integrators import Run
 from pendpin.integrators.adaptive import Call, block_stepper, cyrk
 from pendpin.integrators.base import LEAST_RTOL

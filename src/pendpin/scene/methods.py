@@ -71,31 +71,14 @@ class Method:
 
 
 def _adaptive(name: str, library_name: str, family: str, order: float | None, **facts: Any) -> Method:
-    return Method(
-        name=name,
-        integrator="adaptive:Adaptive",
-        setting="tolerance",
-        library_name=library_name,
-        family=family,
-        order=order,
-        machine_code=True,
-        **facts,
-    )
+    facts |= {"integrator": "adaptive:Adaptive", "setting": "tolerance", "machine_code": True}
+    return Method(name=name, library_name=library_name, family=family, order=order, **facts)
 
 
 def _collocation(stages: int, **facts: Any) -> Method:
-    order = 2 * stages
-    return Method(
-        name=f"gauss{order}",
-        integrator="gauss:Gauss",
-        family=COLLOCATION,
-        setting="step",
-        order=order,
-        stages=stages,
-        state="angles",  # it integrates positions and momenta
-        step_price=30.0,  # 20 to 40: it solves the stage equations in Python
-        **facts,
-    )
+    facts |= {"integrator": "gauss:Gauss", "setting": "step", "state": "angles"}  # it integrates positions and momenta
+    facts |= {"step_price": 30.0}  # 20 to 40: it solves the stage equations in Python
+    return Method(name=f"gauss{2 * stages}", family=COLLOCATION, order=2 * stages, stages=stages, **facts)
 
 
 _RECORDS = (

@@ -12,9 +12,9 @@ from pydantic_core import PydanticSerializationError
 
 from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
 from pendpin.errors import InputError, KeyPath, inside, shown, written
+from pendpin.ground.arguments import parsed, places_of
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of, path_of, write_whole
-from pendpin.ground.keypaths import parsed, places_of
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
 from pendpin.scene.methods import fixed_methods
 from pendpin.scene.models import AnyModel, UrdfModel

@@ -13,9 +13,8 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.graphics.style import BESIDE, PALE, new_figure, styled, with_unit
-from pendpin.ground.arguments import axes
+from pendpin.ground.arguments import axes, number_at, parsed
 from pendpin.ground.arrays import Array
-from pendpin.ground.keypaths import number_at, parsed
 from pendpin.ground.report import Report, Result
 from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
 from pendpin.scene import Scene, unit_of_key

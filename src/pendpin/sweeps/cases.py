@@ -15,8 +15,8 @@ import numpy as np
 
 from pendpin.engines import ProgressCallback
 from pendpin.errors import InputError, Interrupted, PendpinError, RunError, inside, shown
+from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import EPS, Array, Indices, Mask
-from pendpin.ground.keypaths import parsed
 from pendpin.ground.libraries import installed
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, inside, not_one_of, say_note, shown
+from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array, ArrayLike, Indices
 from pendpin.ground.files import csv_table, read_whole
-from pendpin.ground.keypaths import parsed
 from pendpin.ground.report import Report, Table
 
 CASE = "case"  # the dimension of cases that are not a grid

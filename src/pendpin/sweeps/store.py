@@ -17,9 +17,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, shown
+from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
-from pendpin.ground.keypaths import leaves
 from pendpin.sweeps.attractors import with_numbers
 from pendpin.sweeps.cases import Block, Task
 from pendpin.sweeps.plan import CASE, Plan, short_names

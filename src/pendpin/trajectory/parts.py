@@ -41,7 +41,7 @@ class Reactions(NamedTuple):
     Mc: Array
 
     def __repr__(self) -> str:
-        return _ranges(self)
+        return ranges_in_words(self)
 
 
 class HingeReactions(NamedTuple):
@@ -59,10 +59,10 @@ class HingeReactions(NamedTuple):
     Mc: Array
 
     def __repr__(self) -> str:
-        return _ranges(self)
+        return ranges_in_words(self)
 
 
-def _ranges(rods: Reactions | HingeReactions) -> str:
+def ranges_in_words(rods: Reactions | HingeReactions) -> str:
     parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
     return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
 
@@ -172,24 +172,20 @@ def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
     effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}
-    least, most = effects, effects
-    if AS_WRITTEN[0] in effects:  # it stands for others, as many as its file writes
-        least, most = effects - set(AS_WRITTEN), effects | set(AS_WRITTEN)
-    if work and not least <= set(work) <= most:
+    others = {*AS_WRITTEN} if AS_WRITTEN[0] in effects else set()  # it stands for others, as many as its file writes
+    if work and not effects - others <= set(work) <= effects | others:
         raise ValueError("its works are not those of its scene's effects")
-    happened = {"events": read_events(file, joints), "held": _read_outputs(file, nv)}
-    return happened | {"joints": joints, "work": work, "stats": stats, "scene": scene}, arrays
-
-
-def _read_outputs(file: ArrayFile, nv: int) -> tuple[Array, ...]:
-    """The outputs (instants, k) of each sampled torque. Raises ValueError for such as cannot be."""
-    names = [name for name in file.headers if name.startswith("held_")]
-    if sorted(names) != sorted(f"held_{i}" for i in range(len(names))):
+    names = sorted(name for name in file.headers if name.startswith("held_"))
+    if names != sorted(f"held_{i}" for i in range(len(names))):
         raise ValueError("the arrays of held torques do not fit together")
-    shapes = [(_length(file, name, 0), _length(file, name, 1)) for name in sorted(names)]
-    if any(joints > nv for _, joints in shapes):
-        raise ValueError(f"held torques of more than {nv} joints")
-    return tuple(read_array(file, f"held_{i}", shape) for i, shape in enumerate(shapes))
+    held = []  # the outputs (instants, k) of each sampled torque
+    for i in range(len(names)):
+        instants, driven = (_length(file, f"held_{i}", axis) for axis in (0, 1))
+        if driven > nv:
+            raise ValueError(f"held torques of more than {nv} joints")
+        held.append(read_array(file, f"held_{i}", (instants, driven)))
+    happened = {"events": read_events(file, joints), "held": tuple(held)}
+    return happened | {"joints": joints, "work": work, "stats": stats, "scene": scene}, arrays
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:

@@ -21,8 +21,8 @@ from pendpin.dynamics.vibrations import matrices, vibrations
 from pendpin.errors import InputError, MissingLibrary, inside, not_one_of
 from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
+from pendpin.ground.arguments import number_at
 from pendpin.ground.arrays import Array
-from pendpin.ground.keypaths import number_at
 from pendpin.ground.records import Number, Positive, Record
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model import kinematics
