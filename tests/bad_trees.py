@@ -94,6 +94,7 @@ COMMANDS = [
     Case("section: a scene that is not", ("section", "no.toml", *SECTION[2:], "theta = 0"), "no.toml: cannot be read"),
     Case("bifurcation: count 0", (*DIAGRAM, AMPLITUDE, "--count", "0"), "Invalid value for '--count'", status=2),
     Case("bifurcation: no values", (*DIAGRAM, "effects[1].amplitude"), "--vary:", status=2),
+    Case("bifurcation: two numbers", (*DIAGRAM, AMPLITUDE, "--vary", AMPLITUDE), "--vary: 2", status=2),
     Case("bifurcation: falling values", (*DIAGRAM, "effects[1].amplitude=2:1:3"), "values: rising order"),
     Case("bifurcation: no such effect", (*DIAGRAM, "effects[7].amplitude=1:2:2"), "effects[7]"),
     Case("bifurcation: no such number", (*DIAGRAM, "effects[1].amplitud=1:2:2"), "effects[1].amplitud 'amplitude'"),

@@ -8,7 +8,7 @@ import typer
 from pendpin.cli.inputs import Json, Plot, SceneInput, flag, naming_options, on_scene
 from pendpin.cli.outputs import print_files, print_report, refuse_outputs
 from pendpin.cli.work import Limit, limited, waiting
-from pendpin.errors import PendpinError
+from pendpin.errors import InputError, PendpinError
 
 
 @on_scene
@@ -146,7 +146,7 @@ def section(
 @on_scene
 def bifurcation(
     chosen: SceneInput,
-    vary: Annotated[str, typer.Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
+    vary: Annotated[list[str], typer.Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
     of: Of,
     strobe: Annotated[
         float | None, typer.Option(help="Period in s of the strobe; that of the drive if absent.")
@@ -165,7 +165,9 @@ def bifurcation(
 
     refuse_outputs(chosen.files, plot=plot)
     with naming_options("vary", "of", "count", "skip"):
-        ((key, values),) = read_axes([vary]).items()
+        if len(vary) > 1:
+            raise InputError(f"vary: a diagram has one number, not {len(vary)}; a sweep varies several")
+        ((key, values),) = read_axes(vary).items()
         if strobe is not None and not 0 < strobe < float("inf"):
             raise typer.BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
         place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
