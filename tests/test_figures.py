@@ -98,8 +98,7 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
     "graphics/figure.py plot": [lambda: run_figure("theta_1")],
     "stability/lyapunov.py plot": [lambda: pp.lyapunov(double(), duration=1.0).plot().figure],
     "stability/modes.py plot": [lambda: pp.modes(double()).plot()],
-    "stability/sections/portraits.py plot": [section],
-    "stability/sections/diagrams.py plot": [diagram],
+    "stability/sections/diagrams.py plot": [section, diagram],
     "stability/branches.py plot": [
         lambda: pp.follow(pp.periodic_orbit(driven()), "effects[2].frequency", 3.1).plot().figure
     ],

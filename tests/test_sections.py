@@ -7,7 +7,7 @@ import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
 from pendpin.stability import sections
-from pendpin.stability.sections.portraits import mass_matrix
+from pendpin.stability.sections.diagrams import mass_matrix
 
 GRAVITY = fx.Gravity()
 PLANAR = pp.Scene(

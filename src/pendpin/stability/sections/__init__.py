@@ -4,8 +4,7 @@ A section is a function of a scene, or of a run: it continues the motion until i
 many starts of one energy it is a portrait; over a number of the scene, with the state carried on, a bifurcation diagram.
 """
 
-from pendpin.stability.sections.diagrams import Bifurcation, bifurcation
+from pendpin.stability.sections.diagrams import Bifurcation, Portrait, bifurcation, portrait
 from pendpin.stability.sections.points import Crossing, Strobe, crossing, strobe
-from pendpin.stability.sections.portraits import Portrait, portrait
 
 __all__ = ["Bifurcation", "Crossing", "Portrait", "Strobe", "bifurcation", "crossing", "portrait", "strobe"]

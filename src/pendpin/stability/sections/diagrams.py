@@ -1,4 +1,4 @@
-"""Bifurcation diagrams: a section over a number of the scene, the state carried from value to value."""
+"""Diagrams of sections: portraits, of many motions of one energy, and bifurcation diagrams, over a number of the scene."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -7,16 +7,193 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, RunError, shown
+from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.engines import Moving
+from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, numbers
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
-from pendpin.scene import Scene, chosen_scene, unit_of_key
-from pendpin.stability.sections.points import Section, wrapped
+from pendpin.model.build import build, start_state
+from pendpin.runs.batches import Level, Series, takes
+from pendpin.scene import Scene, Start, chosen_scene, unit_of_key
+from pendpin.stability.sections.points import PATIENCE, Crossing, Section, wrapped
 
+TRIES = 20_000  # random angles for one start: as many are looked at until the energy is too small for all of them
+MOST_STARTS = 100_000
 MOST_CYCLE = 16  # points of a cycle that is told from chaos
 SAME = 1e-6  # of the range of a quantity, or rad: the distance of two points of a cycle that are one
+
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Portrait(Result):
+    """A Poincaré section of many motions of one energy."""
+
+    section: Crossing
+    energy: float  # J
+    drawn: bool  # whether the starts were drawn at this energy; else there is one, the scene's own
+    starts: tuple[Start, ...]
+    values: Array  # (starts, count, len(of)); NaN where a motion has no such points
+    why: tuple[str, ...]  # for each start why it has none, "" where it has
+    units: dict[str, str]
+
+    @styled()
+    def plot(self, ax: Any = None) -> Any:
+        """Draw the second quantity against the first, a colour for each motion, on a matplotlib Axes; returns it."""
+        if len(self.section.of) != 2:
+            raise InputError(f"of: a section is drawn of two quantities, not of {len(self.section.of)}")
+        ax = axes("ax", ax) or new_figure(7.0, 5.5).subplots()
+        for points in self._shown():
+            ax.plot(*points.T, ".", ms=2.0, mew=0)
+        x, y = (with_unit(name, self.units[name]) for name in self.section.of)
+        ax.set(xlabel=x, ylabel=y)
+        how = {1: ", rising", -1: ", falling", 0: ""}[self.section.direction]
+        ax.set_title(f"{self.section.name} = {self.section.level:g}{how}; {self.energy:.6g} J")
+        return ax
+
+    def report(self) -> Report:
+        """How the starts were drawn, how many motions have their points, and the range of each quantity."""
+        good = [not reason for reason in self.why]
+        head = ("quantity", "least", "largest", "unit")
+        rows = [
+            (name, f"{np.nanmin(column):.6g}", f"{np.nanmax(column):.6g}", self.units[name])
+            for name, column in zip(self.section.of, np.moveaxis(self._shown(), -1, 0), strict=True)
+            if any(good)
+        ]
+        how = (
+            f"{len(self.starts)} starts at {self.energy:.6g} J on the section: angles are drawn evenly where their "
+            "potential energy is below it; the rest is kinetic, in directions drawn evenly by the mass matrix."
+        )
+        parts = [how] if self.drawn else []
+        parts.append(
+            f"{sum(good)} of {len(good)} motions have {self.section.count} points each; angles from -pi to pi."
+        )
+        parts += [
+            f"{sum(reason == one for reason in self.why)} have none: {one}" for one in dict.fromkeys(self.why) if one
+        ]
+        data = {"energy": self.energy, "of": self.section.of, "values": self.values.tolist(), "why": list(self.why)}
+        table = [Table(head, rows)] if rows else []
+        return Report((*parts, *table), data, None if any(good) else "no motion has all its points")
+
+    def _shown(self) -> Array:
+        """The values (starts, count, len(of)) with angles from -pi to pi."""
+        angles = [self.units[name] == "rad" for name in self.section.of]
+        return np.where(angles, wrapped(self.values), self.values)
+
+
+def portrait(
+    scene: Scene | str | Path, section: Crossing, starts: int = 1, energy: float | None = None, seed: int = 0
+) -> Portrait:
+    """A Poincaré section of the motion of a scene, or of many motions of one energy.
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        section: from `crossing`.
+        starts: how many motions; more than one need an energy.
+        energy: in J, kinetic and potential, 0 at W's origin as in run.energy(). Angles of the starts are drawn evenly,
+            with the section's own at its level, until their potential energy is below it. The rest is kinetic, in
+            directions drawn evenly by the mass matrix. Joints that stay at 0 in the scene's own motion stay there.
+            Without an energy the motion is that from the scene's own start.
+        seed: of the starts.
+
+    Raises:
+        InputError: for a section or numbers that cannot be, and where no such start is found.
+    """
+    scene = chosen_scene(scene)
+    if not isinstance(section, Crossing):
+        raise InputError(f"section: {shown(section)} is not a pp.sections.crossing(...)")
+    if type(starts) is not int or not 1 <= starts <= MOST_STARTS:
+        raise InputError(f"starts: {shown(starts)} is not a whole number from 1 to {MOST_STARTS:,}")
+    if energy is not None and not (is_number(energy) and np.isfinite(energy)):
+        raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
+    if type(seed) is not int or seed < 0:
+        raise InputError(f"seed: {shown(seed)} is not a whole number from 0 on")
+    if energy is None and starts > 1:
+        raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
+    units, dynamics = section.check(scene), bind(scene)
+    q, v = start_state(dynamics.model, scene.start)
+    if energy is None:
+        drawn, total = [scene.start], sum(dynamics.energy(q, v))
+    else:
+        total = float(energy)
+        drawn = _draw_starts(dynamics, (q, v), section, starts, total, np.random.default_rng(seed))
+    values, why = _points_side_by_side(scene, section, drawn), [""] * starts
+    for place in np.flatnonzero(np.isnan(values).any((1, 2))):
+        try:
+            values[place], _ = section.collect(scene.model_copy(update={"start": drawn[place]}))
+        except RunError as error:
+            why[place] = str(error)
+    return Portrait(section, total, energy is not None, tuple(drawn), values, tuple(why), units)
+
+
+def _points_side_by_side(scene: Scene, section: Crossing, starts: Sequence[Start]) -> Array:
+    """The values (starts, count, len(of)) of motions that Taylor series take side by side; NaN for the others."""
+    values = np.full((len(starts), section.count, len(section.of)), np.nan)
+    model, tolerance = build(scene.model), scene.solver.tolerance
+    names = [*model.joints, *(f"{joint}_rate" for joint in model.joints)]
+    turns = [joint for joint, slides in zip(model.joints, model.slides, strict=True) if not slides]
+    if tolerance is None or not takes(scene) or section.name not in turns or not {*section.of} <= {*names}:
+        return values
+    q, v = (np.array(x) for x in zip(*(start_state(model, start) for start in starts), strict=True))
+    level = Level(model.joints.index(section.name), section.level, section.direction)
+    series = Series(scene, tolerance, np.stack([q, v], 1), level=level)
+    if series.covered:
+        columns = [1 + names.index(name) for name in section.of]
+        points = series.cross(series.started(q, v), section.skip + section.count, PATIENCE * scene.duration)
+        for place, rows in enumerate(points):
+            if len(rows) == section.skip + section.count:
+                values[place] = rows[section.skip :, columns]
+    return values
+
+
+def _draw_starts(
+    dynamics: Dynamics, own: tuple[Array, Array], section: Crossing, count: int, energy: float, rng: np.random.Generator
+) -> list[Start]:
+    """Starts of one energy in J on a section; `own` is q, v (nv,) of the scene's own start."""
+    model, (q0, v0) = dynamics.model, own
+    if section.name not in model.joints:
+        raise InputError(f"at: {section.name} is not the angle of a joint; starts of one energy are drawn on one")
+    if not dynamics.conservative:
+        raise InputError("energy: effects of this scene have no potential energy; give starts of your own in a sweep")
+    # the joints that do not stay at 0 in the scene's own motion
+    on_angles = Dynamics(dynamics.model, dynamics.effects, form="angles", start=dynamics.start)
+    engine, nv = on_angles.in_motion(q0, v0, False).engine, len(q0)
+    moving = np.unique((engine.places if isinstance(engine, Moving) else np.arange(nv)) % nv)
+    at = model.joints.index(section.name)
+    if at not in moving:
+        raise InputError(f"at: {section.name} stays at 0 in this scene; give it a start or a rate")
+    turning = np.array([i for i in moving if i != at and not model.slides[i]], int)
+    q = np.tile(q0, (TRIES, 1))
+    q[:, at] = section.level
+    starts, least = list[Start](), np.inf
+    while len(starts) < count:
+        q[:, turning] = rng.uniform(-np.pi, np.pi, (TRIES, len(turning)))
+        _, potential = dynamics.energies(q, np.zeros_like(q))
+        least = min(least, float(potential.min()))
+        good = np.flatnonzero(potential < energy)[: count - len(starts)]
+        if not len(good):
+            raise InputError(f"energy: {energy:g} J is too little: on the section at least {least:.6g} J are potential")
+        for place in good:
+            v, L = np.zeros(len(q0)), np.linalg.cholesky(mass_matrix(dynamics, q[place], moving))
+            way = rng.normal(size=len(moving))
+            speed = np.sqrt(2 * (energy - potential[place]) / (way @ way))
+            v[moving] = speed * np.linalg.solve(L.T, way)
+            v *= -1.0 if v[at] * section.direction < 0 else 1.0
+            starts.append(Start(time=dynamics.start, positions=tuple(q[place].tolist()), velocities=tuple(v.tolist())))
+    return starts
+
+
+def mass_matrix(dynamics: Dynamics, q: Array, moving: Array) -> Array:
+    """The mass matrix (k, k) of k joints at q (nv,), from kinetic energies: twice T is a quadratic form of the rates."""
+    k = len(moving)
+    rates = np.zeros((k, k, len(q)))
+    for i in range(k):
+        rates[i, :, moving[i]] += 1.0
+        rates[:, i, moving[i]] += 1.0
+    kinetic, _ = dynamics.energies(np.tile(q, (k * k, 1)), rates.reshape(k * k, -1))
+    pairs = kinetic.reshape(k, k)  # T(e_i + e_j); T(2 e_i) on the diagonal
+    own = np.diag(pairs) / 4  # T(e_i)
+    return pairs - own[:, None] - own[None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -44,18 +221,25 @@ class Bifurcation(Result):
         return ax
 
     def points(self, rows: Array) -> Array:
-        """How many different points each value has, (k,): the period in strobes; -1 for more than MOST_CYCLE, or none."""
-        return np.array(
-            [_cycle(_on_circle(section, [self.units[name] for name in self.section.of])) for section in rows]
-        )
+        """How many different points each value has, (k,): the period in strobes; -1 for more than MOST_CYCLE, 0 for none."""
+        turns = [self.units[name] == "rad" for name in self.section.of]
+        # sine and cosine in place of each angle: whole turns count as nothing
+        states = np.concatenate([np.where(turns, np.cos(rows), rows), np.where(turns, np.sin(rows), 0.0)], -1)
+        size, counts = np.maximum(1.0, np.abs(states).max((1, 2))), np.full(len(rows), -1)
+        for length in range(min(MOST_CYCLE, rows.shape[1] // 2), 0, -1):
+            counts[np.abs(states[:, length:] - states[:, :-length]).max((1, 2)) <= SAME * size] = length
+        return np.where(np.isnan(rows).any((1, 2)), 0, counts)
 
     def report(self) -> Report:
         """Where the number of points changes, up and down."""
         rows = list[tuple[str, str, str]]()
-        for way, values in (("up", self.up), ("down", self.down)):
-            at, counts = (self.at, self.points(values)) if way == "up" else (self.at[::-1], self.points(values)[::-1])
-            first = np.flatnonzero(np.diff(counts, prepend=counts[0] - 1))
-            rows += [(way, f"{at[i]:.6g}", _described(int(counts[i]))) for i in first]
+        words = {-1: f"no cycle of up to {MOST_CYCLE} points, or not settled: a larger skip tells", 0: "no motion"}
+        words[1] = "the same point in every period"
+        for way, values, order in (("up", self.up, 1), ("down", self.down, -1)):
+            at, counts = self.at[::order], self.points(values)[::order].tolist()
+            for i, count in enumerate(counts):
+                if i == 0 or count != counts[i - 1]:
+                    rows.append((way, f"{at[i]:.6g}", words.get(count, f"a cycle of {count} points")))
         data = {
             "key": self.key,
             "at": self.at.tolist(),
@@ -92,27 +276,3 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
                 why[f"{key} = {at[place]:g}: {error}"] = None
                 start = scene.start
     return Bifurcation(key, at, section, room[0], room[1], tuple(why), units)
-
-
-def _cycle(points: Array) -> int:
-    """After how many of the points (count, m) they repeat; 0 where there are none, -1 if they do not up to MOST_CYCLE."""
-    if np.isnan(points).any():
-        return 0
-    for length in range(1, min(MOST_CYCLE, len(points) // 2) + 1):
-        if np.abs(points[length:] - points[:-length]).max() <= SAME * max(1.0, float(np.abs(points).max())):
-            return length
-    return -1
-
-
-def _on_circle(points: Array, units: Sequence[str]) -> Array:
-    """Points (count, m) with sine and cosine in place of each angle: whole turns count as nothing."""
-    columns = [(np.sin(x), np.cos(x)) if unit == "rad" else (x,) for x, unit in zip(points.T, units, strict=True)]
-    return np.stack([part for parts in columns for part in parts], 1)
-
-
-def _described(count: int) -> str:
-    if count <= 0:
-        return (
-            "no motion" if count == 0 else f"no cycle of up to {MOST_CYCLE} points, or not settled: a larger skip tells"
-        )
-    return "the same point in every period" if count == 1 else f"a cycle of {count} points"

@@ -1,7 +1,7 @@
 """The points of a section: where a quantity crosses a level, or once a period, in as many pieces as it takes."""
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import ClassVar
@@ -110,8 +110,9 @@ class Crossing(Section):
 
     def collect(self, scene: Scene) -> tuple[Array, Start]:
         """The values (count, len(of)) at the crossings, and the state at the end of the motion."""
-        rows, points, since, wanted = list[Array](), 0, 0.0, self.skip + self.count
-        for run in _pieces(scene):
+        rows, points, since, wanted, longer = list[Array](), 0, 0.0, self.skip + self.count, scene.duration
+        while True:
+            run = run_to_setting(_lasting(scene, longer))
             here = self.crossings(run)
             rows.append(self.values(here))
             points += len(here.t)
@@ -124,7 +125,8 @@ class Crossing(Section):
                 raise RunError(
                     f"{self.name} {how} {self.level:g}: {points} of {wanted} points, none in the last {since:.4g} s{rests}"
                 )
-        raise AssertionError  # the pieces have no end
+            scene = scene.model_copy(update={"start": _start_at(run)})
+            longer = min(2 * longer, LONGEST * scene.duration)
 
     def crossings(self, run: RunRecord) -> RunRecord:
         """The run at the instants of its crossings, to its own accuracy. Raises InputError."""
@@ -210,16 +212,6 @@ def read_crossing(text: str, of: Sequence[str], count: int, skip: int) -> Crossi
 def strobe(period: float | None = None, *, of: Sequence[str] | str, count: int = 200, skip: int = 200) -> Strobe:
     """A stroboscopic section: like `crossing`, once a period in s; that of the drive if absent."""
     return Strobe(of, count, skip, period=period)  # type: ignore[arg-type]
-
-
-def _pieces(scene: Scene) -> Iterator[RunRecord]:
-    """The motion of a scene, piece after piece, each longer than the one before."""
-    longer = scene.duration
-    while True:
-        run = run_to_setting(_lasting(scene, longer))
-        yield run
-        scene = scene.model_copy(update={"start": _start_at(run)})
-        longer = min(2 * longer, LONGEST * scene.duration)
 
 
 def _lasting(scene: Scene, duration: float) -> Scene:
