@@ -11,7 +11,7 @@ W. Squire, G. Trapp, SIAM Review 40 (1998), 110). Numbers that are 0 have a rate
 from collections.abc import Sequence
 from dataclasses import replace
 from types import SimpleNamespace
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, cast
 
 import numpy as np
 
@@ -39,6 +39,93 @@ from pendpin.scene import Chain, Scene
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers
 
 
+class Jacobian(NamedTuple):
+    """Accelerations q'' at a state, and their derivatives."""
+
+    acceleration: Array  # (nv,)
+    of_q: Array  # (nv, nv), 1/s²
+    of_v: Array  # (nv, nv), 1/s
+
+
+class Variational:
+    """y' = f(t, y) of the state y = (q, v), with the derivatives of f in some directions, as machine code.
+
+    A direction is that of one number of the scene, by its key path: the state of its equations is (y, w_1, ..., w_K),
+    w_k = dy/d(number k), and w_k' = df/dy w_k + df/d(number k). Without keys there is one direction, that of a change w of
+    the state itself. Times are since the scene's start, in s. Use one in each thread.
+
+    Friction and stops are left out: they act at events. `contacts` keeps friction, between two events: `self.contacts` then
+    says what is held. Friction holds no joint
+    whose place is among those that stay 0, `still`.
+
+    Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
+    without llvmlite.
+    """
+
+    def __init__(
+        self, scene: Scene, keys: Sequence[str] = (), contacts: bool = False, still: tuple[int, ...] = ()
+    ) -> None:
+        self.model = build(scene.model)
+        self.keys, self.scene = tuple(keys), scene
+        effects, start = differentiable(scene, contacts), scene.start.time
+        engine = choose_engine(self.model, Binding(self.model, effects, start=start).loads, "auto", "angles")
+        touching = any(isinstance(effect, ContactEffect) for effect in effects)
+        by_rod = not still and not touching and records_by_rod(engine, effects)
+        self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
+        varied, effects, asked, parameters, masks = self.variation[:5]
+        llvm.require("what takes derivatives")
+        directions = self.variation.directions or (STATE,)
+
+        def write() -> Recording:
+            return add_tangents(record(varied, effects, start, (), asked, by_rod, masks), directions)
+
+        places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
+        key = ("derivatives", parameters.structure, len(parameters.values), places)
+        values = Values(self.variation.shared, self.variation.of_rods, parameters.tables)
+        self.block: Block = look_up(key, write, parameters).block(values)  # its state is (y, w_1, ..., w_K)
+        self.contacts: Contacts | None = None
+        if asked.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
+            bound = bind_contacts(self.model, effects, engine)
+            moving = np.isin(np.arange(len(bound.static)), still, invert=True)
+            self.contacts = replace(bound, static=bound.static * moving, block=self.block)
+        self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
+        self.nv = len(self.model.joints)
+
+    def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
+        """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
+        n, size = y.shape
+        rows, _ = self.block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
+        return rows[:, :size], rows[:, size:].reshape(w.shape)
+
+    def jacobian(self, t: float, q: Array, v: Array) -> Jacobian:
+        """The accelerations at a state (nv,) each and their derivatives; for one without keys."""
+        nv, directions = self.nv, np.eye(2 * self.nv)[:, None]
+        y = np.tile(np.concatenate([q, v]), (2 * nv, 1))
+        rates, changes = self.rates(np.full(2 * nv, t), y, directions)
+        return Jacobian(rates[0, nv:], changes[:nv, 0, nv:].T, changes[nv:, 0, nv:].T)
+
+
+def refuse_poles(model: Model, q: Array) -> None:
+    """Raise InputError for positions q (nv,) with a thin rod at phi = ±90 degrees, where its angles are singular."""
+    if rod := model.thin_at_pole(q, POLE):
+        raise InputError(f"{rod} is thin and at phi = ±90 degrees, where its angles are singular: give it a radius")
+
+
+def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
+    """The effects of a scene, with `Idle` in place of friction and stops unless `contacts` are kept.
+
+    Raises InputError for one that does not run on symbols.
+    """
+    acts = expand_as_written(build(scene.model), scene.effects)
+    for i, effect in enumerate(acts):
+        if not effect.symbolic:
+            raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
+    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) and not contacts else e for e in acts)
+
+
+# --- how the parameters change with numbers of the scene ------------------------------------------------------------
+
+
 class Variation(NamedTuple):
     """A scene's parameters with their rates of change by K numbers, and the start's."""
 
@@ -59,51 +146,47 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
 
     The engine is one on angles. Raises InputError for a key that is not a number, or one by which there is no derivative.
     """
-    model = engine.model
+    model, nv = engine.model, len(engine.model.joints)
     places = [parsed(key) for key in keys]
     changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
     lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
     active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
-    pairs: list[tuple[Engine, tuple[Effect, ...]]] = []
-    for chain, effects in [(None, scene.effects), *changes]:
-        chosen = (e if acts else Idle(kind=e.kind) for e, acts in zip(effects, active, strict=True))
-        pairs.append((_engine_of(model, engine, chain), tuple(chosen)))
-    asked = [_contacts_of(model, *pair) for pair in pairs]
-    cases = [(*pair, scene.start.time, one, by_rod) for pair, one in zip(pairs, asked, strict=True)]
+    cases: list[tuple[Any, ...]] = []  # the scene as it is, then with an imaginary part in each of its numbers
+    for chain, given in [(None, scene.effects), *changes]:
+        effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
+        varied, asked = _engine_of(model, engine, chain), MOTION
+        if any(isinstance(effect, ContactEffect) for effect in effects):
+            assert isinstance(varied, AngleEngine)
+            asked = Asked(contacts=bind_contacts(model, effects, varied))
+        cases.append((varied, effects, scene.start.time, asked, by_rod))
     first = [parameters_of(*case) for case in cases]
     masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
     same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
-    base, *others = first if same else [parameters_of(*case, masks) for case in cases]
-    shared, rods, changed = list(base.values), list(base.values_of_rods), iter(zip(others, asked[1:], strict=True))
+    base, *others = first if same else [parameters_of(*case, masks=masks) for case in cases]
+    shared, rods = list(base.values), list(base.values_of_rods)
+
+    def appended(values: list[Any], rates: Array) -> dict[int, int]:
+        """Where the rates that are not 0 are among the values, behind which they are put."""
+        out = {}
+        for place, rate in enumerate(rates):
+            if np.any(rate):
+                out[place] = len(values)
+                values.append(rate if np.ndim(rate) else float(rate))
+        return out
+
     directions, static = [], []
+    changed = iter(zip(others, (asked for *_, asked, _ in cases[1:]), strict=True))
     for key in places:
-        one, its = (base, asked[0]) if key[0] == "start" else next(changed)
+        one, asked = (base, cases[0][3]) if key[0] == "start" else next(changed)
         rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
         time = 1.0 if key == ("start", "time") else 0.0
-        directions.append(Direction(_appended(shared, rates), _appended(rods, of_rods), time))
-        static.append(np.imag(its.contacts.static) / _STEP if its.contacts else np.zeros(len(model.joints)))
-    starts = np.array([_start_rate(scene, model, path) for path in places]).reshape(len(keys), 2 * len(model.joints))
+        directions.append(Direction(appended(shared, rates), appended(rods, of_rods), time))
+        static.append(np.imag(asked.contacts.static) / _STEP if asked.contacts else np.zeros(nv))
+    starts = np.array([_start_rate(scene, model, path) for path in places]).reshape(len(keys), 2 * nv)
     columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
-    holding = np.array(static).reshape(len(keys), len(model.joints))
-    return Variation(*pairs[0], asked[0], base, masks, shared, columns, tuple(directions), starts, holding)
-
-
-def _contacts_of(model: Model, engine: Engine, effects: Sequence[Effect]) -> Asked:
-    """What the equations hold beside the motion: the contacts, if any act."""
-    if not any(isinstance(effect, ContactEffect) for effect in effects):
-        return MOTION
-    assert isinstance(engine, AngleEngine)
-    return Asked(contacts=bind_contacts(model, effects, engine))
-
-
-def _appended(values: list[Any], rates: Array) -> dict[int, int]:
-    """Where the rates that are not 0 are among the values, behind which they are put."""
-    places = {}
-    for place, rate in enumerate(rates):
-        if np.any(rate):
-            places[place] = len(values)
-            values.append(rate if np.ndim(rate) else float(rate))
-    return places
+    holding = np.array(static).reshape(len(keys), nv)
+    engine, effects, _, asked, _ = cases[0]
+    return Variation(engine, effects, asked, base, masks, shared, columns, tuple(directions), starts, holding)
 
 
 def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:
@@ -146,18 +229,21 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
     fields = {name: getattr(record, name) for name in kind.model_fields}
     if not rest or rest[0] not in fields:
         raise InputError(f"{written(path)}: not a number of the scene")
-    construct: Any = kind.model_construct  # records refuse complex numbers; the arithmetic behind parameters takes them
-    changed = construct(**(fields | {str(rest[0]): _with_step(fields[str(rest[0])], path, rest[1:])}))
+
+    def stepped(value: Any, rest: KeyPath) -> Any:
+        """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
+        if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
+            return (*value[:i], stepped(value[i], ()), *value[i + 1 :])
+        if rest or not is_number(value):
+            raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
+        return complex(value, _STEP)
+
+    name, construct = (
+        str(rest[0]),
+        cast(Any, kind.model_construct),
+    )  # records refuse complex numbers; what follows takes them
+    changed = construct(**(fields | {name: stepped(fields[name], rest[1:])}))
     return (*records[:place], changed, *records[place + 1 :])
-
-
-def _with_step(value: Any, path: KeyPath, rest: KeyPath) -> Any:
-    """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
-    if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
-        return (*value[:i], _with_step(value[i], path, ()), *value[i + 1 :])
-    if rest or not is_number(value):
-        raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
-    return complex(value, _STEP)
 
 
 def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:
@@ -177,100 +263,3 @@ def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:
     numbers = SimpleNamespace(n=model.chain.n, m=rod_tree.m, h=rod_tree.h, l=lengths, **inertias)
     object.__setattr__(changed, "chain", numbers)
     return LongChain(changed, engine.loads)
-
-
-class Jacobian(NamedTuple):
-    """Accelerations q'' at a state, and their derivatives."""
-
-    acceleration: Array  # (nv,)
-    of_q: Array  # (nv, nv), 1/s²
-    of_v: Array  # (nv, nv), 1/s
-
-
-class Variational:
-    """y' = f(t, y) of the state y = (q, v), with the derivatives of f in some directions, as machine code.
-
-    A direction is that of one number of the scene, by its key path: the state of its equations is (y, w_1, ..., w_K),
-    w_k = dy/d(number k), and w_k' = df/dy w_k + df/d(number k). Without keys there is one direction, that of a change w of
-    the state itself. Times are since the scene's start, in s. Use one in each thread.
-
-    Friction and stops are left out: they act at events. `contacts` keeps friction, between two events: `self.contacts` then
-    says what is held. Friction holds no joint
-    whose place is among those that stay 0, `still`.
-
-    Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
-    without llvmlite.
-    """
-
-    def __init__(
-        self, scene: Scene, keys: Sequence[str] = (), contacts: bool = False, still: tuple[int, ...] = ()
-    ) -> None:
-        self.model = build(scene.model)
-        self.keys, self.scene = tuple(keys), scene
-        effects, start = differentiable(scene, contacts), scene.start.time
-        engine = choose_engine(self.model, Binding(self.model, effects, start=start).loads, "auto", "angles")
-        touching = any(isinstance(effect, ContactEffect) for effect in effects)
-        by_rod = not still and not touching and records_by_rod(engine, effects)
-        self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        self.block: Block = differentiate_equations(self.variation, start, by_rod)  # its state is (y, w_1, ..., w_K)
-        self.contacts: Contacts | None = None
-        if self.variation.asked.contacts and isinstance(
-            engine, AngleEngine
-        ):  # not where all friction is 0 and stays so
-            bound = bind_contacts(self.model, self.variation.effects, engine)
-            moving = np.isin(np.arange(len(bound.static)), still, invert=True)
-            self.contacts = replace(bound, static=bound.static * moving, block=self.block)
-        self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
-        self.nv = len(self.model.joints)
-
-    def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
-        """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
-        n, size = y.shape
-        rows, _ = self.block.evaluated(t, np.concatenate([y, w.reshape(n, -1)], 1))
-        return rows[:, :size], rows[:, size:].reshape(w.shape)
-
-    def jacobian(self, t: float, q: Array, v: Array) -> Jacobian:
-        """The accelerations at a state (nv,) each and their derivatives; for one without keys."""
-        nv, directions = self.nv, np.eye(2 * self.nv)[:, None]
-        y = np.tile(np.concatenate([q, v]), (2 * nv, 1))
-        rates, changes = self.rates(np.full(2 * nv, t), y, directions)
-        return Jacobian(rates[0, nv:], changes[:nv, 0, nv:].T, changes[nv:, 0, nv:].T)
-
-
-def refuse_poles(model: Model, q: Array) -> None:
-    """Raise InputError for positions q (nv,) with a thin rod at phi = ±90 degrees, where its angles are singular."""
-    if rod := model.thin_at_pole(q, POLE):
-        raise InputError(f"{rod} is thin and at phi = ±90 degrees, where its angles are singular: give it a radius")
-
-
-def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
-    """The effects of a scene, with `Idle` in place of friction and stops unless `contacts` are kept.
-
-    Raises InputError for one that does not run on symbols.
-    """
-    acts = expand_as_written(build(scene.model), scene.effects)
-    for i, effect in enumerate(acts):
-        if not effect.symbolic:
-            raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
-    return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) and not contacts else e for e in acts)
-
-
-# --- their machine code ------------------------------------------------------------------------------------------------
-
-
-def differentiate_equations(variation: Variation, start: float, by_rod: bool) -> Block:
-    """A block of the equations of a variation with their derivatives in its directions; without them in that of the state.
-
-    Raises MissingLibrary without llvmlite.
-    """
-    llvm.require("what takes derivatives")
-    engine, effects, asked, parameters, masks = variation[:5]
-    directions = variation.directions or (STATE,)
-
-    def write() -> Recording:
-        return add_tangents(record(engine, effects, start, (), asked, by_rod, masks), directions)
-
-    places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
-    key = ("derivatives", parameters.structure, len(parameters.values), places)
-    values = Values(variation.shared, variation.of_rods, parameters.tables)
-    return look_up(key, write, parameters).block(values)

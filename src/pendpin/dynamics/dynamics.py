@@ -1,10 +1,9 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 import math
-from collections.abc import Hashable, Sequence
+from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from dataclasses import replace
-from functools import cached_property
 from pathlib import Path
 from typing import Any, Literal
 
@@ -53,7 +52,7 @@ class Dynamics:
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
-        self._in_motion = dict[Hashable, Engine]()  # by the zeros of a start; not Dynamics, which would be a circle
+        self._engines = dict[Hashable, Engine]()  # others of this model; not Dynamics, which would be a circle
         self.sampled_effects = dict[tuple[int, float], tuple[Array, Array, Array]]()  # by place and duration: timing.py
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
@@ -72,16 +71,16 @@ class Dynamics:
     @property
     def in_machine_code(self) -> "Dynamics":
         """The same on compiled equations; it shares what is large, Pinocchio's data."""
-        return self if self.engine.compiles else self._on(self._compiled)
+        return self if self.engine.compiles else self._on("compiled", self.compiled)
 
-    @cached_property
-    def _compiled(self) -> Engine:
-        return self.compiled()
-
-    def _on(self, engine: Engine) -> "Dynamics":
-        """The same on another engine."""
+    def _on(self, key: Hashable, make: Callable[[], Engine]) -> "Dynamics":
+        """The same on another engine, which is made once."""
+        if key not in self._engines:
+            self._engines[key] = make()
+        if self._engines[key] is self.engine:
+            return self
         changed = copy(self)
-        changed.engine = engine
+        changed.engine = self._engines[key]
         return changed
 
     def in_motion(self, q: Array, v: Array, compiled: bool) -> "Dynamics":
@@ -89,16 +88,15 @@ class Dynamics:
 
         Its equations are `compiled` or those of this engine.
         """
-        key = (q == 0).tobytes(), (v == 0).tobytes(), compiled
-        if key not in self._in_motion:
+
+        def make() -> Engine:
             base = self._in_directions if compiled else self.engine
             moving = base if self.contacts else in_motion(base, self.effects, self.start, q, v)
-            if moving is not base:
-                self._in_motion[key] = compile_engine(moving, self.effects, self.start) if compiled else moving
-            else:
-                self._in_motion[key] = self.in_machine_code.engine if compiled else self.engine
-        engine = self._in_motion[key]
-        return self if engine is self.engine else self._on(engine)
+            if moving is base:
+                return self.in_machine_code.engine if compiled else self.engine
+            return compile_engine(moving, self.effects, self.start) if compiled else moving
+
+        return self._on(((q == 0).tobytes(), (v == 0).tobytes(), compiled), make)
 
     @property
     def _in_directions(self) -> Engine:

@@ -1,6 +1,6 @@
 """What acts on each joint of a run, effect by effect, and in words what a scene's dynamics evaluate."""
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.dynamics.acting import recall_outputs
 from pendpin.dynamics.binding import BoundField, BoundTorque
 from pendpin.dynamics.dynamics import Dynamics, bind
-from pendpin.effects import BodyEffect, ContactEffect, FieldEffect, Idle, JointEffect, Motion
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import Revolute
 from pendpin.engines.pinocchio import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError
@@ -50,8 +50,6 @@ def efforts(run: RunRecord) -> dict[str, Array]:
 
 def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
     """The generalised force of one effect. `model` is a pin.Model without gravity."""
-    if isinstance(bound, BoundTorque):
-        return lambda t, q, v, motion: bound.at(t, q, v)
     pin, model = pinocchio(), model.copy()
     data, complete, coms = model.createData(), dynamics.binding.complete, dynamics.binding.bodies.com
 
@@ -65,6 +63,8 @@ def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
         still = np.zeros(len(q))
         return -pin.rnea(model, data, q, still, still, external)
 
+    if isinstance(bound, BoundTorque):
+        return lambda t, q, v, motion: bound.at(t, q, v)
     return under_field if isinstance(bound, BoundField) else under_wrench
 
 
@@ -73,47 +73,36 @@ def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
 
 def explain(dynamics: Dynamics, stats: Stats) -> tuple[str, ...]:
     """Lines of text for a person, in the order in which an evaluation goes; `stats` of the run, which chose its engine."""
-    return tuple(_lines(dynamics, stats))
-
-
-def _lines(dynamics: Dynamics, stats: Stats) -> Iterator[str]:
     model, loads, effects = dynamics.model, dynamics.loads, dynamics.effects
-    yield f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}"
-    constant = [e.kind for e in effects if isinstance(e, FieldEffect) and e.constant]
-    yield f"constant fields: {_names(constant)}, summed once: {np.array2string(loads.constant, precision=6)} m/s²"
-    varying = [e for e in effects if isinstance(e, FieldEffect) and not e.constant]
-    yield from _interface("fields that vary with time", varying)
-    for effect in effects:
-        if isinstance(effect, JointEffect):
-            yield f"joint torques: {effect.kind} on {_names(effect.on or model.joints)}"
-    wrenches = [e for e in effects if isinstance(e, BodyEffect)]
-    yield from _interface("body wrenches, from the poses and velocities of all bodies", wrenches)
-    for effect in effects:
-        if isinstance(effect, ContactEffect):
-            yield f"events: {effect.kind} on {_names(effect.joints or model.joints)}"
-    yield from _interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)])
+
+    def names(of: Sequence[str]) -> str:
+        more = f", ... ({len(of)} in all)" if len(of) > 6 else ""
+        return ", ".join(of[:6]) + more if of else "none"
+
+    def interface(title: str, chosen: list[Effect]) -> list[str]:
+        return [f"{title}: {names([effect.kind for effect in chosen])}"] if chosen else []
+
+    fields = [e for e in effects if isinstance(e, FieldEffect)]
+    constant = names([e.kind for e in fields if e.constant])
+    calls = {
+        "the fields that vary with time": loads.varying is not None,
+        "the joint torques": loads.torque is not None,
+        "the kinematics of the bodies and the wrenches on them": loads.wrench is not None,
+        "one solve for the accelerations": True,
+        "another one for the torques that hold joints, if any are held": dynamics.contacts is not None,
+    }
     one = stats.method == "taylor" or "compiled" in stats.engine
-    yield f"an evaluation calls: {'one compiled function of all this' if one else ', '.join(_calls(dynamics))}"
-
-
-def _interface(title: str, effects: list) -> Iterator[str]:
-    if effects:
-        yield f"{title}: {_names([effect.kind for effect in effects])}"
-
-
-def _calls(dynamics: Dynamics) -> Iterator[str]:
-    loads = dynamics.loads
-    if loads.varying is not None:
-        yield "the fields that vary with time"
-    if loads.torque is not None:
-        yield "the joint torques"
-    if loads.wrench is not None:
-        yield "the kinematics of the bodies and the wrenches on them"
-    yield "one solve for the accelerations"
-    if dynamics.contacts is not None:
-        yield "another one for the torques that hold joints, if any are held"
-
-
-def _names(names) -> str:
-    shown = list(names)
-    return ", ".join(shown[:6]) + (f", ... ({len(shown)} in all)" if len(shown) > 6 else "") if shown else "none"
+    called = "one compiled function of all this" if one else ", ".join(call for call, made in calls.items() if made)
+    return (
+        f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}",
+        f"constant fields: {constant}, summed once: {np.array2string(loads.constant, precision=6)} m/s²",
+        *interface("fields that vary with time", [e for e in fields if not e.constant]),
+        *(f"joint torques: {e.kind} on {names(e.on or model.joints)}" for e in effects if isinstance(e, JointEffect)),
+        *interface(
+            "body wrenches, from the poses and velocities of all bodies",
+            [e for e in effects if isinstance(e, BodyEffect)],
+        ),
+        *(f"events: {e.kind} on {names(e.joints or model.joints)}" for e in effects if isinstance(e, ContactEffect)),
+        *interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)]),
+        f"an evaluation calls: {called}",
+    )

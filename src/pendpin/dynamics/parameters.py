@@ -99,9 +99,9 @@ class Parameters(Numbers):
         """Note what the equations take as it is."""
         self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
 
-    def input(self, place: int) -> Any:
-        """An input of the tape; its place is not part of the structure."""
-        return 0.0 if self._tape is None else self._tape.input(place)
+    def input(self, *place: int) -> Any:
+        """An input of the tape, or of each rod one in the first or second half; its place is not part of the structure."""
+        return 0.0 if self._tape is None else self._tape.leaf("input", *place, by_rod=len(place) > 1)
 
     def effect(self, effect: AnEffect) -> AnEffect:
         """The effect with parameters; its kind, and fields that are not numbers, belong to the structure."""
@@ -157,10 +157,6 @@ class RodParameters(Parameters):
         out = np.zeros(x.shape[1:], dtype=object)
         out[present] = [self._tape.parameter(place, by_rod=True) for place in range(begin, len(self.columns))]
         return out
-
-    def input_of_rod(self, part: int, place: int) -> Any:
-        """One of two inputs of each rod, from the first or the second half of all."""
-        return 0.0 if self._tape is None else self._tape.input_of_rod(part, place)
 
 
 def list_parameters(

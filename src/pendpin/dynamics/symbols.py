@@ -152,9 +152,9 @@ def _record_tree(
     held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
     if contacts is not None:
         holding, contacts = contacts.holding, contacts.with_numbers(numbers)
-        if isinstance(numbers, RodParameters):
+        if numbers.by_rod:
             holding = np.asarray(holding.reshape(-1, nv).any(0))
-            flags, ways = ([numbers.input_of_rod(part, i) for i in range(nv)] for part in range(2))
+            flags, ways = ([numbers.input(part, i) for i in range(nv)] for part in range(2))
         else:
             flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
         numbers.constant(("contacts", holding.tobytes()))

@@ -20,9 +20,8 @@ SAMPLES = 4096  # of an effect that does not declare its pace: intervals over th
 NEGLIGIBLE = 1e-10  # of an effect, for methods without a tolerance
 LEAST = 1e-12  # of an effect: differences below may be rounding
 WHOLE = 1e-6  # tolerance down to which a step may take all of the shortest time
-ORDER = (
-    8  # of dop853, the highest of those that take tolerances: its steps become shorter as this root of the tolerance
-)
+# of dop853, the highest of those that take tolerances: its steps become shorter as this root of the tolerance
+ORDER = 8
 
 
 class Timing(NamedTuple):

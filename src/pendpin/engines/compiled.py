@@ -24,27 +24,21 @@ class Wrapping(Engine):
         return y
 
     def pack(self, q: Array, v: Array) -> Array:
-        """The state (size,) of the base engine."""
         return self.base.pack(q, v)
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) by the base engine."""
         return self.base.unpack(t, self.whole(y), near)
 
     def density(self, y: Array) -> float:
-        """The states per second that the base engine needs, by states y (n, size)."""
         return self.base.density(self.whole(y))
 
     def project(self, y: Array) -> Array:
-        """The projection (size,) of the base engine."""
         return self.base.project(self.whole(y))
 
     def motion(self, y: Array) -> Motion:
-        """The motion of the bodies by the base engine, at y (size,)."""
         return self.base.motion(self.whole(y))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations (n, nv) and wrenches (n, joints, 6) by the base engine, at any states."""
         return self.base.evaluate(t, q, v, torque)
 
 

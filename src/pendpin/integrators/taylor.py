@@ -2,7 +2,7 @@
 
 import time
 import weakref
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Sequence
 from copy import copy
 from operator import add, mul, neg, sub, truediv
 from typing import Any, NamedTuple
@@ -123,33 +123,29 @@ class Taylor(Integrator):
             raise InputError(f"solver.method: taylor takes up to {most}; this model has {joints}: take dop853")
         equations, parameters = equations_of(engine, self._effects, self._start)
         recording = equations.recording
+
+        def compile_series() -> tuple[Any, float]:
+            """heyoka's integrator, and the s in which it was compiled."""
+            begin, (symbols, rates) = time.thread_time(), expressions(self._heyoka, recording)
+            series = self._heyoka.taylor_adaptive(
+                list(zip(symbols, rates, strict=True)),
+                np.zeros(recording.size),
+                tol=self.tolerance,
+                high_accuracy=self.tolerance < COMPENSATED,
+                compact_mode=joints > SMALL,
+            )
+            return series, time.thread_time() - begin
+
         if self.tolerance not in equations.series:
-            first, self._compiling = wait_for(lambda: self._compiled(recording, joints > SMALL))
+            first, self._compiling = wait_for(compile_series)
             equations.series[self.tolerance] = first, []
-        series = self._take_free(equations.series)
-        series.pars[:] = run_time_parameters(recording, parameters.values)
-        return series
-
-    def _compiled(self, recording: Recording, compact: bool) -> tuple[Any, float]:
-        """heyoka's integrator of a recording, and the s in which it was compiled."""
-        begin, (symbols, rates) = time.thread_time(), expressions(self._heyoka, recording)
-        series = self._heyoka.taylor_adaptive(
-            list(zip(symbols, rates, strict=True)),
-            np.zeros(recording.size),
-            tol=self.tolerance,
-            high_accuracy=self.tolerance < COMPENSATED,
-            compact_mode=compact,
-        )
-        return series, time.thread_time() - begin
-
-    def _take_free(self, compiled: dict[Hashable, Any]) -> Any:
-        """An integrator that no other run uses, until this one is gone: a copy takes a millisecond."""
-        first, free = compiled[self.tolerance]
-        try:
+        first, free = equations.series[self.tolerance]
+        try:  # one that no other run uses, until this one is gone: a copy takes a millisecond
             series = free.pop()
         except IndexError:
             series = copy(first)
         weakref.finalize(self, free.append, series).atexit = False
+        series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
 
 

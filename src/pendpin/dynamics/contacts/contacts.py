@@ -160,7 +160,11 @@ class Contacts:
             return v
         columns, back = self.engine.compliance(q, joints), self.restitution[(side < 0).astype(int), joints]
         fastest = (self.length * np.abs(v)).max()
-        for _ in range(_impacts_before_the_limit(back)):
+        # An impact shrinks the space of the rates by the factor `back`. A series ends because the rates turn in this space,
+        # and those that turn shrink together: of 2 joints by sqrt(back) an impact. A later end leaves less than rounding.
+        loss = 1.0 - float(back.max())
+        most = MOST_IMPACTS if loss == 0 else int(min(MOST_IMPACTS, SHRINKS * (len(back) + 1) / loss))
+        for _ in range(most):
             away = side * v[joints]
             if not (away < 0).any():
                 return v
@@ -184,10 +188,8 @@ class Contacts:
         """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
         joints, _ = self.at_stops(q)
         impulse = _solved(self.engine.compliance(q, joints)[joints], (after - before)[joints])
-        work, kinds = (
-            impulse * (before + after)[joints] / 2,
-            self.stopping[(q >= self.upper).astype(int), range(len(q))],
-        )
+        work = impulse * (before + after)[joints] / 2
+        kinds = self.stopping[(q >= self.upper).astype(int), range(len(q))]
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
@@ -300,16 +302,6 @@ def _pushes(A: Array, b: Array) -> Array:
     raise RunError("the search for the stops that push does not end")
 
 
-def _impacts_before_the_limit(back: Array) -> int:
-    """After how many impacts a series has no end, or leaves nothing; k joints at their stops, their restitutions (k,).
-
-    An impact shrinks the space of the rates by the factor `back`. A series ends because the rates turn in this space, and
-    those that turn shrink together: of 2 joints by sqrt(back) an impact. A series that ends later leaves less than rounding.
-    """
-    loss = 1.0 - float(back.max())
-    return MOST_IMPACTS if loss == 0 else int(min(MOST_IMPACTS, SHRINKS * (len(back) + 1) / loss))
-
-
 # --- contacts -------------------------------------------------------------------------------------------------------
 
 
@@ -322,9 +314,8 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     """
     nv = len(model.joints)
     acts = [(effect, where) for effect, where in in_order(effects) if isinstance(effect, ContactEffect)]
-    none = np.zeros(
-        nv, np.result_type(float, *(x for effect, _ in acts for x in effect.resistance()))
-    )  # derivatives.py
+    kind = np.result_type(float, *(x for effect, _ in acts for x in effect.resistance()))  # complex for derivatives.py
+    none = np.zeros(nv, kind)
     kinetic, static, falling = dict[str, Array](), none.copy(), []
     reach, restitution = np.full((2, nv), np.inf), np.zeros((2, nv))  # reach: minus the lower limit, and the upper one
     kinds, places = np.full((2, nv), "", dtype=object), np.full((2, nv), "", dtype=object)
@@ -342,21 +333,16 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
             at = np.intersect1d(joints, np.flatnonzero(tighter))
             reach[side, at], restitution[side, at], kinds[side, at], places[side, at] = limit, back, effect.kind, where
     lower, upper = -reach[0], reach[1]
-    _refuse_no_room(model, lower, upper, places)
-    total = sum(kinetic.values(), none)
-    limits = (lower, upper, restitution)
-    lengths = np.where(model.slides, scale(model), 1.0)
-    return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
-
-
-def _refuse_no_room(model: Model, lower: Array, upper: Array, places: Array) -> None:
-    """Raise InputError where lower >= upper (nv,); places (2, nv) names the effects that set the limits."""
     for joint in np.flatnonzero(lower >= upper):
         below, above = places[:, joint]
         raise InputError(
             f"{below} and {above}: their stops leave joint {shown(model.joints[joint])} no room: "
             f"one keeps it above {lower[joint]:g}, the other below {upper[joint]:g}"
         )
+    total = sum(kinetic.values(), none)
+    limits = (lower, upper, restitution)
+    lengths = np.where(model.slides, scale(model), 1.0)
+    return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
 
 
 def check_start(contacts: Contacts, model: Model, q: Array) -> None:

@@ -8,7 +8,6 @@ receives, then with each entry on its own that turned out to differ.
 
 from collections import defaultdict
 from collections.abc import Callable, Hashable, Sequence
-from functools import partial
 from types import SimpleNamespace
 from typing import Any
 
@@ -22,80 +21,71 @@ Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on
 
 
 def recorded_by_rod(tape: Tape) -> Any:
-    """The functions of the number type, as `recorded`, with passes over all rods of a chain on this tape."""
-    passes = {"outward": _record_outward, "inward": _record_inward, "total": _record_total}
-    return SimpleNamespace(**vars(recorded()), **{name: partial(function, tape) for name, function in passes.items()})
+    """The functions of the number type, as `recorded`, with passes over all rods of a chain on this tape.
 
+    They see the links (n,) of one rod, by their parents.
+    """
 
-def _record_outward(tape: Tape, step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
-    """The results of a step outward at the links (n,) of one rod; `base` is what the first rod of the chain receives."""
-    done: list[tuple[Any, Any]] = []
+    def outward(step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
+        """The results of a step outward; `base` is what the first rod of the chain receives."""
+        done: list[tuple[Any, Any]] = []
 
-    def body(arriving: Any) -> Any:
-        done[:] = outward_steps(step, arriving, parents)
-        return done[-1][0]
+        def body(arriving: Any) -> Any:
+            done[:] = outward_steps(step, arriving, parents)
+            return done[-1][0]
 
-    _record(tape, False, body, base, body(base))
-    return [result for _, result in done]
+        _record(tape, False, body, base, body(base))
+        return [result for _, result in done]
 
+    def inward(step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]) -> list[Any]:
+        """The results of a step inward; nothing hangs on the last rod of the chain."""
+        done: list[tuple[Any, Any]] = []
 
-def _record_inward(
-    tape: Tape, step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]
-) -> list[Any]:
-    """The results of a step inward at the links (n,) of one rod; nothing hangs on the last rod of the chain."""
-    done: list[tuple[Any, Any]] = []
+        def body(arriving: Any) -> Any:
+            done[:] = inward_steps(step, [*own[:-1], join(own[-1], arriving)], join, parents)
+            return done[0][0]
 
-    def body(arriving: Any) -> Any:
-        done[:] = inward_steps(step, [*own[:-1], join(own[-1], arriving)], join, parents)
-        return done[0][0]
+        passed = inward_steps(step, own, join, parents)[0][0]
+        _record(tape, True, body, _rebuilt(passed, [0.0] * len(_entries(passed))), passed)
+        return [result for _, result in done]
 
-    passed = inward_steps(step, own, join, parents)[0][0]
-    _record(tape, True, body, _rebuilt(passed, [0.0] * len(_entries(passed))), passed)
-    return [result for _, result in done]
+    def total(x: Array) -> Any:
+        """The sum of the numbers (k,) of all rods."""
+        own = np.sum(x)
+        return _record(tape, False, lambda before: before + own, np.zeros(1), np.array([own]))[0]
 
-
-def _record_total(tape: Tape, x: Array) -> Any:
-    """The sum of the numbers (k,) of all rods."""
-    own = np.sum(x)
-    return _record(tape, False, lambda before: before + own, np.zeros(1), np.array([own]))[0]
+    return SimpleNamespace(**vars(recorded()), outward=outward, inward=inward, total=total)
 
 
 def _record(tape: Tape, is_inward: bool, body: Body, first: Any, second: Any) -> Any:
     """Record a pass that begins with `first` and passes on `second`; returns what it carries at its end."""
     number, start, passed = len(tape.passes), _entries(first), _entries(second)
     tape.passes.append(Pass(is_inward, []))
-    histories, classes = [(_label(x),) for x in start], None
+    histories, classes = [(_label(x),) for x in start], None  # of each entry what it was from rod to rod
     while True:
         histories = [(*history, _label(x)) for history, x in zip(histories, passed, strict=True)]
-        before, classes = classes, _classes(tape, histories)
+        before, classes = classes, list[int | None]()  # the cell of each entry: one for those that are always equal
+        numbers: dict[Hashable, int] = {}
+        for history in histories:
+            label = history[0]
+            changes = len(set(history)) > 1 or (isinstance(label, tuple) and tape.by_rod[label[1]])
+            classes.append(numbers.setdefault(history, len(numbers)) if changes else None)
         if classes == before:
             break
         arriving = list(start)
         for i, cell in enumerate(classes):
             if cell is not None:
-                arriving[i] = tape.carried(number, cell)
+                arriving[i] = tape.leaf("carried", number, cell, by_rod=True)
         passed = _entries(body(_rebuilt(first, arriving)))
     cells = {cell: Cell(*map(tape.placed, pair)) for cell, *pair in zip(classes, start, passed, strict=True)}
-    tape.passes[number] = Pass(is_inward, [cells[cell] for cell in range(len(set(classes) - {None}))])
-    return _rebuilt(
-        first, [x if cell is None else tape.last(number, cell) for cell, x in zip(classes, start, strict=True)]
-    )
+    tape.passes[number] = Pass(is_inward, [cells[cell] for cell in range(len(numbers))])
+    ends = zip(classes, start, strict=True)
+    return _rebuilt(first, [x if cell is None else tape.leaf("last", number, cell) for cell, x in ends])
 
 
 def _label(x: Any) -> Hashable:
     """What two entries have in common that are the same: a number, or a place on the tape."""
     return ("at", x.place) if isinstance(x, Term) else float(x)
-
-
-def _classes(tape: Tape, histories: Sequence[tuple[Hashable, ...]]) -> list[int | None]:
-    """The cell of each entry, by what it was from rod to rod: none if that is always the same, one for equal entries."""
-    cells: dict[Hashable, int] = {}
-
-    def is_same(history: tuple[Hashable, ...]) -> bool:
-        label = history[0]
-        return len(set(history)) == 1 and not (isinstance(label, tuple) and tape.by_rod[label[1]])
-
-    return [None if is_same(history) else cells.setdefault(history, len(cells)) for history in histories]
 
 
 def _entries(x: Any) -> list[Any]:
@@ -122,23 +112,51 @@ class Schedule:
 
     Loops have the numbers 1, 2, 3, ...: odd ones go outward, even ones inward. Passes of one direction share a loop as long
     as what they carry can be computed in it. A pass that needs what a later loop knows moves to the next loop of its
-    direction, and with it what needs that pass: `_loops_of_passes` repeats this until nothing moves.
+    direction, and with it what needs that pass, until nothing moves. An operation is computed in the first loop that uses
+    it, unless it needs what a pass carries.
     """
 
     def __init__(self, tape: Tape, results: Sequence[int]) -> None:
         self.tape, self.needed, self._results = tape, tape.needed(results), results
         self._carried = [place for place in self.needed if tape.operations[place][0] == "carried"]
-        self._passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
-        pass_loops = self._loops_of_passes()
-        self.loop = self._loops_of_operations(pass_loops)  # place -> its loop
+        passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
+        pass_loops, before = [2 if one.inward else 1 for one in tape.passes], None
+        earliest: dict[int, int] = {}  # the first loop in which each operation of a rod can be computed; 0 for any
+        while pass_loops != before:
+            before, earliest = list(pass_loops), {}
+            for place in self.needed:
+                name, *rest = tape.operations[place]
+                if name == "carried":
+                    earliest[place] = pass_loops[rest[0]]
+                elif tape.by_rod[place]:
+                    earliest[place] = max([earliest.get(x, 0) for x in tape.operands[place]], default=0)
+            for which, place in passed_on:
+                if (due := earliest.get(place, 0)) > pass_loops[which]:
+                    pass_loops[which] = due + (due - pass_loops[which]) % 2
+
+        uses: dict[int, list[int]] = defaultdict(list)  # the loops that use an operation
+        for which, place in passed_on:
+            uses[place].append(pass_loops[which])
+        self.loop: dict[int, int] = {}  # of each operation of a rod but leaves, which are read anew in each loop
+        for place in reversed(self.needed):
+            is_leaf = tape.fixed[place] or tape.operations[place][0] in LEAVES or self.is_trigonometric(place)
+            if place in earliest and (earliest[place] or not is_leaf):
+                self.loop[place] = earliest[place] or min(uses[place], default=1)
+                for x in tape.operands[place]:
+                    uses[x].append(self.loop[place])
         self.loops = sorted(set(self.loop.values()))
         self.late = set[int]()  # the operations of no rod that are computed after the loops
         for place in self.needed:
             if tape.operations[place][0] == "last" or not self.late.isdisjoint(tape.operands[place]):
                 self.late.add(place)
         used = [(x, loop) for place, loop in self.loop.items() for x in tape.operands[place]]
-        used += [(place, pass_loops[which]) for which, place in self._passed_on]
+        used += [(place, pass_loops[which]) for which, place in passed_on]
         self.stored = sorted({x for x, loop in used if loop > self.loop.get(x, loop)})  # what later loops read
+
+    def _cell(self, place: int) -> Cell:
+        """The cell of what a pass carries."""
+        _, number, cell = self.tape.operations[place]
+        return self.tape.passes[number].cells[cell]
 
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
         """What the passes of a loop carry: the place of the operation, and the cell."""
@@ -155,51 +173,7 @@ class Schedule:
         """The loop in which a result is known: the first one for what all loops can read."""
         return self.loop.get(place, self.loops[0])
 
-    def _cell(self, place: int) -> Cell:
-        """The cell of what a pass carries."""
-        _, number, cell = self.tape.operations[place]
-        return self.tape.passes[number].cells[cell]
-
     def is_trigonometric(self, place: int) -> bool:
         """Whether it is the sine or cosine of an angle of the state: those of all rods are computed before the loops."""
-        name, *operands = self.tape.operations[place]
-        return (
-            name in {"sin", "cos"} and self.tape.operations[operands[0]][:2] == ("state", 0) and self.tape.by_rod[place]
-        )
-
-    def _loops_of_passes(self) -> list[int]:
-        """The loop of each pass: the first in its direction in which all that it carries can be computed."""
-        loops = [2 if one.inward else 1 for one in self.tape.passes]
-        while True:
-            earliest, before = self._earliest(loops), list(loops)
-            for which, place in self._passed_on:
-                if (due := earliest.get(place, 0)) > loops[which]:
-                    loops[which] = due + (due - loops[which]) % 2
-            if loops == before:
-                return loops
-
-    def _earliest(self, pass_loops: Sequence[int]) -> dict[int, int]:
-        """The first loop in which each operation of a rod can be computed; 0 for any."""
-        earliest: dict[int, int] = {}
-        for place in self.needed:
-            name, *rest = self.tape.operations[place]
-            if name == "carried":
-                earliest[place] = pass_loops[rest[0]]
-            elif self.tape.by_rod[place]:
-                earliest[place] = max([earliest.get(x, 0) for x in self.tape.operands[place]], default=0)
-        return earliest
-
-    def _loops_of_operations(self, pass_loops: Sequence[int]) -> dict[int, int]:
-        """The loop of each operation of a rod but leaves: the first that uses it, unless it needs what a pass carries."""
-        earliest, loop = self._earliest(pass_loops), dict[int, int]()
-        uses: dict[int, list[int]] = defaultdict(list)  # the loops that use an operation
-        for which, place in self._passed_on:
-            uses[place].append(pass_loops[which])
-        for place in reversed(self.needed):
-            is_leaf = self.tape.fixed[place] or self.tape.operations[place][0] in LEAVES or self.is_trigonometric(place)
-            if place not in earliest or (is_leaf and not earliest[place]):  # a leaf is read anew in each loop
-                continue
-            loop[place] = earliest[place] or min(uses[place], default=1)
-            for x in self.tape.operands[place]:
-                uses[x].append(loop[place])
-        return loop
+        (name, *operands), tape = self.tape.operations[place], self.tape
+        return name in {"sin", "cos"} and tape.operations[operands[0]][:2] == ("state", 0) and tape.by_rod[place]

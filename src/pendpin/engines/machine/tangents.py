@@ -102,25 +102,24 @@ class _Tangents:
 
     def _tangent(self, place: int, j: int) -> Any:
         """The derivative of one operation in the directions of group j, a term or 0."""
-        name, *rest = self.tape.operations[place]
+        tape, (name, *rest) = self.tape, self.tape.operations[place]
         if name in {"carried", "last"}:
             lanes = len(self._groups[j]) if len(self._groups[j]) > 1 else 0
-            return (self.tape.carried if name == "carried" else self.tape.last)(rest[0], self._cell(j, *rest), lanes)
+            return tape.leaf(name, rest[0], self._cell(j, *rest), by_rod=name == "carried", lanes=lanes)
         if name in LEAVES:
             changes = enumerate(self._groups[j], 1 + self._firsts[j])
-            return self.tape.pack(
-                [self._differentiate_leaf(name, rest, direction, times) for times, direction in changes]
-            )
+            return tape.pack([self._differentiate_leaf(name, rest, direction, times) for times, direction in changes])
         if name in {"row", "entry"}:
             return 0.0  # between the rows of a table nothing changes
-        operands = self.tape.operands[place]
-        terms, changes = [_term(self.tape, x) for x in operands], [self._tangents[j].get(x, 0.0) for x in operands]
-        result = Term(self.tape, place)
+        operands = tape.operands[place]
+        terms, changes = [_term(tape, x) for x in operands], [self._tangents[j].get(x, 0.0) for x in operands]
         if all(map(_is_zero, changes)):
             return 0.0
+        if name == "neg":
+            return -changes[0]
         if len(operands) == 2:
-            return _differentiate_binary(self.tape, name, result, *terms, *changes)
-        return -changes[0] if name == "neg" else _slope(self.tape, name, result, terms[0]) * changes[0]
+            return _differentiate_binary(tape, name, Term(tape, place), *terms, *changes)
+        return _slope(tape, name, Term(tape, place), terms[0]) * changes[0]
 
     def _cell(self, j: int, number: int, cell: int) -> int:
         """The cell of a pass for the derivative of another; what it holds is known when all derivatives are."""
@@ -137,9 +136,9 @@ class _Tangents:
             return direction.time
         if name == "state" and recording.parts:
             part, cell = rest
-            return self.tape.state_cell_of_rod(times * recording.parts + part, cell)
+            return self.tape.leaf("state", times * recording.parts + part, cell, by_rod=True)
         if name == "state":
-            return self.tape.state_cell(times * recording.width + rest[0])
+            return self.tape.leaf("state", times * recording.width + rest[0])
         if name == "parameter":
             new = (direction.of_rods if rest[1] else direction.shared).get(rest[0])
             return 0.0 if new is None else self.tape.parameter(new, rest[1])

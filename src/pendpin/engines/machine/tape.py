@@ -24,7 +24,10 @@ _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
 # Where the operands of an operation end, if constants follow
 _OPERANDS = {"row": 2, "entry": 2, "lane": 2}
-LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")  # operations without operands
+# Operations without operands: the time, a number of the state, or of a part of a rod's; a parameter; a number that changes
+# between the segments of a run, or one of a rod, in the first or second half of those; a constant; what a pass, by its
+# number, carries from rod to rod, and what it carries at its end.
+LEAVES = ("time", "state", "parameter", "input", "number", "carried", "last")
 _NONE = np.empty((0, 1))
 _ON_FLOATS: dict[str, Callable[..., Any]] = {
     "add": np.add,
@@ -52,46 +55,26 @@ class Tape:
         self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
 
+    def leaf(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
+        """An operation without operands, by its name and what it stands for (LEAVES)."""
+        return self._at(operation, fixed, by_rod, lanes)
+
     def time(self) -> "Term":
         """The time t."""
-        return self._at(("time",))
+        return self.leaf("time")
 
     def state(self, size: int) -> Array:
         """The state y (size,)."""
-        return np.array([self.state_cell(i) for i in range(size)], dtype=object)
-
-    def state_cell(self, i: int) -> "Term":
-        """One number of the state."""
-        return self._at(("state", i))
+        return np.array([self.leaf("state", i) for i in range(size)], dtype=object)
 
     def state_of_rod(self, parts: int, width: int) -> Array:
         """The state (parts width,) of a rod, in a state with `parts` of `width` numbers for each rod."""
         cells = [(part, i) for part in range(parts) for i in range(width)]
-        return np.array([self.state_cell_of_rod(*cell) for cell in cells], dtype=object)
-
-    def state_cell_of_rod(self, part: int, i: int) -> "Term":
-        """One number of a rod's state."""
-        return self._at(("state", part, i), by_rod=True)
+        return np.array([self.leaf("state", *cell, by_rod=True) for cell in cells], dtype=object)
 
     def parameter(self, place: int, by_rod: bool = False) -> "Term":
         """One of the run's parameters, or of those that each rod has its own value of."""
-        return self._at(("parameter", place, by_rod), fixed=True, by_rod=by_rod)
-
-    def input(self, place: int) -> "Term":
-        """One of the numbers that change within a run, between its segments."""
-        return self._at(("input", place))
-
-    def input_of_rod(self, part: int, place: int) -> "Term":
-        """One of two inputs of a rod, from the first or second half of the inputs of all rods."""
-        return self._at(("input", part, place), by_rod=True)
-
-    def carried(self, number: int, place: int, lanes: int = 0) -> "Term":
-        """What a pass, by its number, carries from rod to rod."""
-        return self._at(("carried", number, place), by_rod=True, lanes=lanes)
-
-    def last(self, number: int, place: int, lanes: int = 0) -> "Term":
-        """What a pass carries when it has come to its end."""
-        return self._at(("last", number, place), lanes=lanes)
+        return self.leaf("parameter", place, by_rod, fixed=True, by_rod=by_rod)
 
     def pack(self, values: Sequence[Any]) -> Any:
         """Several terms or numbers side by side, as one term on which operations act lane by lane; 0 if all are 0."""
@@ -324,27 +307,27 @@ class Term:
 @cache
 def recorded() -> Any:
     """The functions of the number type (as in pendpin.equations.base), over object arrays of terms and numbers."""
-    sine, cosine = _recording("sin"), _recording("cos")
-    recording: dict[str, Callable[..., Any]] = {name: _recording(name) for name in FUNCTIONS}
-    # the sine of -x as -sin x: the function of the angle itself
-    recording["sin"] = lambda x: sine(x) if (own := _unsigned(x)) is x else -sine(own)
-    recording["cos"] = lambda x: cosine(_unsigned(x))
-    functions = {name: np.frompyfunc(function, 1, 1) for name, function in recording.items()}
-    pairs = {name: np.frompyfunc(_recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
-    return SimpleNamespace(asarray=np.asarray, **functions, **pairs)
 
+    def recording(name: str) -> Callable[..., Any]:
+        def function(*operands: Any) -> Any:
+            terms = [x for x in operands if isinstance(x, Term)]
+            return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
 
-def _recording(name: str) -> Callable[..., Any]:
-    def function(*operands: Any) -> Any:
-        terms = [x for x in operands if isinstance(x, Term)]
-        return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
+        return function
 
-    return function
-
-
-def _unsigned(x: Any) -> Any:
-    """What a term is minus of, else the term or number."""
-    if type(x) is Term:
+    def unsigned(x: Any) -> Any:
+        """What a term is minus of, else the term or number."""
+        if type(x) is not Term:
+            return x
         name, *operands = x.tape.operations[x.place]
         return Term(x.tape, operands[0]) if name == "neg" else x
-    return x
+
+    one = {name: recording(name) for name in FUNCTIONS}
+    sine, cosine = one["sin"], one["cos"]
+    one["sin"] = lambda x: (
+        sine(x) if (own := unsigned(x)) is x else -sine(own)
+    )  # of -x by the function of the angle itself
+    one["cos"] = lambda x: cosine(unsigned(x))
+    functions = {name: np.frompyfunc(function, 1, 1) for name, function in one.items()}
+    pairs = {name: np.frompyfunc(recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
+    return SimpleNamespace(asarray=np.asarray, **functions, **pairs)
