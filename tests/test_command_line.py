@@ -13,7 +13,7 @@ import pytest
 import pendpin as pp
 from bad_input import AtOnce, run_main
 from pendpin.cli.app import app
-from pendpin.cli.outputs import print_table
+from pendpin.cli.outputs import DOING, print_table
 from pendpin.errors import Interrupted, not_one_of
 from pendpin.ground.report import Table
 from pendpin.scene.toml import examples_folder
@@ -124,13 +124,19 @@ def test_ctrl_c_while_the_command_line_is_imported_is_one_line(
     assert capsys.readouterr().err == "pendpin: stopped by the user\n"
 
 
+def test_what_a_command_was_doing_is_named_by_functions_that_exist() -> None:
+    """A limit looks for their names among those of the calls that it ended."""
+    texts = [path.read_text() for path in Path(pp.__file__).parent.rglob("*.py")]
+    assert [name for name in DOING if not any(f"def {name}(" in text for text in texts)] == []
+
+
 def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture) -> None:
     """It is that of Ctrl-C anywhere else; the line is that of the run, which says what was done."""
 
     def interrupted(path: Path) -> None:
         raise Interrupted("stopped by the user after 3 of 9 cases")
 
-    monkeypatch.setattr("pendpin.cli.commands.run.read_scene", interrupted)
+    monkeypatch.setattr("pendpin.cli.run.read_scene", interrupted)
     assert run_main("urdf", "chain.toml") == 130
     assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
 

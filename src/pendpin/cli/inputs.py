@@ -55,7 +55,7 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         changes: Changes = None,
         **options: Any,
     ) -> None:
-        from pendpin.effects import Gravity
+        from pendpin.effects import AsWritten, Gravity
         from pendpin.scene import Scene, UrdfModel
 
         if scene is not None and urdf is not None:
@@ -65,7 +65,12 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
                 "the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE"
             )
         chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(scene)
-        chosen = _lock_joints(_add_as_written(chosen) if as_written else chosen, lock or (), mimic)
+        if as_written and not isinstance(chosen.model, UrdfModel):
+            raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
+        if as_written and not any(isinstance(effect, AsWritten) for effect in chosen.effects):
+            chosen = chosen.replace(effects=(*chosen.effects, AsWritten()))
+        if lock or mimic is not None:
+            chosen = _lock_joints(chosen, lock or (), mimic)
         chosen = chosen.replace(dict(map(_change, changes or ())))
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
@@ -83,25 +88,18 @@ def read_scene(path: Path | None) -> "Scene":
     return builtin_scene() if path is None else load_scene(path)
 
 
-def _add_as_written(scene: "Scene") -> "Scene":
-    """The scene with what its URDF writes of the joints among its effects, if that is not listed there."""
-    from pendpin.effects import AsWritten
-    from pendpin.scene import UrdfModel
-
-    if not isinstance(scene.model, UrdfModel):
-        raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
-    listed = any(isinstance(effect, AsWritten) for effect in scene.effects)
-    return scene if listed else scene.replace(effects=(*scene.effects, AsWritten()))
-
-
 def _lock_joints(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":
     from pendpin.scene import UrdfModel
 
-    if not lock and mimic is None:
-        return scene
     if not isinstance(scene.model, UrdfModel):
         raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
-    settings = {"lock": scene.model.lock | dict(map(_locked, lock))} | ({"mimic": mimic} if mimic is not None else {})
+    settings: dict[str, Any] = {"lock": dict(scene.model.lock)} | ({"mimic": mimic} if mimic is not None else {})
+    for text in lock:
+        name, _, position = text.rpartition("=")
+        try:
+            settings["lock"][name] = float(position)
+        except ValueError:
+            raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
     try:
         model = UrdfModel(**(scene.model.model_dump() | settings))
     except InputError as error:
@@ -118,14 +116,6 @@ def _change(text: str) -> tuple[str, Any]:
         return path.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
         return path.strip(), value.strip()
-
-
-def _locked(text: str) -> tuple[str, float]:
-    name, _, position = text.rpartition("=")
-    try:
-        return name, float(position)
-    except ValueError:
-        raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
 
 
 def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Scene":
@@ -206,4 +196,5 @@ Accuracy = Annotated[
     float | None, typer.Option(help="Target accuracy: largest tip error divided by the chain's length.")
 ]
 Plot = Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")]
+Limit = Annotated[float | None, typer.Option(min=0, help="Stop after this time in s, and say what it was doing.")]
 Json = Annotated[bool, flag("--json", help="Print JSON instead of a table.")]

@@ -1,20 +1,23 @@
-"""What commands write: reports and messages, the files of a run, the run in a browser."""
+"""What commands show and write: reports and messages, files, what a command is doing; and how it ends at its limit."""
 
+import _thread
 import logging
 import os
+import signal
 import sys
-from collections.abc import Iterable, Mapping
-from dataclasses import asdict, is_dataclass
+import threading
+import traceback
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from contextlib import contextmanager, nullcontext
+from dataclasses import asdict, dataclass, is_dataclass
 from io import TextIOWrapper
 from math import isfinite
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from pendpin.errors import Halted, Interrupted
+from pendpin.ground.arguments import seconds
 from pendpin.ground.report import Report, Table
-
-if TYPE_CHECKING:
-    from pendpin.graphics.view import Animation
-    from pendpin.motions.trajectory import Trajectory
 
 SUFFIXES = {
     "run": (".npz", ".csv"),
@@ -40,26 +43,6 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
             refuse_other_format(path, *SUFFIXES[kind])
 
 
-def write_run(trajectory: "Trajectory", out: Path, plot: Path | None, html: Path | None) -> list[Path]:
-    """The files of a run: its numbers first, then the figure and the page where they are asked for."""
-    from pendpin.graphics.figure import save_plot
-
-    files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
-    if plot:
-        files.append(save_plot(trajectory, plot))
-    if html:
-        files.append(trajectory.animate().save(html))
-    return files
-
-
-def show_live(animation: "Animation") -> None:
-    """Show the motion of a run in a browser until Ctrl-C."""
-    from pendpin.graphics.view import serve
-
-    drawing, report = animation.drawing_and_report()
-    serve(drawing, report, ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
-
-
 # --- what the commands print on the terminal ------------------------------------------------------------------------
 
 LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
@@ -70,8 +53,7 @@ def print_report(report: Report, as_json: bool) -> None:
     """Print a report, or its data as JSON."""
     if as_json:
         print_json(report.data)
-        return
-    for part in report.parts:
+    for part in () if as_json else report.parts:
         print(part) if isinstance(part, str) else print_table(part)
 
 
@@ -98,23 +80,111 @@ def print_json(value: Any) -> None:
     """JSON on the terminal; a number that is not finite, which JSON lacks, is null."""
     from json import dumps
 
-    print(dumps(_plain(value), indent=2, default=str))
+    def plain(value: Any) -> Any:
+        if is_dataclass(value) and not isinstance(value, type):
+            value = asdict(value)
+        if isinstance(value, Mapping):
+            return {str(key): plain(part) for key, part in value.items()}
+        if isinstance(value, list | tuple):
+            return [plain(part) for part in value]
+        return None if isinstance(value, float) and not isfinite(value) else value
 
-
-def _plain(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
-        value = asdict(value)
-    if isinstance(value, Mapping):
-        return {str(key): _plain(part) for key, part in value.items()}
-    if isinstance(value, list | tuple):
-        return [_plain(part) for part in value]
-    return None if isinstance(value, float) and not isfinite(value) else value
+    print(dumps(plain(value), indent=2, default=str))
 
 
 def print_files(files: list[Path], as_json: bool = False) -> None:
     """The files written, a line each; none beside JSON."""
     for file in () if as_json else files:
         print(f"wrote {file}")
+
+
+# --- what a command does while it works -----------------------------------------------------------------------------
+# A limit of a command that has no run of its own to stop does what Ctrl-C does.
+
+DOING = {  # by the functions in which a computation may be long and says nothing
+    "at_rest": "looking for the rest near the start",
+    "_corrected": "looking for further rests",
+    "periodic_orbit": "looking for the periodic motion",
+    "linearize": "differentiating the motion near a rest",
+    "vibrations": "solving for the modes",
+    "lyapunov": "integrating the changes of the motion",
+}
+
+
+@dataclass
+class Work:
+    """What a command is doing."""
+
+    doing: str = "the work"
+
+
+@contextmanager
+def working(what: str, limit: float | None, hidden: bool) -> Iterator[Callable[[str], None]]:
+    """A spinner, and an end at the limit; the function that it returns names what is being done."""
+    with limited(limit) as work, waiting(what, hidden, work) as progress:
+        yield progress
+
+
+@contextmanager
+def limited(limit: float | None) -> Iterator[Work]:
+    """End what is inside after `limit` s of wall time, None for never. Raises Halted, which says what it was doing."""
+    work, late = Work(), False
+    if limit is None:
+        yield work
+        return
+
+    def interrupt() -> None:
+        nonlocal late
+        late = True
+        if hasattr(signal, "pthread_kill"):  # which wakes a main thread that waits for others
+            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
+        else:
+            _thread.interrupt_main()
+
+    timer = threading.Timer(seconds("limit", limit), interrupt)
+    timer.daemon = True
+    try:
+        timer.start()
+        yield work
+    except (KeyboardInterrupt, Interrupted) as error:
+        if not late:
+            raise
+        names = [frame.name for frame in traceback.extract_tb(error.__traceback__)]
+        work.doing = next((DOING[name] for name in reversed(names) if name in DOING), work.doing)
+    finally:
+        timer.cancel()
+    if late:
+        raise Halted(f"stopped after {limit:g} s (--limit), at: {work.doing}")
+
+
+@contextmanager
+def waiting(what: str, hidden: bool, work: Work) -> Iterator[Callable[[str], None]]:
+    """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
+    from rich.console import Console
+
+    console = Console(stderr=True)
+    status = None if hidden or not console.is_terminal else console.status(what)
+
+    def name(doing: str) -> None:
+        work.doing = doing
+        if status:
+            status.update(doing)
+
+    name(what)
+    with status or nullcontext():
+        yield name
+
+
+@contextmanager
+def progress_bar(what: str, end: float, hidden: bool) -> Iterator[Callable[[float], None]]:
+    """A progress bar on stderr, only on a terminal."""
+    from rich.console import Console
+    from rich.progress import Progress
+
+    console = Console(stderr=True)
+    with Progress(console=console, transient=True, disable=hidden or not console.is_terminal) as progress:
+        task = progress.add_task(what, total=end)
+        yield lambda t: progress.update(task, completed=t)
 
 
 # --- the standard streams of the process ----------------------------------------------------------------------------

@@ -8,6 +8,7 @@ import typer
 from pendpin.cli.inputs import (
     Accuracy,
     Json,
+    Limit,
     Method,
     Plot,
     SceneInput,
@@ -19,12 +20,11 @@ from pendpin.cli.inputs import (
     print_notes,
     read_scene,
 )
-from pendpin.cli.outputs import print_files, print_json, print_report, refuse_outputs, say
-from pendpin.cli.work import Limit, limited, progress_bar, waiting
+from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import InputError, PendpinError, inside
+from pendpin.ground.report import Report
 
 if TYPE_CHECKING:
-    from pendpin.ground.report import Report
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
@@ -76,24 +76,15 @@ def sweep(
     refuse_outputs([*chosen.files, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
     with naming_options("vary"):
         plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
-    settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
+    settings: dict[str, Any] = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with limited(limit) as work, progress_bar("sweeping", plan.count, hidden=json) as bar:
 
         def progress(done: int, count: int) -> None:
             work.doing = f"{done} of {count} cases" + "; the same sweep resumes from there" * bool(out)
             bar(done)
 
-        measures = tuple(measure or ("swing",))
-        dataset = run(
-            chosen.scene,
-            plan,
-            measures,
-            out=out,
-            workers=workers,
-            dask=dask,
-            progress=progress,
-            **settings,
-        )
+        where: dict[str, Any] = {"out": out, "workers": workers, "dask": dask, "progress": progress}
+        dataset = run(chosen.scene, plan, tuple(measure or ("swing",)), **where, **settings)
     files = [*([out] if out else []), *_written(dataset, csv, plot, None)]
     report = _show(dataset, files, json, (vary or [], seed) if sobol else None)
     if report.fault:
@@ -120,7 +111,6 @@ def _plan(
     vary: list[str], cases: Path | None, in_pairs: bool, sample: int | None, sampling: str, sobol: int | None, seed: int
 ) -> "Plan":
     from pendpin.sweeps import plan as plans
-    from pendpin.sweeps.plan import sobol_plan
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
         raise typer.BadParameter("give one of --cases, --zip, --sample and --sobol")
@@ -129,7 +119,7 @@ def _plan(
     if cases:
         return plans.cases_of(cases)
     if sobol:
-        return sobol_plan(plans.read_spreads(vary), sobol, seed)
+        return plans.sobol_plan(plans.read_spreads(vary), sobol, seed)
     if sample:
         if sampling == "sobol" and sample & (sample - 1):
             say(f"pendpin: note: {plans.UNEVEN.format(sample)}")
@@ -138,24 +128,19 @@ def _plan(
     return plans.pairs(axes) if in_pairs else plans.grid(axes)
 
 
-def _show(dataset: Any, files: list[Path], json: bool, sobol: tuple[list[str], int] | None = None) -> "Report":
+def _show(dataset: Any, files: list[Path], json: bool, sobol: tuple[list[str], int] | None = None) -> Report:
     """Print what was measured and the files written, then what a Sobol' plan (vary, seed) says."""
     from pendpin.sweeps.figure import names_of, sweep_report
     from pendpin.sweeps.plan import read_spreads, shares_report
 
     report = sweep_report(dataset)
-    if not json:
-        print_report(report, json)
-        print_files(files)
-    data = report.data | {"files": [str(file) for file in files]}
+    parts, data = [*report.parts, *(f"wrote {file}" for file in files)], dict(report.data)
+    data["files"] = [str(file) for file in files]
     if sobol:
         vary, seed = sobol
         shares = shares_report(read_spreads(vary), {name: dataset[name].values for name in names_of(dataset)}, seed)
-        data |= shares.data
-        if not json:
-            print_report(shares, json)
-    if json:
-        print_json(data)
+        parts, data = [*parts, *shares.parts], data | shares.data
+    print_report(Report(parts, data), json)
     return report
 
 
@@ -164,9 +149,6 @@ def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | N
     from pendpin.sweeps.store import write_table
 
     return [*([write_table(dataset, csv)] if csv else []), *([save_map(dataset, plot, measure)] if plot else [])]
-
-
-# --- a model from measured swings -----------------------------------------------------------------------------------
 
 
 def fit(
@@ -211,7 +193,7 @@ def fit(
         print_notes(chosen, strict=False)
         table = data_table(chosen)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
-    with limited(limit) as work, inside(str(scene)), waiting("fitting", json, work) as progress:
+    with working("fitting", limit, json) as progress, inside(str(scene)):
         result = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
         if explain_residual and result.follows:
             result = explained(result, progress)

@@ -7,9 +7,8 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, SceneInput, flag, lasting, naming_options, on_scene
-from pendpin.cli.outputs import print_files, print_json, print_report, refuse_outputs
-from pendpin.cli.work import Limit, limited, waiting
+from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, lasting, naming_options, on_scene
+from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
 from pendpin.errors import PendpinError
 from pendpin.ground.files import write_whole
 
@@ -29,14 +28,11 @@ def check(
     """
     from pendpin.motions.crosschecks.crosscheck import crosscheck
 
-    with limited(limit) as work, waiting(f"{states} states by every route", json, work), chosen.noted() as scene:
+    with working(f"{states} states by every route", limit, json), chosen.noted() as scene:
         report = crosscheck(scene, states=states, seed=seed)
     print_report(report.report(every_row), json)
     if report.fault:
         raise PendpinError(report.fault)
-
-
-# --- the hard cases: pendpin hard -----------------------------------------------------------------------------------
 
 
 def hard(
@@ -62,9 +58,6 @@ def hard(
         raise KeyboardInterrupt
     if report.fault:
         raise PendpinError(report.fault)
-
-
-# --- compare with published results: pendpin validate ---------------------------------------------------------------
 
 
 def validate(
@@ -100,9 +93,6 @@ def validate(
         raise PendpinError(report.fault)
 
 
-# --- reference numbers for other engines' tests: pendpin reference --------------------------------------------------
-
-
 @on_scene
 def reference(
     chosen: SceneInput,
@@ -114,12 +104,9 @@ def reference(
     """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
     from pendpin.verification.agreement.reference import write_reference
 
-    with limited(limit) as work, chosen.noted() as scene, waiting("numbers in 50 digits", json, work):
+    with working("numbers in 50 digits", limit, json), chosen.noted() as scene:
         made = write_reference(scene, out, seed)
     print_report(made, json)
-
-
-# --- what accuracy costs in time: pendpin cost ----------------------------------------------------------------------
 
 
 @on_scene
@@ -164,9 +151,6 @@ def cost(
         raise KeyboardInterrupt
 
 
-# --- printed equations ----------------------------------------------------------------------------------------------
-
-
 def doctor(
     file: Annotated[
         Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
@@ -203,7 +187,7 @@ def doctor(
     refuse_outputs([file], html=html)
     with naming_options():
         check_choices(rod, convention)
-    with limited(limit) as work, waiting("reading", json, work) as progress:
+    with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
     print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
     if html:

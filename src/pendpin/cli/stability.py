@@ -5,9 +5,8 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Plot, SceneInput, flag, naming_options, on_scene
-from pendpin.cli.outputs import print_files, print_report, refuse_outputs
-from pendpin.cli.work import Limit, limited, waiting
+from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, naming_options, on_scene
+from pendpin.cli.outputs import print_files, print_report, refuse_outputs, working
 from pendpin.errors import InputError, PendpinError
 
 
@@ -42,14 +41,11 @@ def stability(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
     what = "the exponents" if lyapunov else "the rests"
-    with chosen.noted() as scene, limited(limit) as work, waiting(what, json, work):
+    with chosen.noted() as scene, working(what, limit, json):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
     print_report(found.report(), json)
     if plot and isinstance(found, Lyapunov):
         print_files([write_figure(plot, lambda: found.plot().figure)], json)
-
-
-# --- natural frequencies, damping and shapes: pendpin modes ---------------------------------------------------------
 
 
 @on_scene
@@ -71,16 +67,13 @@ def modes(
 
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
-        with limited(limit) as work, waiting("the modes", json, work):
+        with working("the modes", limit, json):
             result = modes_of(scene)
         result.place(mode)
         print_report(result.report(None if every else MOST_ROWS), json)
         files = [result.save_plot(plot)] if plot else []
         files += [result.animate(mode).save(html)] if html else []
     print_files(files, json)
-
-
-# --- what each effect changes: pendpin effects ----------------------------------------------------------------------
 
 
 @on_scene
@@ -99,7 +92,7 @@ def effects(
     from pendpin.sweeps.significance import significance
 
     what = "runs with and without each effect"
-    with limited(limit) as work, waiting(what, json, work), chosen.noted() as scene:
+    with working(what, limit, json), chosen.noted() as scene:
         report = significance(scene, accuracy, thorough)
     print_report(report.report(), json)
 
@@ -134,7 +127,7 @@ def section(
         place = read_crossing(at, names_in(of), count, skip)
     if plot and len(place.of) != 2:
         raise typer.BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
-    with chosen.noted() as scene, limited(limit) as work, waiting("the section", json, work):
+    with chosen.noted() as scene, working("the section", limit, json):
         drawn = portrait(scene, place, starts, energy, seed)
     print_report(report := drawn.report(), json)
     if report.fault:
@@ -171,7 +164,7 @@ def bifurcation(
         if strobe is not None and not 0 < strobe < float("inf"):
             raise typer.BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
         place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
-    with chosen.noted() as scene, limited(limit) as work, waiting("the diagram", json, work):
+    with chosen.noted() as scene, working("the diagram", limit, json):
         diagram = diagram_of(scene, key, values, place)
     print_report(report := diagram.report(), json)
     if report.fault:

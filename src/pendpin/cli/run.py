@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -19,13 +19,9 @@ from pendpin.cli.inputs import (
     on_scene,
     read_scene,
 )
-from pendpin.cli.outputs import print_files, print_report, refuse_outputs, say, show_live, write_run
-from pendpin.cli.work import progress_bar
+from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say
 from pendpin.errors import Halted, PendpinError, RunError, inside
 from pendpin.ground.files import write_whole
-
-if TYPE_CHECKING:
-    pass
 
 
 @on_scene
@@ -63,6 +59,7 @@ def run(
     """
     from pendpin.dynamics.dynamics import bind
     from pendpin.dynamics.efforts import explain as explain_run
+    from pendpin.graphics.figure import save_plot
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.motions.simulate import simulate
@@ -88,7 +85,9 @@ def run(
             for line in explain_run(bind(scene), trajectory.stats):
                 print(line)
         report = crosscheck_run(trajectory)
-        files = write_run(trajectory, out, plot, html)
+        files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
+        files += [save_plot(trajectory, plot)] if plot else []
+        files += [trajectory.animate().save(html)] if html else []
         answer = run_report(trajectory, report.verdict if report else "")
         checks = {"crosscheck": report and report.worst.relative, "crosscheck_ok": report and report.ok}
         data = answer.data | checks | {"files": [str(file) for file in files]}
@@ -99,12 +98,9 @@ def run(
     if stopped:
         raise stopped
     if view:
-        show_live(trajectory.animate())
+        _show_live(trajectory.animate())
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
-
-
-# --- a saved run in the browser: pendpin view -----------------------------------------------------------------------
 
 
 def view(
@@ -129,10 +125,15 @@ def view(
         if html or film:
             print_files([animation.save(path) for path in (html, film) if path])
         else:
-            show_live(animation)
+            _show_live(animation)
 
 
-# --- the figure of a saved run: pendpin plot ------------------------------------------------------------------------
+def _show_live(animation: Any) -> None:
+    """Show the motion of a run in a browser until Ctrl-C."""
+    from pendpin.graphics.view import serve
+
+    drawing, report = animation.drawing_and_report()
+    serve(drawing, report, ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
 
 
 def plot(
@@ -158,16 +159,12 @@ def plot(
     print_files([save_plot(trajectory, picture, tuple(names or ()), others)])
 
 
-# --- what scenes are made of ----------------------------------------------------------------------------------------
-
-
 def urdf(
     scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML) of a chain.")] = None,
     out: Annotated[Path | None, typer.Option(help="Where to write the URDF; on the terminal if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
-    from pendpin.ground.files import write_whole
     from pendpin.model.write_models import chain_urdf
     from pendpin.scene import Chain
     from pendpin.scene.models import robot_files
@@ -191,9 +188,6 @@ def urdf(
         print(text, end="")
     else:
         print_files([write_whole(out, lambda file: file.write(text.encode()))])
-
-
-# --- example scenes to begin with: pendpin new ----------------------------------------------------------------------
 
 
 def new(
@@ -220,9 +214,6 @@ def new(
         elif target.read_bytes() != content:
             say(f"pendpin: note: {target} is there already, and is not that of the example")
     print(text, end="")
-
-
-# --- the JSON schema of a scene: pendpin schema ---------------------------------------------------------------------
 
 
 def schema() -> None:

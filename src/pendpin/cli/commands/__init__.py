@@ -1,1 +1,0 @@
-"""The commands: `pendpin NAME` runs the function of that name."""
