@@ -2,6 +2,7 @@
 
 import inspect
 import json
+import re
 from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
@@ -192,3 +193,19 @@ def test_the_matrix_marks_what_is_broken() -> None:
     (matrix,) = report.report().tables
     assert max(map(len, matrix.lines())) <= 80
     assert f"... and {len(matrix.rows) - FEW} more" in repr(report)
+
+
+@pytest.mark.parametrize(
+    ("routes", "said"),
+    [
+        (5, "routes: 5 is not a mapping"),
+        ({"own": 5}, "is not a mapping of names to functions"),
+        ({"own": lambda *given: 5}, "routes: own returns 5, not a mapping"),
+        ({"own": lambda *given: {"R1": [1.0, 2.0]}}, "routes: own: R1 has 2 values for 3 states"),
+        ({"own": lambda *given: {"R1": "x"}}, "routes: own: R1: 'x' are not numbers"),
+    ],
+)
+def test_routes_that_are_none_are_refused(routes, said: str) -> None:
+    """In one line that names the route and the quantity."""
+    with pytest.raises(pp.InputError, match=re.escape(said)):
+        pp.crosscheck(builtin_scene(), states=3, routes=routes)

@@ -1,5 +1,6 @@
 """Fits: files, keys and tables that are wrong end in one line."""
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -7,13 +8,14 @@ import pytest
 
 import pendpin as pp
 from fit_scenes import ANGLE, scene_of
-from pendpin.effects import DryFriction
+from pendpin.effects import DryFriction, Viscous
 from pendpin.fitting.data import read_swings, sensors_of
 from pendpin.fitting.parameters import free_parameters
 from pendpin.model.build import build
 from pendpin.scene import Data
 
 GOOD = "t,segment,a1\n" + "\n".join(f"{0.1 * i},1,{np.cos(0.5 * i)}" for i in range(12))
+TABLE = {"t": 0.1 * np.arange(40), "segment": np.ones(40), "a1": np.cos(0.5 * np.arange(40))}
 BAD = {
     "": "an empty file",
     "t;segment;a1\n0;1;0": "separated by semicolons",
@@ -89,3 +91,21 @@ def test_columns_of_other_lengths_are_refused() -> None:
     for values, said in (([0.0, 1.0], "data: a1 has 2 values, t has 3"), ([[0.0]] * 3, "data: a1 is not a column")):
         with pytest.raises(pp.InputError, match=said):
             read_swings({"t": [0.0, 0.1, 0.2], "segment": [1, 1, 1], "a1": values}, ANGLE)
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        ({"free": 5}, "free: 5 is neither a key path nor a list of them"),
+        ({"free": [5]}, "is neither a key path nor a list of them"),
+        ({"hold_out": {}, "hold_out_start": "all"}, "there are no columns"),
+        ({"hold_out": TABLE, "hold_out_start": "all"}, "hold_out_start: 'all' is not between 0 and 1"),
+        ({"robust": "yes"}, "robust: 'yes' is neither True nor False"),
+        ({"progress": 5}, "progress: 5 is not a function"),
+    ],
+)
+def test_wrong_arguments_are_refused(given: dict, said: str) -> None:
+    """Before anything is searched."""
+    scene = scene_of(1, Viscous(coefficient=1e-4)).replace(data=ANGLE)
+    with pytest.raises(pp.InputError, match=re.escape(said)):
+        pp.fit(scene, TABLE, **({"free": "friction"} | given))

@@ -19,6 +19,7 @@ from pendpin.fitting.parameters import combinations, replace_checked, substitute
 from pendpin.fitting.prediction import Prediction, compared_samples, fitted_prediction, predict
 from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import whiteness
+from pendpin.ground.arguments import flag, function
 from pendpin.scene import Scene, chosen_scene
 
 
@@ -51,9 +52,8 @@ def fit(
         InputError: for a scene, data or keys that cannot be used.
         MissingLibrary: without llvmlite.
     """
-    begin = time.process_time()
-    chosen = chosen_scene(scene)
-    setting = prepare(chosen, data, free, robust)
+    begin, progress = time.process_time(), function("progress", progress)
+    setting = prepare(chosen_scene(scene), data, free, flag("robust", robust))
     others = None if hold_out is None else read_swings(hold_out, setting.table)
     compared_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solve(setting, progress)

@@ -127,6 +127,8 @@ def batch(swings: Sequence[Swing], longest: float) -> Batch:
 
 def _pick_columns(names: list[str], table: Data) -> list[str]:
     """The columns that a [data] table wants, of those there are. Raises InputError."""
+    if not names:
+        raise InputError("there are no columns")
     wanted = [table.time, *([table.segment] if table.segment else []), *table.columns]
     for name in wanted:
         if name not in names:

@@ -65,7 +65,10 @@ def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
 
     Raises InputError for a key that is no number of the scene, or one that a fit cannot free.
     """
-    keys = _expand(scene, [free] if isinstance(free, str) else list(free))
+    texts = [free] if isinstance(free, str) else free
+    if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
+        raise InputError(f"free: {shown(free)} is neither a key path nor a list of them")
+    keys = _expand(scene, texts)
     guess = np.array([_number(scene, key) for key in keys])
     columns, positive, start, lower, upper = [], [], [], [], []
     for rows, matrix, first, low, high in _groups(scene, keys, guess):
@@ -190,7 +193,7 @@ def _parse(key: str) -> tuple[str, int, str, int | None]:
     )
 
 
-def _expand(scene: Scene, texts: list[str]) -> list[str]:
+def _expand(scene: Scene, texts: Sequence[str]) -> list[str]:
     """Key paths of single numbers, each once, in the order given."""
     keys, model = list[str](), scene.model
     torques = [f"effects[{i}].{name}" for i, effect in enumerate(scene.effects) for name in effect.resistances]

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError
+from pendpin.errors import InputError, is_number, shown
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, spread_of, thin_out
 from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
@@ -103,8 +103,10 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
     """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
-    if not 0 < start < 1:
-        raise InputError(f"hold_out_start: {start:g} is not between 0 and 1: it is the part that a start is fitted on")
+    if not is_number(start) or not 0 < start < 1:
+        raise InputError(
+            f"hold_out_start: {shown(start)} is not between 0 and 1: it is the part that a start is fitted on"
+        )
     compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
     for late, swing in zip(compared, swings, strict=True):
         late[:FEWEST] = False

@@ -11,6 +11,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
 from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
 from pendpin.integrators.fixed import NEAR
@@ -127,10 +128,7 @@ class Continuation:
 
 def at(run: RunRecord, times: ArrayLike) -> RunRecord:
     """The run at any times within it, integrated to there from the samples before (Trajectory.at)."""
-    try:
-        t = np.atleast_1d(np.asarray(times, float))
-    except (TypeError, ValueError):
-        raise InputError(f"times: {shown(times)} are not numbers") from None
+    t = np.atleast_1d(numbers("times", times))
     if t.ndim != 1 or not len(t) or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
         raise InputError(f"times: {shown(times)} are not finite numbers in rising order, at least one")
     for moment in t[[0, -1]]:

@@ -84,7 +84,7 @@ def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRec
     """The run at the instants at which a quantity crosses a level. Raises InputError."""
     if not is_number(level) or not np.isfinite(level):
         raise InputError(f"level: {shown(level)} is not a finite number")
-    if direction not in {-1, 0, 1}:
+    if not is_number(direction) or direction not in (-1, 0, 1):
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
     run[name]  # an unknown name is refused before anything is integrated
 

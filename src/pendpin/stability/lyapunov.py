@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.dynamics.symbols import staying_zero
 from pendpin.errors import InputError, shown
 from pendpin.graphics.style import BESIDE, PALE, TIME, new_figure, styled
-from pendpin.ground.arguments import axes
+from pendpin.ground.arguments import axes, flag
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
@@ -86,8 +86,9 @@ def lyapunov(
     refuse_contacts(scene)
     unchanged = Variations(scene, [])
     size = 2 * unchanged.nv
-    places = _places_in_plane(unchanged) if planar else np.arange(size)
-    if count is not None and (type(count) is not int or not 1 <= count <= len(places)):
+    places = _places_in_plane(unchanged) if flag("planar", planar) else np.arange(size)
+    whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
+    if count is not None and not (whole and 1 <= count <= len(places)):
         raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {len(places)}")
     keys = list_state_keys(unchanged.nv)
     variations = Variations(scene, [keys[place] for place in places[: count or len(places)]])

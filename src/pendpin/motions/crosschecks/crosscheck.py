@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
-from pendpin.errors import InputError
+from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import count
 from pendpin.ground.arrays import TINY, Array, Indices
 from pendpin.ground.report import Report, Result, Table
@@ -171,6 +171,8 @@ def crosscheck(
         InputError: where fewer than two routes cover the model.
     """
     states, seed = count("states", states), count("seed", seed, least=0)
+    if routes is not None and not (isinstance(routes, Mapping) and all(map(callable, routes.values()))):
+        raise InputError(f"routes: {shown(routes)} is not a mapping of names to functions (rod, q, v, field)")
     dynamics, random = bind(scene), np.random.default_rng(seed)
     nv = len(dynamics.model.joints)
     q, v = random.uniform(-np.pi, np.pi, (states, nv)), random.uniform(-LARGEST_RATE, LARGEST_RATE, (states, nv))

@@ -13,6 +13,8 @@ from pendpin.engines import LongChain, Revolute
 from pendpin.equations import balances, lagrange, newton_euler, recursion, rod_tree
 from pendpin.equations.base import RodInertia, exact
 from pendpin.equations.rod_tree import RodTree
+from pendpin.errors import InputError, shown
+from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import TINY, Array, applied, cross, skew, transposed
 from pendpin.model.bodies import in_mass_unit, pinocchio, tree_of, with_gravity
 from pendpin.model.build import SIGNS, Model
@@ -103,16 +105,22 @@ def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> di
     inertia, turn, field = rod.inertia, np.array([rod.sign, 1.0]), rod.base.T @ dynamics.loads.field(0.0)
     assert inertia is not None
 
-    def bound(route: HandRoute) -> Route:
+    def bound(name: str, route: HandRoute) -> Route:
         def answer(q: Array, v: Array) -> Answer:
-            parts = {name: np.asarray(x, float) for name, x in route(inertia, q * turn, v * turn, field).items()}
+            given = route(inertia, q * turn, v * turn, field)
+            if not isinstance(given, Mapping):
+                raise InputError(f"routes: {name} returns {shown(given)}, not a mapping of quantities to values")
+            parts = {what: numbers(f"routes: {name}: {what}", x) for what, x in given.items()}
+            for what, x in parts.items():
+                if x.size != len(q):
+                    raise InputError(f"routes: {name}: {what} has {x.size} values for {len(q)} states")
             if "theta_dd" in parts:
                 parts["theta_dd"] = rod.sign * parts["theta_dd"]
-            return {name: x.reshape(-1, 1) for name, x in parts.items()}
+            return {what: x.reshape(-1, 1) for what, x in parts.items()}
 
         return answer
 
-    return {name: bound(route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
+    return {name: bound(name, route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
 
 
 HAND_ROUTES: dict[str, HandRoute] = {
