@@ -78,49 +78,40 @@ def diagnose_file(
     scene: Path | None = None,
 ) -> Diagnosis:
     """The diagnosis of a file; its errors name it. `symbols` is text such as alpha=theta,A=J_1. Raises InputError."""
-    own, chain = _pairs(symbols or ""), load_scene(scene) if scene else None
+    pairs = [part.partition("=") for part in re.split(r",(?![^()]*\))", symbols or "") if part.strip()]
+    for name, equals, value in pairs:
+        if not (name.strip() and equals and value.strip()):
+            raise InputError(f"--symbols: {shown(name)} has no meaning; write name=meaning, as in alpha=theta,A=J_1")
+    own, chain = {name.strip(): value.strip() for name, _, value in pairs}, load_scene(scene) if scene else None
     with inside(str(path)):
         found = diagnose(path, rod=rod, convention=convention, symbols=own, scene=chain, progress=progress)
     assert isinstance(found, Diagnosis)
     return found
 
 
-def _pairs(text: str) -> dict[str, str]:
-    """The symbols of alpha=theta,A=J_1. Raises InputError."""
-    pairs = [part.partition("=") for part in re.split(r",(?![^()]*\))", text) if part.strip()]
-    for name, equals, value in pairs:
-        if not (name.strip() and equals and value.strip()):
-            raise InputError(f"--symbols: {shown(name)} has no meaning; write name=meaning, as in alpha=theta,A=J_1")
-    return {name.strip(): value.strip() for name, _, value in pairs}
-
-
 def _document(equations: Any) -> Document:
+    """What holds the equations, from a file, a text, a table or a list. Raises InputError."""
     if isinstance(equations, Path):
-        return _file(equations)
+        with inside(str(equations)):
+            data = read_whole(equations, MOST_BYTES, "a derivation")
+        if equations.suffix.lower() == ".toml":
+            return read_toml(data, str(equations))
+        if _BINARY.search(data):
+            raise InputError(f"{equations}: not a text file")
+        return read_text(data.decode(errors="replace"))
     empty = isinstance(equations, str | list | tuple | Mapping) and not (equations and str(equations).strip())
     if empty or equations is None or isinstance(equations, int | float | bytes):
         raise InputError(f"equations: {shown(equations)} holds no equation; give a text, a Path or a list of equations")
-    if isinstance(equations, str):
-        if len(equations) > MOST_BYTES:
-            raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")
-        document = read_text(equations) if _MARKED.search(equations) else None
-        alone = "=" in equations and len(equations) < MOST_ALONE
-        if document and (document.statements or not alone):
-            return document
     if isinstance(equations, Mapping):
         return Document(tuple(statements({str(name): _plain(value) for name, value in equations.items()})))
-    several = isinstance(equations, Iterable) and not isinstance(equations, str | bytes)
-    return Document(tuple(statements(map(_plain, equations if several else [equations]))))
-
-
-def _file(path: Path) -> Document:
-    with inside(str(path)):
-        data = read_whole(path, MOST_BYTES, "a derivation")
-    if path.suffix.lower() == ".toml":
-        return read_toml(data, str(path))
-    if _BINARY.search(data):
-        raise InputError(f"{path}: not a text file")
-    return read_text(data.decode(errors="replace"))
+    if not isinstance(equations, str):
+        several = isinstance(equations, Iterable) and not isinstance(equations, bytes)
+        return Document(tuple(statements(map(_plain, equations if several else [equations]))))
+    if len(equations) > MOST_BYTES:
+        raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")
+    document = read_text(equations) if _MARKED.search(equations) else None
+    alone = "=" in equations and len(equations) < MOST_ALONE
+    return document if document and (document.statements or not alone) else Document(tuple(statements([equations])))
 
 
 def _plain(value: Any) -> str:

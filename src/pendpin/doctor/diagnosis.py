@@ -10,8 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.check import check, is_general
-from pendpin.doctor.checking.circumstances import when
+from pendpin.doctor.checking.check import check, is_general, when
 from pendpin.doctor.checking.conditions import (
     SAID_SMALL,
     holds_as_stated,
@@ -24,7 +23,7 @@ from pendpin.doctor.checking.conditions import (
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
-from pendpin.doctor.letters import MOST_LOADS, answers, bare, idle, in_use
+from pendpin.doctor.letters import MOST_LOADS, answers, bare, in_use
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import (
     Mend,
@@ -37,10 +36,10 @@ from pendpin.doctor.mending.mends import (
 from pendpin.doctor.mending.writing import Printer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
-from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.names import Written, bound
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
-from pendpin.doctor.recognition import Reading, read
+from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
@@ -70,29 +69,34 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
     equations = found.equations
-    used, styles = in_use(equations, [reading.system for reading in found.chosen]), _styles(equations)
+    used, styles = in_use(equations, [reading.system for reading in found.chosen]), dict[str, str]()
+    for one in reversed([one for one in equations if one.ways and is_latex(one.text)]):
+        styles |= styles_of(one, one.sides)  # quantities are printed as where each is seen first
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     whose = [doctors[id(reading)] for reading in found.chosen]
-    firsts = []
+    firsts: list[tuple[Finding, list[Candidate]]] = []
+    neighbours: dict[int, list[Equation]] = defaultdict(list)
     for doctor, one in zip(whose, equations, strict=True):
         progress(f"equation {one.number}")
-        firsts.append(doctor.first(one))
-    neighbours: dict[int, list[Equation]] = defaultdict(list)
-    for doctor, (first, _) in zip(whose, firsts, strict=True):
+        first, tried = doctor.first(one)
+        firsts.append((first, tried))
         if first.verdict == "holds" and first.kind != "definition" and first.equation:
             neighbours[id(doctor)].append(first.equation)
     findings: list[Finding] = []
-    for doctor, one, (first, tried) in zip(whose, equations, firsts, strict=True):
-        finding = first
+    for doctor, one, (finding, tried) in zip(whose, equations, firsts, strict=True):
         if tried:
             progress(f"equation {one.number}")
             hopeless = sum(not f.mends and bool(f.when) for f in findings)
-            finding = doctor.second(first, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
+            finding = doctor.second(finding, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
         findings.append(finding)
     findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
     findings = judge(findings, found)
-    main, shared = found.main, _shared(findings)
-    return Diagnosis(tuple(findings), main.system, found.title, main.remarks, shared, document.skipped)
+    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for finding in findings:
+        if finding.verdict == "fails" and finding.mends and finding.mends[0].old and finding.mends[0].new:
+            groups[finding.mends[0].old, finding.mends[0].new].append(finding.number)
+    shared = tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)
+    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, shared, document.skipped)
 
 
 @dataclass(frozen=True)
@@ -113,47 +117,59 @@ class _Doctor:
         found = Finding(one.number, one.latex, one.statement.place, "unread", "not checked", remark=one.reason)
         if one.reason:
             return found, []
-        if any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS)):
+        general = any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS))
+        if general or self._names_energies(one):
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
         if one.defines and (quantity := answers(one, self.system)):
             words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
             equation = Equation((one.sides[1], one.sides[1]), definitions=one.definitions)
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
+        said = self.reading.says(one)
         try:
             readings = candidates(one, self.system)
             verdict = check(readings[0][0], self.system)
         except Unread as error:
-            if said := self.reading.says(one):
+            if said:
                 return replace(found, kind="condition", remark=said), []
             if isinstance(error, Mismatch):
                 return self._mismatched(found, one, error.reason), []
             return self._slip(found, one, error.reason) or self._unread(found, one, error.reason), []
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
-        if verdict.holds and self._is_idle(one):
-            return replace(found, remark=idle(one), unknown=(one.defines,)), []
         if verdict.holds:
-            remark = _joined(one.remark, verdict.remark)
-            found = replace(found, verdict="holds", remark=remark, equation=equation, error=verdict.error)
-            return replace(found, proved=verdict.proved), []
-        if equation.names <= set(self.system.spec.state) and (said := self.reading.says(one)):
+            if idle := self._idle(one):
+                return replace(found, remark=idle, unknown=(one.defines,)), []
+            found = replace(found, verdict="holds", proved=verdict.proved, equation=equation, error=verdict.error)
+            return replace(found, remark=_joined(one.remark, verdict.remark)), []
+        if equation.names <= set(self.system.spec.state) and said:
             return replace(found, kind="condition", remark=said), []
-        for equation in one.readings():
-            if condition := holds_as_stated(equation, self.system, one.statement.context):
-                found = replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
+        for reading in one.readings():
+            if condition := holds_as_stated(reading, self.system, one.statement.context):
+                found = replace(found, verdict="holds if", condition=condition, equation=reading, remark=one.remark)
                 return found, []
-        if said := self.reading.says(one):
+        if said:
             return replace(found, kind="condition", remark=said), []
-        if self._is_compression(readings[0][0], one):
-            condition = f"{one.latex.partition('=')[0].strip(' &')} is a compression"
-            return replace(found, verdict="holds if", condition=condition, equation=readings[0][0]), []
+        # a force along the rod that the text calls no tension may be a compression
+        left = equation.sides[0]
+        own = left.kind == "symbol" and left.written is not None and left.written.letter != "R"
+        if own and equation.meaning(str(left.value)) == "R3" and "tension" not in one.statement.context.lower():
+            states = random_states(self.system)
+            after = changed(equation, states, {id(left): np.negative})
+            if after is not None and np.abs(after).max() < TOLERANCE * np.abs(states["R3"]).max():
+                condition = f"{one.latex.partition('=')[0].strip(' &')} is a compression"
+                return replace(found, verdict="holds if", condition=condition, equation=equation), []
         return found, readings
 
     def second(
         self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool, neighbours: list[Equation]
     ) -> Finding:
-        """The verdict on an equation of which no reading holds: it fails if a small change mends it, or others hold."""
-        readings = sorted(readings, key=lambda candidate: -_agreement(candidate[0], neighbours))[:MOST_READINGS]
+        """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
+
+        def agreement(equation: Equation) -> int:  # how often its names mean in others what they mean in it
+            pairs = equation.meanings.items()
+            return sum(other.meanings.get(name) == meaning for other in neighbours for name, meaning in pairs)
+
+        readings = sorted(readings, key=lambda candidate: -agreement(candidate[0]))[:MOST_READINGS]
         for equation, _ in readings:
             if condition := self._holds_without_loads(equation, neighbours):
                 return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
@@ -167,6 +183,13 @@ class _Doctor:
         best = costs.index(min(costs))
         equation, error = readings[best]
         linear = "" if system is self.system else "it is compared to the first order in the angles"
+        title, alike = system.spec.title, lambda mend: not of_equation(mend.equation, self.system.spec)[1]
+        holds = ""  # the convention that would make it right
+        for convention in self.reading.conventions:
+            with suppress(Unread):
+                if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
+                    holds = f"it holds if {convention.words}"
+                    break
         found = replace(
             found,
             verdict="fails",
@@ -175,38 +198,37 @@ class _Doctor:
             error=relative_error(equation, random_states(system)) if linear else error,
             when=when(equation, system),
             dimensions=of_equation(equation, system.spec)[1],
-            mends=tuple(mend for mend in healed[best] if self._is_likely(mend)),
-            remark=_joined(one.remark, linear, self._special(equation)),
+            mends=tuple(mend for mend in healed[best] if mend.changes == 1 or alike(mend)),
+            remark=_joined(one.remark, linear, holds),
             equation=equation,
         )
         if self.reading.unknown:
-            words = (
-                f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {self.reading.remedy}"
-            )
+            words = f"it does not hold for {title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, verdict="not checked", remark=words, mends=(), proved=False)
         if not found.mends:
-            words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
+            words = f"as I read it, for {title}, it does not hold, and no small change makes it hold"
             return replace(found, verdict="not checked", remark=_joined(words, found.remark), proved=False)
         return found
 
     def _holds_without_loads(self, equation: Equation, neighbours: list[Equation]) -> str:
         """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
+
+        def unnamed(node: Node, written: Written, letter: str) -> Node:
+            if node.written == written:
+                return replace(node, value=f"?{letter}")
+            return replace(node, children=tuple(unnamed(child, written, letter) for child in node.children))
+
         known = {part.written for other in neighbours for part in parts(other.sides)}
-        letters = {
-            node.written: equation.meaning(str(node.value)) for node in parts(equation.sides) if node.kind == "symbol"
-        }
+        nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
+        letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
         for written, meaning in letters.items():
             if written and written not in known and meaning in self.system.spec.still:
                 letter = f"{written.letter}_{written.index}".rstrip("_")
-                own = replace(equation, sides=tuple(_unnamed(side, written, letter) for side in equation.sides))
+                own = replace(equation, sides=tuple(unnamed(side, written, letter) for side in equation.sides))
                 sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
                 if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
                     return condition
         return ""
-
-    def _is_likely(self, mend: Mend) -> bool:
-        """Whether a mend is one change, or two with which the dimensions agree."""
-        return mend.changes == 1 or not of_equation(mend.equation, self.system.spec)[1]
 
     def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
         """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
@@ -215,8 +237,9 @@ class _Doctor:
         """
         if not found.when or found.equation is None or self.reading.unknown:
             return found
-        for name in sorted(found.equation.definitions.keys() & _names(found.equation)):
-            using = [f for f in findings if f.equation and f.kind != "definition" and name in _names(f.equation)]
+        inside = lambda equation: set().union(*map(symbols, equation.sides))  # noqa: E731
+        for name in sorted(found.equation.definitions.keys() & inside(found.equation)):
+            using = [f for f in findings if f.equation and f.kind != "definition" and name in inside(f.equation)]
             sources = [one for one in self.reading.equations if one.defines == name and len(one.sides) == 2]
             if len(sources) != 1 or not all(f.when for f in using):
                 continue
@@ -230,51 +253,43 @@ class _Doctor:
 
     def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:
         """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
-        if self._is_idle(one):
-            return replace(found, kind="definition", remark=idle(one), unknown=(one.defines,))
+        if idle := self._idle(one):
+            return replace(found, kind="definition", remark=idle, unknown=(one.defines,))
         if one.defines and not one.unknown - {one.defines}:
-            return replace(
-                found, verdict="holds", kind="definition", remark=f"it says what {one.defines.lstrip('?')} is"
-            )
+            words = f"it says what {one.defines.lstrip('?')} is"
+            return replace(found, verdict="holds", kind="definition", remark=words)
         if len(one.lacking) <= MOST_LOADS and not one.defines:
             for equation in one.readings():
                 if condition := loads_at_zero(equation, self.system, one.lacking):
                     found = replace(found, verdict="holds if", condition=condition, kind="equation of motion")
                     return replace(found, equation=without(equation, one.lacking))
-            if not self.reading.unknown and (finding := self._wrong_without_loads(found, one)):
-                return finding
+            # with a load that a small change makes hold where the load is 0, as another of the text holds there
+            others = (other for other in self.reading.equations if other is not one and other.lacking == one.lacking)
+            alike = (loads_at_zero(e, self.system, one.lacking) for o in others if not o.defines for e in o.readings())
+            condition = next(filter(None, alike), "") if not self.reading.unknown else ""
+            equation = without(next(one.readings()), one.lacking)
+            with suppress(Unread):
+                if condition and (healed := mends(self._patient(one, equation), False)):
+                    error, moment = relative_error(equation, random_states(self.system)), when(equation, self.system)
+                    found = replace(found, verdict="fails", kind="equation of motion", error=error, when=moment)
+                    remark = f"compared where {condition}, as another equation holds"
+                    return replace(found, proved=True, mends=tuple(healed), remark=remark, equation=equation)
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
 
-    def _wrong_without_loads(self, found: Finding, one: Printed) -> Finding | None:
-        """An equation with a load that a small change makes hold where the load is 0, as another of the text holds there."""
-        others = (other for other in self.reading.equations if other is not one and other.lacking == one.lacking)
-        alike = (loads_at_zero(e, self.system, one.lacking) for o in others if not o.defines for e in o.readings())
-        if not (condition := next(filter(None, alike), "")):
-            return None
-        equation = without(next(one.readings()), one.lacking)
-        with suppress(Unread):
-            if healed := mends(self._patient(one, equation), False):
-                error, moment = relative_error(equation, random_states(self.system)), when(equation, self.system)
-                remark = f"compared where {condition}, as another equation holds"
-                found = replace(
-                    found, verdict="fails", kind="equation of motion", error=error, when=moment, proved=True
-                )
-                return replace(found, mends=tuple(healed), remark=remark, equation=equation)
-        return None
-
-    def _is_compression(self, equation: Equation, one: Printed) -> bool:
-        """Whether a force along the rod that the text calls no tension holds if it has the other direction."""
-        left = equation.sides[0]
-        own = left.kind == "symbol" and left.written is not None and left.written.letter != "R"
-        if not own or equation.meaning(str(left.value)) != "R3" or "tension" in one.statement.context.lower():
+    def _names_energies(self, one: Printed) -> bool:
+        """Whether it only gives energies their names, as L = T - U, whatever the text takes T and U to be."""
+        if not all(side.kind in ("symbol", "sum") and (side.kind == "symbol" or _is_flat(side)) for side in one.sides):
             return False
-        states = random_states(self.system)
-        after = changed(equation, states, {id(left): np.negative})
-        return after is not None and bool(np.abs(after).max() < TOLERANCE * np.abs(states["R3"]).max())
+        words = replace(one.words, chosen={})
+        equation = Equation(tuple(bound(side, words) for side in one.sides))
+        readings = (e for e in equation.readings(words) if e.names <= {"T", "V", "L", "E"} and len(e.names) > 2)
+        return any(relative_error(e, random_states(self.system)) < TOLERANCE for e in readings)
 
-    def _is_idle(self, one: Printed) -> bool:
-        """Whether an equation says what a symbol is, and nothing uses it: then nothing tells whether it is right."""
-        return bool(one.defines) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
+    def _idle(self, one: Printed) -> str:
+        """What to write of a symbol that an equation defines and nothing uses, so that nothing tells whether it is right."""
+        name = one.defines.lstrip("?")
+        idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
+        return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
 
     def _slip(self, found: Finding, one: Printed, reason: str) -> Finding | None:
         """An equation with a symbol that stands nowhere else, in place of one with which it holds; None for any other."""
@@ -282,29 +297,25 @@ class _Doctor:
             return None
         others = [other for other in self.reading.equations if other is not one]
         right = sum(holding(other, self.system) is not None for other in others)
-        letters = {name.lstrip("?").lstrip("d") for other in others for name in other.names}
-        if right < NEIGHBOURS or next(iter(one.unknown)).lstrip("?").lstrip("d") in letters:
+        letters = {bare(name) for other in others for name in other.names}
+        if right < NEIGHBOURS or bare(next(iter(one.unknown))) in letters:
             return None
-        for equation in list(one.readings())[:1]:
-            if healed := mends_of_unknown(self._patient(one, equation), one.unknown):
+        healed = mends_of_unknown(self._patient(one, next(one.readings())), one.unknown)
+        return self._without_value(found, healed, reason) if healed else None
+
+    def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
+        """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
+        names = one.sides[0].kind == "symbol" and len(one.sides) == 2 and not self.reading.chosen
+        for equation in [] if self.reading.unknown or names else list(one.readings())[:2]:
+            if healed := mends_of_mismatch(self._patient(one, equation)):
                 return self._without_value(found, healed, reason)
-        return None
+        return replace(found, remark=reason)
 
     def _without_value(self, found: Finding, healed: list[Mend], reason: str) -> Finding:
         """An equation that fails and has no value, so that its error is as large as its terms in every motion."""
         kind = kind_of(healed[0].equation, self.system.spec)
         found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
         return replace(found, mends=tuple(healed), remark=reason)
-
-    def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
-        """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
-        sides = one.sides
-        if self.reading.unknown or (sides[0].kind == "symbol" and len(sides) == 2 and not self.reading.chosen):
-            return replace(found, remark=reason)
-        for equation in list(one.readings())[:2]:
-            if healed := mends_of_mismatch(self._patient(one, equation)):
-                return self._without_value(found, healed, reason)
-        return replace(found, remark=reason)
 
     def _to_first_order(self, one: Printed) -> System | None:
         """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""
@@ -326,49 +337,11 @@ class _Doctor:
         printer = Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
         return Patient(one, equation, system or self.system, printer)
 
-    def _special(self, equation: Equation) -> str:
-        """Which convention would make an equation that fails right."""
-        for convention in self.reading.conventions:
-            with suppress(Unread):
-                if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
-                    return f"it holds if {convention.words}"
-        return ""
 
-
-def _unnamed(node: Node, written: Written, letter: str) -> Node:
-    """An expression in which a letter has no meaning."""
-    if node.written == written:
-        return replace(node, value=f"?{letter}")
-    return replace(node, children=tuple(_unnamed(child, written, letter) for child in node.children))
-
-
-def _names(equation: Equation) -> set[str]:
-    """The names that stand in an equation itself, not in definitions that it uses."""
-    return set().union(*map(symbols, equation.sides))
-
-
-def _agreement(equation: Equation, others: list[Equation]) -> int:
-    """How often its names mean in others what they mean in it."""
-    return sum(other.meanings.get(name) == meaning for other in others for name, meaning in equation.meanings.items())
+def _is_flat(node: Node) -> bool:
+    """Whether an expression is a sum of names."""
+    return all(part.kind == "symbol" for part in node.children)
 
 
 def _joined(*remarks: str) -> str:
     return "; ".join(filter(None, remarks))
-
-
-def _styles(equations: list[Printed]) -> dict[str, str]:
-    """How a document prints its quantities: as where each is seen first."""
-    found: dict[str, str] = {}
-    for one in reversed([one for one in equations if one.ways and is_latex(one.text)]):
-        found |= styles_of(one, one.sides)
-    return found
-
-
-def _shared(findings: list[Finding]) -> tuple[Shared, ...]:
-    """First mends that are the same in several equations."""
-    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for finding in findings:
-        for mend in finding.mends[:1]:
-            if finding.verdict == "fails" and mend.old and mend.new:
-                groups[mend.old, mend.new].append(finding.number)
-    return tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)

@@ -7,6 +7,8 @@ from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property, lru_cache
 
+import numpy as np
+
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.reading.documents import Statement
@@ -109,7 +111,22 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
-    return _differences(_states(_from_one(found)))
+    # indices are counted from 1 where q_0 and q_1 both move
+    written = (part.written for one in found for part in parts(one.sides) if part.written)
+    moving = {(name.letter, name.index) for name in written if name.dots}
+    if any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter, _ in moving):
+        shifted = str.maketrans("01", "12")
+        found = _rewritten(found, lambda written: replace(written, index=written.index.translate(shifted)))
+    found = _states(found)
+    # a difference that is written like a rate has a name of its own: dtheta = theta2 - theta1
+    own = set[Written]()
+    for one in found:
+        if len(one.sides) == 2 and one.sides[1].kind == "sum" and len(one.sides[1].children) == 2:
+            left, terms = one.sides[0].written, one.sides[1].children
+            if left and left.dots == 1 and all(term.written and not term.written.dots for term in terms):
+                own.add(left)
+    named = lambda written: replace(written, letter=f"d{written.letter}", dots=0) if written in own else written  # noqa: E731
+    return _rewritten(found, named) if own else found
 
 
 def _rewritten(raw: list[Printed], change: Rename) -> list[Printed]:
@@ -131,25 +148,15 @@ def _renamed(node: Node, change: Rename) -> Node:
     return replace(node, written=written, value=value, children=tuple(_renamed(one, change) for one in node.children))
 
 
-def _from_one(raw: list[Printed]) -> list[Printed]:
-    """The equations, whose indices are counted from 1 where q_0 and q_1 both move."""
-    moving = {
-        (p.written.letter, p.written.index) for one in raw for p in parts(one.sides) if p.written and p.written.dots
-    }
-    letters = {letter for letter, _ in moving}
-    if not any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter in letters):
-        return raw
-    shifted = str.maketrans("01", "12")
-    return _rewritten(raw, lambda written: replace(written, index=written.index.translate(shifted)))
-
-
 def _states(raw: list[Printed]) -> list[Printed]:
     """The equations with rates in place of the second half of a vector of states: x_2 where x_1' = x_2 stands.
 
-    The vector on the left of dydt(1) = y(2) holds the rates of the one on the right.
+    The vector on the left of dydt(1) = y(2) holds the rates of the one on the right. A line such as dtheta1 = y[1] says
+    that y[1] is the rate of y[0], or in a vector of angles before rates that of y[1 - n].
     """
-    pairs: dict[Name, Name] = {}  # the rate of each state
+    states: dict[Name, Name] = {}  # the state of each rate
     vectors: dict[str, str] = {}  # the vector of rates, and that of states
+    places: dict[str, list[int]] = {}  # of the rates in a vector that lines name
     for one in raw:
         if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
             left, right = (side.written for side in one.sides)
@@ -160,9 +167,15 @@ def _states(raw: list[Printed]) -> list[Printed]:
                 vectors[left.letter] = right.letter
             same = left.letter == right.letter and left.dots == 1 and left.index and right.index
             if (same or named) and not right.dots and left.index != right.index:
-                pairs[right.letter, left.index] = (right.letter, right.index)
-    pairs |= _by_position(raw, pairs)
-    states = {rate: state for state, rate in pairs.items()}
+                states = {rate: state for rate, state in states.items() if state != (right.letter, left.index)}
+                states[right.letter, right.index] = (right.letter, left.index)
+            if left.dots == 1 and not right.dots and re.fullmatch(r"\[\d+\]", right.index):
+                places.setdefault(right.letter, []).append(int(right.index[1:-1]))
+    lettered = {letter for letter, _ in states}
+    for letter, found in places.items():
+        if letter not in lettered:
+            back = len(found) if max(found) - min(found) == len(found) - 1 else 1
+            states |= {(letter, f"[{place}]"): (letter, f"[{place - back}]") for place in found}
     if not states:
         return raw
 
@@ -176,49 +189,13 @@ def _states(raw: list[Printed]) -> list[Printed]:
     return _rewritten(raw, change)
 
 
-def _differences(raw: list[Printed]) -> list[Printed]:
-    """The equations with a name of its own for a difference that is written like a rate: dtheta = theta2 - theta1."""
-    own = set[Written]()
-    for one in raw:
-        if len(one.sides) == 2 and one.sides[1].kind == "sum" and len(one.sides[1].children) == 2:
-            left, terms = one.sides[0].written, one.sides[1].children
-            if left and left.dots == 1 and all(term.written and not term.written.dots for term in terms):
-                own.add(left)
-    return (
-        _rewritten(raw, lambda one: replace(one, letter=f"d{one.letter}", dots=0) if one in own else one)
-        if own
-        else raw
-    )
-
-
-def _by_position(raw: list[Printed], known: dict[Name, Name]) -> dict[Name, Name]:
-    """The states whose rates a line such as dtheta1 = y[1] names: y[0], or in a vector of angles before rates y[k - n]."""
-    named: dict[str, list[int]] = {}
-    for one in raw:
-        if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
-            left, right = (side.written for side in one.sides)
-            if left and right and left.dots == 1 and not right.dots and (place := _place(right.index)) is not None:
-                named.setdefault(right.letter, []).append(place)
-    found: dict[Name, Name] = {}
-    for letter, places in named.items():
-        if not any(rate[0] == letter for rate in known.values()):
-            back = len(places) if max(places) - min(places) == len(places) - 1 else 1
-            found |= {(letter, f"[{place - back}]"): (letter, f"[{place}]") for place in places}
-    return found
-
-
-def _place(index: str) -> int | None:
-    """The whole number of an index such as [3]."""
-    return int(index[1:-1]) if re.fullmatch(r"\[\d+\]", index) else None
-
-
 def bind(
     raw: list[Printed],
     words: Vocabulary,
     given: dict[str, Node],
     usual: dict[str, Node],
     before: list[Printed] | None = None,
-    names: Collection[tuple[str, str]] = (),
+    names: Collection[Name] = (),
 ) -> list[Printed]:
     """The same equations with the meanings that some words give, and with the symbols that the text defines.
 
@@ -227,12 +204,18 @@ def bind(
     """
     if before is None:
         words = words.among(set().union(*(one.letters for one in raw)))
-        found = [_bind(one, words) for one in raw]
-    else:
-        found = [
-            _bind(one, words) if one.letters & {*names} else replace(old, words=words, definitions={}, defines="")
-            for one, old in zip(raw, before, strict=True)
-        ]
+    found = []
+    for i, one in enumerate(raw):
+        if before is not None and not one.letters & {*names}:
+            found.append(replace(before[i], words=words, definitions={}, defines=""))
+            continue
+        ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways]
+        if one.ways and len(one.ways[0][0]) == 1 and one.statement.name:
+            with suppress(Unread):  # the name of a side alone is the left side if it is a quantity's
+                left = lone(one.statement.name, words)
+                if left and left.kind == "symbol" and not left.value.startswith("?"):
+                    ways = [((replace(left, span=(0, 0)), *sides), tight) for sides, tight in ways] + ways
+        found.append(replace(one, words=words, ways=tuple(ways)))
     used = set().union(*(one.names for one in found))
     usual = {name: meaning for name, meaning in usual.items() if name in used}
     made: list[tuple[int, str, Node]] = []
@@ -241,79 +224,42 @@ def bind(
         made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in old]
     entries = []
     for i, one in enumerate(found):
-        known: dict[str, Node] = {}
-        for place, name, meaning in reversed(made):
-            if place > i:
-                known[name] = meaning
-        for place, name, meaning in made:
-            if place <= i:
-                known[name] = meaning
-        own = [name for place, name, _ in made if place == i]
-        entries.append(replace(one, definitions=usual | known | given, defines=own[0] if own else ""))
+        later = {name: meaning for place, name, meaning in reversed(made) if place > i}
+        known = later | {name: meaning for place, name, meaning in made if place <= i}
+        own = next((name for place, name, _ in made if place == i), "")
+        entries.append(replace(one, definitions=usual | known | given, defines=own))
     return entries
-
-
-def _bind(one: Printed, words: Vocabulary) -> Printed:
-    """One equation; of a side alone that has a name, the name is the left side if it is a quantity's."""
-    ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways]
-    if one.ways and len(one.ways[0][0]) == 1 and one.statement.name and (left := _name(one.statement.name, words)):
-        ways = [((left, *sides), tight) for sides, tight in ways] + ways
-    return replace(one, words=words, ways=tuple(ways))
-
-
-def _name(name: str, words: Vocabulary) -> Node | None:
-    """A key as the left side of an equation, if it is the name of a quantity."""
-    try:
-        found = lone(name, words)
-    except Unread:
-        return None
-    known = found and found.kind == "symbol" and not found.value.startswith("?")
-    return replace(found, span=(0, 0)) if found and known else None
 
 
 def _of_statement(statement: Statement, number: int) -> list[Printed]:
     """Its equations, or one that tells why it cannot be read."""
     unread = Printed(statement, number, statement.text, statement.text, 0)
+    text, remark = statement.text, ""
     try:
-        text, remark, equations = _parsed(statement.text)
+        try:
+            equations = parse(text)
+        except Unread as error:
+            if (mended := _with_bracket(text, error.bracket)) is None:
+                raise Unread(f"{error.reason} (character {error.place + 1})") from None
+            text, remark = mended
+            equations = parse(text)
+        nodes = sum(1 for sides in equations for _ in parts(sides))
+        if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
+            raise Unread("too long to be checked: write it as several equations")
     except Unread as error:
         return [replace(unread, reason=error.reason)]
     several = len(equations) > 1
     if several and len(equations[0]) == 1 and equations[0][0].kind == "symbol" and not statement.name:
         return [replace(unread, reason="it gives values to several names at once: write an equation for each")]
-    return [
-        Printed(
-            replace(statement, place=statement.line_of(sides[0].outer[0])),
-            number + i,
-            text[sides[0].outer[0] : sides[-1].outer[1]].strip()
-            if several
-            else statement.text.strip().removesuffix("\\\\").strip(),
-            text,
-            i,
-            ways=((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ())),
-            remark=remark,
-            alone=not several,
-        )
-        for i, sides in enumerate(equations)
-        if len(sides) > 1 or statement.name or not statement.place.startswith("line")
-    ] or [replace(unread, text=text, reason="no equation: it has one side only")]
-
-
-def _parsed(text: str) -> tuple[str, str, list[list[Node]]]:
-    """A text, with the bracket that is missing, a remark on that, and its equations. Raises Unread."""
-    remark = ""
-    try:
-        equations = parse(text)
-    except Unread as error:
-        mended = _with_bracket(text, error.bracket)
-        if mended is None:
-            raise Unread(f"{error.reason} (character {error.place + 1})") from None
-        text, remark = mended
-        equations = parse(text)
-    nodes = sum(1 for sides in equations for _ in parts(sides))
-    if nodes > MOST_NODES or max(map(len, equations), default=0) > MOST_SIDES:
-        raise Unread("too long to be checked: write it as several equations")
-    return text, remark, equations
+    found = []
+    for i, sides in enumerate(equations):
+        if len(sides) > 1 or statement.name or not statement.place.startswith("line"):
+            start, end = sides[0].outer[0], sides[-1].outer[1]
+            latex = text[start:end].strip() if several else statement.text.strip().removesuffix("\\\\").strip()
+            ways = ((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ()))
+            own = replace(statement, place=statement.line_of(start))
+            found.append(Printed(own, number + i, latex, text, i, ways=ways, remark=remark, alone=not several))
+    return found or [replace(unread, text=text, reason="no equation: it has one side only")]
 
 
 def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]:
@@ -340,35 +286,22 @@ def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]
 
 @lru_cache(maxsize=500)
 def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
-    """A text with the bracket that is missing, where that makes an equation of vectors or numbers; and a remark."""
-    if not bracket:
-        return None
-    candidates = []
-    for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)]:
-        fixed = text[:place] + bracket + text[place:]
-        if (size := _error_of(fixed)) is not None:
+    """A text with the bracket that is missing, where that makes an equation of vectors or numbers; and a remark.
+
+    Of several places that with the least error of the text's first equation over its meanings for a rod.
+    """
+    words, best = Vocabulary(THIN.spec.words, {}, frozenset(THIN.spec.state)), (np.inf, "", "")
+    for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)] if bracket else ():
+        fixed, errors = text[:place] + bracket + text[place:], list[float]()
+        with suppress(Unread, IndexError):
+            for equation in Equation(tuple(parse(fixed, words)[0])).readings(words):
+                with suppress(Unread):
+                    if not of_equation(equation, THIN.spec)[1]:
+                        errors.append(relative_error(equation, random_states(THIN)))
+        if min(errors, default=np.inf) < best[0]:
             around = f"{text[max(0, place - 10) : place]}{bracket}{text[place : place + 10]}"
-            candidates.append((size, fixed, f"the bracket {bracket} is missing; it is read as ...{around}..."))
-    if not candidates:
-        return None
-    return min(candidates, key=lambda c: c[0])[1:]
-
-
-def _error_of(text: str) -> float | None:
-    """The least error of a text's first equation over its meanings for a rod; None where it cannot be read."""
-    words = Vocabulary(THIN.spec.words, {}, frozenset(THIN.spec.state))
-    try:
-        sides = parse(text, words)[0]
-    except (Unread, IndexError):
-        return None
-    errors = []
-    for equation in Equation(tuple(sides)).readings(words):
-        try:
-            if not of_equation(equation, THIN.spec)[1]:
-                errors.append(relative_error(equation, random_states(THIN)))
-        except Unread:
-            continue
-    return min(errors, default=None)
+            best = (min(errors), fixed, f"the bracket {bracket} is missing; it is read as ...{around}...")
+    return best[1:] if best[1] else None
 
 
 @lru_cache(maxsize=20_000)

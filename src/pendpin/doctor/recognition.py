@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import permutations, product
@@ -12,10 +12,9 @@ import numpy as np
 
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import residuals
-from pendpin.doctor.conventions import conventions_of, find_convention, likely_rod, single_conventions
-from pendpin.doctor.letters import Again, credit, held, settled, telling, weight, with_own_letters
+from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
+from pendpin.doctor.letters import Again, credit, held, option, proposed, settled, telling, weight
 from pendpin.doctor.printed import Printed, bind, read_equations
-from pendpin.doctor.proposals import option, proposed
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import legend, named
@@ -37,22 +36,21 @@ MOST_ANGLES, MOST_SLIDES = 3, 2
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
+REMEDY = "say which system it is with --rod, or what its symbols are with --symbols"
 RARELY = 5  # times that a letter stands more often than another that is a slip
-ROD = 0.5  # equations: what a rod on a universal joint counts before any holds
-LIKELIER = 0.01  # equations: what a system of more coordinates counts, of which the text has each
+# what counts for a reading, or against it, in equations that hold
+ROD = 0.5  # a rod on a universal joint before any holds
+LIKELIER = 0.01  # each coordinate of a system, of which the text has as many
+SAID, UNSAID = 0.5, -0.75  # the words of a section name the system, or another one
+LOST, MOST_LOST = 0.5, 1.5  # each letter with rates that a system does not have, and all together
+ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # each equation of other sections, and all together
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
-ENOUGH = 1.0  # equations: by how much more must hold with proposed meanings of letters
+OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
+CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
+ENOUGH = 1.0  # by how much more must hold with proposed meanings of letters
 MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
-ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # what equations of other sections count, each and all together
-SAID, UNSAID = (
-    0.5,
-    -0.75,
-)  # equations: what the words of a section count for the system that they name, and against another
-LOST, MOST_LOST = 0.5, 1.5  # equations: what a letter with rates that a system does not have counts against it
-OWN = 0.25  # equations: by how much another reading has to explain a section better than that of the whole text
-CLEARLY = 0.6  # equations: by how much a reading has to explain more, so that what only another one explains is wrong
 FROM_HORIZONTAL = re.compile(
     r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.IGNORECASE
 )
@@ -65,9 +63,7 @@ FOREIGN = re.compile(
     r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
     re.IGNORECASE,
 )
-FURUTA = re.compile(
-    r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.IGNORECASE
-)  # some equations are a rod's
+FURUTA = re.compile(r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.I)  # some equations are a rod's
 WORDS = {  # of texts about each family
     "cart-pole": re.compile(r"\b(?:cart|trolley|carriage|chariot|wagen|carrito|cart-?pole)s?\b", re.I),
     "double": re.compile(
@@ -94,11 +90,6 @@ class Reading:
     angles: dict[str, str] = field(default_factory=dict)  # guessed: the letters of the angles
     small: bool = False  # what holds for small angles counts, where nothing else does
 
-    @property
-    def remedy(self) -> str:
-        """What to write so that more is checked."""
-        return "say which system it is with --rod, or what its symbols are with --symbols"
-
     @cached_property
     def credits(self) -> np.ndarray:
         """What each equation counts for this reading, (n,): 0 where it does not hold."""
@@ -109,62 +100,49 @@ class Reading:
     @cached_property
     def strangers(self) -> list[set[str]]:
         """The letters with rates in each equation that this system does not have and the text does not define."""
-        own = {one.defines for one in self.equations}
-        return [
-            {
-                p.written.letter + p.written.index
-                for p in parts(one.sides)
-                if p.written and p.written.dots and _lacks(p, own)
-            }
-            for one in self.equations
-        ]
+        known = {one.defines for one in self.equations}
+        known |= {f"?d{name.lstrip('?')}" for name in known}
+        rates = [[p for p in parts(one.sides) if p.written and p.written.dots] for one in self.equations]
+        lacks = lambda p: str(p.value).startswith("?") and p.value not in known  # noqa: E731
+        return [{p.written.letter + p.written.index for p in some if p.written and lacks(p)} for some in rates]
 
-    @property
-    def score(self) -> float:
-        """How much of the document it explains."""
-        return float(self.credits.sum()) + self.likelier
+    def score(self, inside: np.ndarray, text: str) -> float:
+        """How well it explains a section and its words: its own equations, and a little those of the others.
 
-    @property
-    def likelier(self) -> float:
-        """What a system counts by itself: one of more coordinates a little, and a rod on a joint, of which this is about."""
-        return ROD if self.system.kind in RODS else LIKELIER * len(self.system.spec.coordinates)
-
-    def prior(self, text: str) -> float:
-        """What the words of a text count for this system, or against it."""
-        family = self.system.kind.split()[0]
-        family = {"acrobot": "double"}.get(family, "rod" if family in RODS else family)
-        said = {name for name, words in WORDS.items() if words.search(text)}
-        count = 0.0 if not said else SAID if family in said else UNSAID
+        A system of more coordinates counts a little more, and a rod on a joint, of which this is about.
+        """
         kinds = self.system.kind.split()
-        if "up" in kinds and not UPRIGHT.search(text):
-            count += UNSAID
-        return count - 0.3 * ("mirrored" in kinds)
+        family = {"acrobot": "double"}.get(kinds[0], "rod" if kinds[0] in RODS else kinds[0])
+        said = {name for name, words in WORDS.items() if words.search(text)}
+        holds = bool(self.credits[inside].any())  # what the words name counts where something holds
+        prior = 0.0 if not said else SAID * holds if family in said else UNSAID
+        prior += UNSAID * ("up" in kinds and not UPRIGHT.search(text)) - 0.3 * ("mirrored" in kinds)
+        prior += ROD if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
+        lost = set().union(*(strange for strange, here in zip(self.strangers, inside, strict=True) if here))
+        elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(self.credits[~inside].sum()))
+        return float(self.credits[inside].sum()) + elsewhere + prior - min(MOST_LOST, LOST * len(lost))
 
     def says(self, one: Printed) -> str:
         """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
         sides, spec = one.sides, self.system.spec
-        names = [_names(side) for side in sides]
-        if all(side.kind == "symbol" for side in sides) and any("q_i" in inside for inside in names):
-            return "it says what a name stands for"
-        kinds = {side.kind for side in sides}
-        parts = [part for side in sides if side.kind != "symbol" for part in side.children]
-        if kinds == {"symbol", "matrix"} and all(part.kind == "symbol" for part in parts):
-            return "it gives the states their names: nothing to check"
+        names = [symbols(side) - {"pi"} for side in sides]
         every = set().union(*names)
-        multiples = every <= spec.still and all(_is_multiple(side) for side in sides)
-        if multiples and (not self.chosen or _can_be_chosen(one, self.system)):  # else J may be called I
-            return "it chooses a parameter: nothing to check"
+        if all(side.kind == "symbol" for side in sides) and "q_i" in every:
+            return "it says what a name stands for"
+        entries = [part for side in sides if side.kind != "symbol" for part in side.children]
+        if {side.kind for side in sides} == {"symbol", "matrix"} and all(part.kind == "symbol" for part in entries):
+            return "it gives the states their names: nothing to check"
+        below = [[*walk(side)] for side in sides]  # each side a number times one symbol at most
+        plain = all(part.kind in ("symbol", "number", "product", "power") for inside in below for part in inside)
+        multiples = plain and all(sum(part.kind == "symbol" for part in inside) <= 1 for inside in below)
+        if every <= spec.still and multiples and (not self.chosen or _can_be_chosen(one, names, self.system)):
+            return "it chooses a parameter: nothing to check"  # else J may be called I
         values = [side for side, inside in zip(sides, names, strict=True) if not inside]
-        lone = all(side.kind == "symbol" for side in sides if side not in values)
+        alone = all(side.kind == "symbol" for side in sides if side not in values)
         states = {*spec.state, *(name for name in spec.formulas if name.startswith(("sin", "cos")))}
-        if values and not one.statement.name and ((lone and len(every) == 1) or every <= states) and not one.defines:
+        if values and not one.statement.name and ((alone and len(every) == 1) or every <= states) and not one.defines:
             return "it gives a state or a value, and no law: nothing to check"
         return ""
-
-
-def _lacks(node: Node, own: set[str]) -> bool:
-    """Whether a rate is one of a symbol that has no meaning."""
-    return str(node.value).startswith("?") and node.value not in own and "?" + str(node.value).lstrip("?d") not in own
 
 
 @dataclass(frozen=True, eq=False)
@@ -187,15 +165,8 @@ class Recognition:
         return " and ".join(dict.fromkeys(every)) if not self.main.unknown else self.main.title
 
 
-def _is_multiple(node: Node) -> bool:
-    """Whether an expression is a number times one symbol at most."""
-    inside = [part for part in walk(node) if part.kind == "symbol"]
-    return len(inside) <= 1 and all(part.kind in ("symbol", "number", "product", "power") for part in walk(node))
-
-
-def _can_be_chosen(one: Printed, system: System) -> bool:
+def _can_be_chosen(one: Printed, names: list[set[str]], system: System) -> bool:
     """Whether parameters may be equal: one is a number, also of metres, or neither is always the larger."""
-    names = [_names(side) for side in one.sides]
     lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
@@ -204,10 +175,6 @@ def _can_be_chosen(one: Printed, system: System) -> bool:
         if rows.min() <= 0 <= rows.max() and not of_equation(equation, system.spec)[1]:
             return True
     return False
-
-
-def _names(node: Node) -> set[str]:
-    return symbols(node) - {"pi"}
 
 
 def check_choices(rod: str | None, convention: str | None) -> None:
@@ -230,9 +197,23 @@ class _Page:
     @cached_property
     def letters(self) -> list["Letters"]:
         """The letters of the whole document, and of each section."""
-        sections = sorted({one.statement.section for one in self.raw})
-        each = [[one for one in self.raw if one.statement.section == section] for section in sections]
+        each = [[self.raw[i] for i in np.flatnonzero(inside)] for inside, _ in self.sections]
         return [_letters(equations, self.table) for equations in (self.raw, *(each if len(each) > 1 else ()))]
+
+    @property
+    def sections(self) -> Iterator[tuple[np.ndarray, str]]:
+        """Of each section which equations stand in it, and its text."""
+        where = np.array([one.statement.section for one in self.raw])
+        for section in sorted(set(where.tolist())):
+            texts = self.document.sections
+            yield where == section, texts[section] if section < len(texts) else self.document.text
+
+    def bound(self, spec: Spec, renamed: Renamed, short: bool = False) -> tuple[list[Printed], Again]:
+        """The equations in the words of a system, and what binds them to other words; `short`: s and c stand for phi's."""
+        words, given = read_symbols(self.table, spec, renamed, self.document.text)
+        usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos")) if short}
+        again = partial(bind, self.raw, given=given, usual={name: node for name, node in usual.items() if node})
+        return again(words), again
 
 
 def read(document: Document, choices: dict[str, Any]) -> Recognition:
@@ -242,93 +223,65 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     table = {**document.symbols, **choices.get("symbols", {})}
     page = _Page(document, read_equations(document.statements), table, kind, convention)
     if scene := choices.get("scene"):
-        reading = _as_scene(page, scene)
+        spec = scene_spec(scene)
+        reading = Reading(page.bound(spec, {})[0], System(spec), spec.title, (), True)
         return Recognition(reading, (reading,) * len(page.raw), ((),) * len(page.raw))
-    readings = list(_every(page))
-    readings.sort(key=lambda reading: -(reading.score + reading.prior(document.text)))
+    whole = np.ones(len(page.raw), dtype=bool)
+    readings = [*_rods(page)] if kind not in FAMILIES else []
+    readings += [*_others(page)] if kind not in RODS and convention is None else []
+    readings.sort(key=lambda one: -one.score(whole, document.text))
     if readings[0].credits.sum() < 1:  # nothing holds: perhaps for small angles
-        small = [replace(one, small=True) for one in readings]
-        readings = sorted(small, key=lambda one: -one.score) if any(one.credits.sum() for one in small) else readings
+        small = sorted((replace(one, small=True) for one in readings), key=lambda one: -one.score(whole, ""))
+        readings = small if any(one.credits.sum() for one in small) else readings
     if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
         return better
     return _by_section(page, readings)
 
 
-def _every(page: _Page) -> Iterator[Reading]:
-    """Every reading that is tried."""
-    if page.kind not in FAMILIES:
-        yield _as_rod(page, page.kind if page.kind in RODS else None)
-        yield from _renamed_rods(page)
-    if page.kind not in RODS and page.convention is None:
-        yield from _others(page)
-
-
-def _likeliest(readings: list[Reading], inside: np.ndarray, text: str) -> list[Reading]:
-    """The readings of a section that are compared more closely: those that explain about as much, few of a family."""
-    scores = {id(one): _score(one, inside, text) for one in readings}
+def _closest(readings: list[Reading], inside: np.ndarray, text: str) -> list[Reading]:
+    """The readings that explain a section about as well, few of a family, each letter of which has one meaning."""
+    scores = {id(one): one.score(inside, text) for one in readings}
     best, found = max(scores.values()), list[Reading]()
     often = Counter[str]()
     for one in sorted(readings, key=lambda one: -scores[id(one)]):
         family = " ".join(word for word in one.system.kind.split() if word in (*FAMILIES, *RODS, *POSES))
-        if scores[id(one)] > best - CLOSE and often[family] < MOST_ALIKE:
+        if scores[id(one)] > best - CLOSE and often[family] < MOST_ALIKE and len(found) < MOST_SETTLED:
             often[family] += 1
-            found.append(one)
-    return found[:MOST_SETTLED]
-
-
-def _sections(page: _Page) -> Iterator[tuple[int, np.ndarray, str]]:
-    """Each section: its number, which equations stand in it, and its text."""
-    where = np.array([one.statement.section for one in page.raw])
-    for section in sorted(set(where.tolist())):
-        texts = page.document.sections
-        yield section, where == section, texts[section] if section < len(texts) else page.document.text
-
-
-def _score(reading: Reading, inside: np.ndarray, text: str) -> float:
-    """How well a reading explains a section: its own equations, and a little those of the others."""
-    elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(reading.credits[~inside].sum()))
-    lost = set().union(*(strange for strange, here in zip(reading.strangers, inside, strict=True) if here))
-    less = min(MOST_LOST, LOST * len(lost))
-    return float(reading.credits[inside].sum()) + elsewhere + reading.likelier + reading.prior(text) - less
-
-
-def _kin(reading: Reading, every: list[Reading]) -> list[Reading]:
-    """The same system with bodies of another kind, if that explains what the reading does not, in more places than one."""
-    kind = reading.system.kind.split()
-    others = (
-        one for one in every if one.system.kind.split()[::2] == kind[::2] and one.system.kind.split()[3:] == kind[3:]
-    )
-    return [one for one in others if one.system != reading.system and (one.credits > reading.credits).sum() > 1]
+            again = settled(one.equations, one.system, one.again, inside.tolist()) if one.again else one.equations
+            found.append(replace(one, equations=again, again=None))
+    return found
 
 
 def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     """Each section read as by what explains it best, with the others that explain about as much."""
-    text = page.document.text
-    count = len(page.raw)
+    text, count = page.document.text, len(page.raw)
     whole = np.ones(count, dtype=bool)
-    near = [_settled(one, whole) for one in _likeliest(readings, whole, text)]
-    main = max(near, key=lambda one: _score(one, whole, text))
-    main = replace(main, chosen=page.kind is not None)
+    near = _closest(readings, whole, text)
+    main = replace(max(near, key=lambda one: one.score(whole, text)), chosen=page.kind is not None)
     main = main if main.chosen or main.unknown else _doubted(main, text)
-    chosen = [main] * count
+    chosen: list[Reading] = [main] * count
     rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
     if main.chosen or FURUTA.search(text):
         return Recognition(main, tuple(chosen), tuple(rivals))
-    sections = [*_sections(page)]
-    for _, inside, words in sections:
-        here = [main, *near]
-        if len(sections) > 1:
-            here += [_settled(one, inside) for one in _likeliest(readings, inside, words)]
-        scores = [_score(one, inside, words) for one in here]
+    sections = [*page.sections]
+    for inside, words in sections:
+        here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 else ())]
+        scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
-        best = (
-            0 if scores[0] > scores[best] - OWN or not here[best].credits.any() else best
-        )  # the page's own, if as good
+        if scores[0] > scores[best] - OWN or not here[best].credits.any():
+            best = 0  # the page's own, if as good
         close = [(scores[best] - score, one) for one, score in zip(here, scores, strict=True)]
         close = [(less, one) for less, one in close if less < CLEARLY and one is not here[best]]
-        close += [(CLEARLY, one) for one in _kin(here[best], readings)]
+        # the same system with bodies of another kind, if that explains what the reading does not in more places than one
+        mine = here[best].system.kind.split()
+        kin = [
+            one
+            for one in readings
+            if one.system.kind.split()[::2] == mine[::2] and one.system.kind.split()[3:] == mine[3:]
+        ]
+        kin = [one for one in kin if one.system != here[best].system and (one.credits > here[best].credits).sum() > 1]
         for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = here[best], tuple(close)
+            chosen[i], rivals[i] = here[best], (*close, *((CLEARLY, one) for one in kin))
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
 
@@ -339,7 +292,8 @@ def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> 
     most, meanings = held(best.equations, best.system), dict[str, str]()
     if FOREIGN.search(page.document.text) or not any(one.unknown for one in best.equations):
         return None
-    if most > 0.6 * _most(best):
+    every = (next(one.readings()) for one in telling(best.equations) if not one.defines)
+    if most > 0.6 * sum(weight(equation, best.system.spec) for equation in every):
         return None
     most += ENOUGH
     for reading in readings[:MOST_PROPOSED]:
@@ -357,113 +311,80 @@ def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> 
     return replace(found, main=replace(found.main, remarks=(words, *found.main.remarks)))
 
 
-def _most(reading: Reading) -> float:
-    """How much would hold if every equation did."""
-    spec = reading.system.spec
-    readings = [next(one.readings()) for one in telling(reading.equations) if not one.defines]
-    return sum(weight(equation, spec) for equation in readings)
+def _rods(page: _Page) -> Iterator[Reading]:
+    """The equations read as those of a rod on a universal joint, also with other names of its angles in both orders."""
+    yield _as_rod(page, {}, {})
+    tried = set[tuple[Name, ...]]()
+    for found in page.letters:
+        letters = tuple(name for name in found.angles if name in found.moving and name[1] in ("", "1", "2"))
+        if len(letters) == 2 and not {"theta", "phi"} <= {name[0] for name in letters} and letters not in tried:
+            tried.add(letters)
+            for pair in (letters, letters[::-1]):
+                angles = {"_".join(name).rstrip("_"): angle for name, angle in zip(pair, ("theta", "phi"), strict=True)}
+                renamed = dict(zip(pair, (Written("theta"), Written("phi")), strict=True))
+                yield _as_rod(page, renamed, angles)
 
 
-def _settled(reading: Reading, inside: np.ndarray) -> Reading:
-    """The same, each of whose letters has one meaning in a section."""
-    if reading.again is None:
-        return reading
-    equations = with_own_letters(reading.equations, reading.system, reading.again)
-    equations = settled(equations, reading.system, reading.again, inside.tolist())
-    return replace(reading, equations=equations, again=None)
-
-
-def _as_scene(page: _Page, scene: Any) -> Reading:
-    """The equations read as those of the chain of a scene."""
-    spec = scene_spec(scene)
-    words, given = read_symbols(page.table, spec, {}, page.document.text)
-    return Reading(bind(page.raw, words, given, {}), System(spec), spec.title, (), True)
-
-
-def _as_rod(page: _Page, rod: str | None, renamed: Renamed | None = None) -> Reading:
-    """The equations read as those of a rod on a universal joint, whose angles may have other names."""
-    text = page.document.text
-    words, given = read_symbols(page.table, SPECS["thin"], renamed or {}, text)
-    usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos"))}
-    known = {k: v for k, v in usual.items() if v}
-    equations = bind(page.raw, words, given, known)
-    kind = rod or likely_rod(equations)
+def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
+    """The equations read as those of a rod on a universal joint, of the kind and in the convention that explain most."""
+    own = page.kind if page.kind in RODS else None
+    equations, again = page.bound(SPECS["thin"], renamed, short=True)
+    kind, remarks = own or likely_rod(equations), list[str]()
     if page.convention is not None:
-        base, remarks = conventions_of(page.convention), list[str]()
+        base, conventions = conventions_of(page.convention), ()
     else:  # angles whose names are guessed are tried in both orders
-        base, remarks = find_convention(equations, kind, swaps=renamed is None)
-    if rod is None and kind == "point":
-        words_on_it = "These are equations of a point mass on a massless rod or string"
-        remarks.insert(0, f"{words_on_it}; for a rod with mass write --rod thin.")
+        base, remarks = find_convention(equations, kind, swaps=not renamed)
+        conventions = SINGLE
+    if own is None and kind == "point":
+        remarks.insert(
+            0, "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
+        )
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
-    system = System(SPECS[kind], base)
-    title = system.spec.title
-    chained = rod is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", text)) > 3
+    title, chained = (
+        SPECS[kind].title,
+        own is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", page.document.text)) > 3,
+    )
     if chained:
         title = "a chain of rods, each equation as one of a single rod"
         remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
-    conventions = tuple(single_conventions()) if page.convention is None else ()
-    again = partial(bind, page.raw, given=given, usual=known)
-    return Reading(equations, system, title, tuple(remarks), rod is not None, chained, conventions, again)
-
-
-def _renamed_rods(page: _Page) -> Iterator[Reading]:
-    """The equations as those of a rod whose angles have other names."""
-    tried = set[tuple[Name, ...]]()
-    for found in page.letters:
-        letters = [name for name in found.angles if name in found.moving and name[1] in ("", "1", "2")]
-        if len(letters) != 2 or {"theta", "phi"} <= {name[0] for name in letters} or tuple(letters) in tried:
-            continue
-        tried.add(tuple(letters))
-        for first, second in (letters, letters[::-1]):
-            reading = _as_rod(page, page.kind, {first: Written("theta"), second: Written("phi")})
-            angles = {"_".join(first).rstrip("_"): "theta", "_".join(second).rstrip("_"): "phi"}
-            text = ",".join(f"{name}={angle}" for name, angle in angles.items())
-            words = f"The angles are read so that most equations hold; confirm it with --symbols {text}."
-            yield replace(reading, remarks=(words, *reading.remarks), angles=angles)
+    if angles:
+        text = ",".join(f"{name}={angle}" for name, angle in angles.items())
+        remarks.insert(0, f"The angles are read so that most equations hold; confirm it with --symbols {text}.")
+    system = System(SPECS[kind], base)
+    return Reading(equations, system, title, tuple(remarks), own is not None, chained, conventions, again, angles)
 
 
 def _others(page: _Page) -> Iterator[Reading]:
     """The equations read as those of each other system whose coordinates the text may have."""
-    text = page.document.text
-    every = page.letters[0].every
+    text, every = page.document.text, page.letters[0].every
     inertias = {name[0] for name in every} & {"I", "J"} or re.search("inertia|gyration", text)
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)
     for family, specs in FAMILIES.items():
-        if page.kind not in (None, family) or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
+        skipped = page.kind not in (None, family) or (family == "acrobot" and not driven)
+        if skipped or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
             continue
         bodies = sorted(
             specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
         )  # simple ones unless it says so
-        for renamed in _each_once(found for letters in page.letters for found in _renamings(family, letters)):
+        seen = list[Renamed]()
+        for renamed in (one for letters in page.letters for one in _renamings(family, letters)):
+            if renamed in seen:
+                continue
+            seen.append(renamed)
             bound: dict[str, tuple[list[Printed], Again, bool]] = {}  # by the body: the same names
             for spec in bodies:
-                skipped = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
-                undriven = family == "acrobot" and not driven
-                if skipped or undriven or (" equal" in spec.kind and unequal):
+                sideways = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
+                if sideways or (" equal" in spec.kind and unequal):
                     continue
-                body = spec.kind.split()[1]
-                if body not in bound:
-                    words, given = read_symbols(page.table, spec, renamed, text)
-                    again = partial(bind, page.raw, given=given, usual={})
-                    equations = again(words)
+                if (body := spec.kind.split()[1]) not in bound:
+                    equations, again = page.bound(spec, renamed)
                     loaded = any(e.names & {*LOADS} for one in equations for e in one.meant(spec))
                     bound[body] = (equations, again, loaded)
                 equations, again, loaded = bound[body]
                 yield Reading(equations, System(spec if loaded else unloaded(spec)), spec.title, again=again)
-
-
-def _each_once(found: Iterable[Renamed]) -> Iterator[Renamed]:
-    """Each of some renamings once."""
-    seen = set[frozenset[tuple[Name, Written]]]()
-    for renamed in found:
-        key = frozenset(renamed.items())
-        if key not in seen:
-            seen.add(key)
-            yield renamed
 
 
 @dataclass(frozen=True)
@@ -477,24 +398,22 @@ class Letters:
     @property
     def angles(self) -> list[Name]:
         """Those that may be angles: the usual letters, and those that move in a sine or cosine."""
-        return [
-            name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in self.turned & self.moving.keys()
-        ]
+        turned = self.turned & self.moving.keys()
+        return [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in turned]
 
 
 def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
     """The letters of some equations."""
     words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
     moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
-    for one in bind(equations, words, {}, {}):
-        for node in parts(one.sides):
-            if node.kind == "symbol" and node.written:
-                name = (node.written.letter, node.written.index)
-                every[name] += 1
-                moving[name] += node.written.dots > 0
-            inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
-            moving.update(inside if node.kind == "derivative" else ())
-            turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
+    for node in (node for one in bind(equations, words, {}, {}) for node in parts(one.sides)):
+        if node.kind == "symbol" and node.written:
+            name = (node.written.letter, node.written.index)
+            every[name] += 1
+            moving[name] += node.written.dots > 0
+        inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
+        moving.update(inside if node.kind == "derivative" else ())
+        turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
     return Letters(+moving, every, turned)
 
 
@@ -504,13 +423,13 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     angles = sorted(letters.angles, key=lambda name: -often[name])
     angles = [name for name in angles if name in letters.moving] or angles
     indexed = {name[0] for name in angles if name[1] in ("1", "2")}
-    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]  # of q = (q_1, q_2) the parts
-    slides = [
-        name for name in letters.moving if name not in letters.turned and name[0] in SLIDES and name not in angles
-    ]
+    alone = angles  # a page may begin with one pendulum; else of q = (q_1, q_2) the parts are the angles
+    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
+    moving = [name for name in letters.moving if name not in letters.turned]
+    slides = [name for name in moving if name[0] in SLIDES and name not in angles]
     slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
     if family == "plane":
-        yield from ({name: Written("theta")} for name in angles if often[name] * RARELY >= often[angles[0]])
+        yield from ({name: Written("theta")} for name in alone if often[name] * RARELY >= often[alone[0]])
     elif family == "polar":
         states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
         pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
@@ -527,19 +446,15 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
 def _doubted(reading: Reading, text: str) -> Reading:
     """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
     readable = [one for one in reading.equations if one.ways and not one.defines]
-    foreign = bool(FOREIGN.search(text)) or bool(_strange(reading))
+    derivatives = [p for one in reading.equations for p in parts(one.sides) if p.kind == "derivative"]
+    moved = {str(p.children[0].value) for p in derivatives if p.children[0].kind == "symbol"}
+    strange = {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
+    foreign = bool(FOREIGN.search(text) or strange)
     holds = int(reading.credits.sum())
     if not FURUTA.search(text) and (holds or not readable or (len(readable) < FEW and not foreign)):
         return reading
-    words = "No system that pendpin knows fits this text"
-    return replace(reading, title=UNKNOWN, remarks=(f"{words}: {reading.remedy}.",), unknown=True)
-
-
-def _strange(reading: Reading) -> set[str]:
-    """The letters with rates that have no meaning in a system."""
-    derivatives = [p for one in reading.equations for p in parts(one.sides) if p.kind == "derivative"]
-    moved = {str(p.children[0].value) for p in derivatives if p.children[0].kind == "symbol"}
-    return {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
+    words = f"No system that pendpin knows fits this text: {REMEDY}."
+    return replace(reading, title=UNKNOWN, remarks=(words,), unknown=True)
 
 
 def read_symbols(
@@ -550,17 +465,19 @@ def read_symbols(
     words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named))
     _say(words, spec, text)
     found: dict[str, Node] = {}
-    for name, text in table.items():
+    for name, meaning in table.items():
         try:
-            left, right = _key(name), lone(str(text), words)
+            left, right = _key(name), lone(str(meaning), words)
         except Unread as error:
             raise InputError(f"symbols.{name}: {error.reason}") from None
         if left is None:
             raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
         if right is None:
-            raise InputError(f"symbols.{name}: {shown(text)} is not one expression")
-        if text not in table and _is_no_name(str(text), right):
-            raise InputError(f"symbols.{name}: {not_one_of(text, (*spec.state, *spec.unknowns, *spec.parameters))}")
+            raise InputError(f"symbols.{name}: {shown(meaning)} is not one expression")
+        # a word that neither names a quantity nor is a product of letters that all have a meaning
+        strange = any(part.startswith("?") for part in symbols(right)) and meaning not in GREEK and meaning not in table
+        if strange and re.fullmatch("[A-Za-z]{2,}", str(meaning)):
+            raise InputError(f"symbols.{name}: {not_one_of(meaning, (*spec.state, *spec.unknowns, *spec.parameters))}")
         if right.kind == "symbol" and right.written and not left.dots:
             words.renamed[left.letter, left.index] = right.written
         else:
@@ -573,10 +490,8 @@ def _say(words: Vocabulary, spec: Spec, text: str) -> None:
 
     What it says in passing is one more meaning, as is no letter's own.
     """
-    for symbol, printed_names, passing in (
-        *((*one, False) for one in legend(text)),
-        *((*one, True) for one in named(text)),
-    ):
+    said = [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
+    for symbol, printed_names, passing in said:
         try:
             left = _key(symbol)
         except Unread:  # a slip such as \thta: the equations that hold it say so
@@ -593,17 +508,8 @@ def _say(words: Vocabulary, spec: Spec, text: str) -> None:
             words.chosen[name] = next((meaning for meaning in meanings if meaning[0] == about), "")
         elif passing:
             words.also[name] = meant
-        elif meanings[0] not in {
-            *spec.state,
-            *spec.still,
-        }:  # what has a meaning of its own a phrase misread may not take
+        elif meanings[0] not in {*spec.state, *spec.still}:  # what has a meaning a phrase misread may not take
             words.renamed[name] = meant
-
-
-def _is_no_name(text: str, node: Node) -> bool:
-    """Whether a word neither names a quantity nor is a product of letters that all have a meaning."""
-    unknown = any(part.startswith("?") for part in symbols(node))
-    return unknown and text not in GREEK and bool(re.fullmatch("[A-Za-z]{2,}", text))
 
 
 def _key(name: str) -> Written | None:

@@ -113,8 +113,10 @@ def first_screen(diagnosis: Findings) -> list[str]:
         if rest := [one for one in others if one not in later]:
             answer.append(f"Wrong too: {_listed(rest)}.")
     if diagnosis.doubtful:
-        listed = _listed(diagnosis.doubtful)
-        answer.append(f"As it is read here, this does not hold, and no small change mends it: {listed}.")
+        one = len(diagnosis.doubtful) == 1
+        said = f"Equation{'s' * (not one)} {_listed(diagnosis.doubtful)} {'does' if one else 'do'} not hold as read"
+        said += " here, and may be wrong or meant otherwise; the reasons are below."
+        answer.insert(len(answer) if diagnosis.wrong or not diagnosis.system_is_known else 0, said)
     answer += diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]
     left = [one for one in diagnosis.unchecked if not one.when] if diagnosis.system_is_known else []
     if left:  # and what to write so that they are checked

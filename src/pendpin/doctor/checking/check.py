@@ -1,4 +1,4 @@
-"""The verdict on an equation: at random states first, then by proof; and Lagrangians that give the same motion."""
+"""The verdict on an equation: at random states first, then by proof; in which motions it fails; laws of any system."""
 
 import re
 from dataclasses import dataclass, replace
@@ -19,6 +19,7 @@ from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import Quantities, Spec, System, Values, free_states, random_base, random_states
 
 EXACT_STATES = 60
+SAME = 1e-8  # relative: of second derivatives eight digits are left
 
 
 @dataclass(frozen=True)
@@ -40,13 +41,15 @@ def check(equation: Equation, system: System) -> Verdict:
     if not system.spec.analytic:
         return Verdict(True, False, error, "compared with the scene's dynamics at 60 random states")
     try:
-        proved = proves(equation, system)
-    except exact.Unprovable:
-        return Verdict(_holds_in_50_digits(equation, system), False, error)
-    return Verdict(proved, True, error)
+        return Verdict(_proves(equation, system), True, error)
+    except exact.Unprovable:  # a square root: 50 digits tell
+        xp = exact.fifty_digits()
+        base = {name: xp.asarray(values) for name, values in random_base(system.spec, EXACT_STATES, seed=1).items()}
+        rows = residuals_and_sizes(equation, Quantities(base, system, xp, true=True))
+        return Verdict(all(abs(x) < 1e-30 for row, _ in rows for x in np.asarray(row).flat), False, error)
 
 
-def proves(equation: Equation, system: System) -> bool:
+def _proves(equation: Equation, system: System) -> bool:
     """Whether sympy's polynomials reduce every residual to 0. Raises Unprovable where they cannot tell."""
     quantities = exact.polynomial_states(system, True)
     values = [row[0] for rows, _ in residuals(equation, quantities) for row in rows]
@@ -57,11 +60,21 @@ def proves(equation: Equation, system: System) -> bool:
     return all(value.zero if slope.zero else exact.constant(value / slope, system.spec) for value, slope in pairs)
 
 
-def _holds_in_50_digits(equation: Equation, system: System) -> bool:
-    xp = exact.fifty_digits()
-    base = {name: xp.asarray(values) for name, values in random_base(system.spec, EXACT_STATES, seed=1).items()}
-    quantities = Quantities(base, system, xp, true=True)
-    return all(abs(x) < 1e-30 for rows, _ in residuals_and_sizes(equation, quantities) for x in np.asarray(rows).flat)
+def when(equation: Equation, system: System) -> str:
+    """In which motions a wrong equation fails, in words."""
+    rates, full = system.spec.rates, random_states(system)
+
+    def fails_without(still: list[str]) -> bool:
+        try:
+            return relative_error(equation, random_states(system, tuple((n, 0.0) for n in still)), full) > TOLERANCE
+        except Unread:  # it has no value there, as one that is divided by a rate at rest
+            return False
+
+    if fails_without([*rates]):
+        return "already at rest"
+    alone = (name for name in rates if fails_without([rate for rate in rates if rate != name]))
+    wrong = [f"as soon as {name[1:]} {'turns' if name[1:] in system.spec.angles else 'moves'}" for name in alone]
+    return " and ".join(wrong) or f"only when {' and '.join(system.spec.coordinates)} both turn"
 
 
 def harmless(equation: Equation, system: System) -> tuple[str, bool]:
@@ -70,12 +83,16 @@ def harmless(equation: Equation, system: System) -> tuple[str, bool]:
     others = [side for side in equation.sides if side not in lone]
     if not lone or not others or equation.names & set(system.spec.unknowns):
         return "", False
-    states = free_states(system)
-    factors = [_factor(_motion(side, equation, states), _motion(lone[0], equation, states)) for side in others]
-    if not all(factors):
-        return "", False
-    times = "" if factors[0] == "1" else " times a constant"
-    words = f"it is T - V{times} up to a total derivative, which changes no equation of motion"
+    # a positive multiple: states of the second half share their parameters with the first, and nothing else
+    same, true = True, _motion(lone[0], equation, free_states(system))
+    for side in others:
+        with np.errstate(all="ignore"):
+            ratio = _motion(side, equation, free_states(system)) / true
+        first, second = np.split(ratio, 2, axis=1)
+        if not (ratio > 0).all() or max(np.abs(ratio - ratio[0]).max(), np.abs(first - second).max()) > SAME:
+            return "", False
+        same = same and (side is not others[0] or bool(np.abs(ratio - 1).max() < SAME))
+    words = f"it is T - V{'' if same else ' times a constant'} up to a total derivative, which changes no equation of motion"
     return words, system.spec.analytic and _proves_motion(equation, lone[0], others, system)
 
 
@@ -105,6 +122,12 @@ def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
     ]
 
 
+def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:
+    """Euler and Lagrange's left sides of an expression, (coordinates, n)."""
+    context = equation.context(quantities)
+    return np.stack([evaluate(left, context) for left in euler_lagrange(side, quantities.spec)])
+
+
 def is_general(equation: Equation, system: System) -> bool:
     """Whether an equation is Euler and Lagrange's or Hamilton's for any coordinate q_i, or with a force Q of its own."""
     spec, nodes = system.spec, [*parts(equation.sides)]
@@ -126,10 +149,10 @@ def is_general(equation: Equation, system: System) -> bool:
             meanings = {f"{mark}{d}{base}": f"{d}{name}" for base in bases for d in ("", "d") for mark in ("?", "")}
             meanings |= {f"{mark}{one}": "d" * (one[0] == "d") + own for one in momenta if own for mark in ("?", "")}
             here = replace(equation, meanings=equation.meanings | meanings)
+            signs = (1, -1)
             off, true = (
                 sum(
-                    np.asarray(evaluate(side, here.context(q))) * sign
-                    for side, sign in zip(sides, (1, -1), strict=False)
+                    np.asarray(evaluate(side, here.context(q))) * sign for side, sign in zip(sides, signs, strict=False)
                 )
                 for q in (free, states)
             )
@@ -140,22 +163,3 @@ def is_general(equation: Equation, system: System) -> bool:
     except (Unread, KeyError):
         return False
     return True
-
-
-def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:
-    """Euler and Lagrange's left sides of an expression, (coordinates, n)."""
-    context = equation.context(quantities)
-    return np.stack([evaluate(left, context) for left in euler_lagrange(side, quantities.spec)])
-
-
-def _factor(motion: Values, true: Values) -> str:
-    """1, or "constant": what a Lagrangian's equations are of the true ones; empty where they are not a positive multiple.
-
-    States of the second half share their parameters with the first, and nothing else.
-    """
-    with np.errstate(all="ignore"):
-        ratio = motion / true
-    first, second = np.split(ratio, 2, axis=1)
-    if not (ratio > 0).all() or np.abs(ratio - ratio[0]).max() > 1e-8 or np.abs(first - second).max() > 1e-8:
-        return ""
-    return "1" if np.abs(ratio - 1).max() < 1e-8 else "constant"

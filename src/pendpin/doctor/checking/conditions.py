@@ -5,7 +5,6 @@ without phi may be about the motion at phi = 0; one with phi is not.
 """
 
 import re
-from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -47,8 +46,7 @@ class Condition:
 def conditions(system: System) -> list[Condition]:
     """The special cases of a system, the usual ones first."""
     spec = system.spec
-    at_rest = tuple((name, 0.0) for name in spec.rates)
-    down = tuple((name, 0.0) for name in spec.state)
+    at_rest, down = (tuple((name, 0.0) for name in names) for names in (spec.rates, spec.state))
     found = [Condition("at rest", at_rest, r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move")]
     found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hangs? vertically")]
     if len(spec.coordinates) > 1 and spec.kind in SPECIAL:
@@ -62,92 +60,68 @@ def conditions(system: System) -> list[Condition]:
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
         stated = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         found.append(Condition("theta is constant, as in a conical pendulum", cone, stated, free=False))
-    if spec.kind.startswith("plane"):
-        found += list(_releases(spec.kind.endswith("up")))
+    if spec.kind.startswith("plane"):  # it was at rest at an angle with a name, or one that the text gives in words
+        up = spec.kind.endswith("up")
+        for start, words in ((AMPLITUDE, "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
+
+            def rate(q: Quantities, start: float = start) -> Values:
+                there = Quantities({**q.base, "theta": np.full(q.shape, start)}, q.system, q.xp)
+                return np.sqrt(2 * (there["V"] - q["V"]) / q["J"])
+
+            below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
+            instead = (("theta", below), ("dtheta", rate))
+            found.append(Condition(f"it is released at rest from {words}", instead, "", free=False))
     if loads := [name for name in LOADS if name in spec.parameters]:
         found.append(Condition(f"{' and '.join(loads)} = 0", tuple((name, 0.0) for name in loads), "force|torque|free"))
     if "g" in spec.parameters:
         weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
         found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
     for words, kind, stated, absent in SPECIAL.get(spec.kind, ()):
-        other = replace(system, spec=kind)
-        found.append(Condition(words, (), stated, other, absent=frozenset(absent)))
+        found.append(Condition(words, (), stated, replace(system, spec=kind), absent=frozenset(absent)))
     if spec.kind in SPECIAL:
         found.append(Condition("at the pole, phi = ±90°", (("phi", np.pi / 2),), r"\bpole|pi\s*/\s*2", free=False))
     return found
-
-
-def _releases(up: bool) -> Iterator[Condition]:
-    """A pendulum in a plane that was at rest at an angle with a name, or one that the text gives in words."""
-    for start, words in ((AMPLITUDE, "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
-
-        def rate(q: Quantities, start: float = start) -> Values:
-            there = Quantities({**q.base, "theta": np.full(q.shape, start)}, q.system, q.xp)
-            return np.sqrt(2 * (there["V"] - q["V"]) / q["J"])
-
-        below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
-        instead = (("theta", below), ("dtheta", rate))
-        yield Condition(f"it is released at rest from {words}", instead, "", free=False)
 
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
     if rounded(equation, system):
         return "the printed digits are rounded"
-    for meaning, words in _other_points(equation, system, context):
-        with suppress(Unread):
-            if relative_error(meaning, random_states(_upwards(system, context))) < TOLERANCE:
-                return words
-    stated = (condition for condition in conditions(system) if _says(condition, context, equation, system))
-    found = next((c.words for c in stated if _holds_under(equation, system, c)), "")
-    return found or (small_angles(equation, system) if SAID_SMALL.search(context) else "")
-
-
-def _other_points(equation: Equation, system: System, context: str) -> Iterator[tuple[Equation, str]]:
-    """The equation with x, y, z as the tip's, or with z upwards, where the words around it say so."""
-    up = " with z upwards" if _upwards(system, context) != system else ""
-    names = equation.names & {"x", "y", "z"}
+    # x, y, z as the tip's, or with z upwards, where the words say so
+    upwards = re.search(r"\bz\$? (?:points )?up|upwards|in \$?W\b|\bworld\b", context)
+    there = replace(system, convention=replace(system.convention, z="up")) if upwards else system
+    up, names, others = " with z upwards" if there != system else "", equation.names & {"x", "y", "z"}, []
     if names and re.search(r"\btip\b", context):
-        tip = {name: f"{name}T" for name in names}
-        yield replace(equation, meanings=equation.meanings | tip), f"x, y, z are the tip's{up}"
-    if up:
-        yield equation, "z points upwards"
-
-
-def _upwards(system: System, context: str) -> System:
-    says = re.search(r"\bz\$? (?:points )?up|upwards|in \$?W\b|\bworld\b", context)
-    return replace(system, convention=replace(system.convention, z="up")) if says else system
+        tip = replace(equation, meanings=equation.meanings | {name: f"{name}T" for name in names})
+        others.append((tip, f"x, y, z are the tip's{up}"))
+    for meaning, words in (*others, *([(equation, "z points upwards")] if up else [])):
+        with suppress(Unread):
+            if relative_error(meaning, random_states(there)) < TOLERANCE:
+                return words
+    for condition in conditions(system):  # the words state it, or hint at one that the equation may mean
+        hinted = re.search(condition.hinted, context, re.IGNORECASE) and _may_mean(condition, equation, system)
+        said = hinted or re.search(condition.stated, context, re.IGNORECASE)
+        if said and _holds_under(equation, system, condition):
+            return condition.words
+    return small_angles(equation, system) if SAID_SMALL.search(context) else ""
 
 
 def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
     """A condition that nothing states, under which an equation holds that does not contain what it makes vanish.
 
     Neighbours that contain it show that the text is not about the special case, and so does a system that was `chosen`;
-    but a reaction at rest may stand in any text.
+    but a reaction at rest may stand in any text. Beside one law with gravity no other is without.
     """
+    lone = {equation.meaning(side.value) for side in equation.sides if side.kind == "symbol"}
+    reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
     for condition in conditions(system):
         if _may_mean(condition, equation, system) and _holds_under(equation, system, condition):
+            still = set(system.spec.rates) <= {name for name, _ in condition.instead}
             others = sum(not _may_mean(condition, other, system) for other in neighbours)
-            most = (
-                1 if condition.instead[:1] == (("g", 0.0),) else FEW
-            )  # beside one law with gravity no other is without
-            if _is_static(condition, equation, system) or (others < most and not chosen):
+            most = 1 if condition.instead[:1] == (("g", 0.0),) else FEW
+            if (still and reaction) or (others < most and not chosen):
                 return condition.words
     return small_angles(equation, system)
-
-
-def _is_static(condition: Condition, equation: Equation, system: System) -> bool:
-    """Whether it is about a reaction of a system at rest."""
-    still = set(system.spec.rates) <= {name for name, _ in condition.instead}
-    lone = {equation.meaning(side.value) for side in equation.sides if side.kind == "symbol"}
-    loads = {name for name in system.spec.unknowns if not name.startswith("dd")}
-    return still and bool(lone & (loads | {"Mc"}))
-
-
-def _says(condition: Condition, context: str, equation: Equation, system: System) -> bool:
-    """Whether words state a condition, or hint at one that an equation may mean."""
-    hinted = re.search(condition.hinted, context, re.IGNORECASE) and _may_mean(condition, equation, system)
-    return bool(hinted or re.search(condition.stated, context, re.IGNORECASE))
 
 
 def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
@@ -186,34 +160,30 @@ def dependents(system: System, name: str) -> frozenset[str]:
 
 
 def _holds_under(equation: Equation, system: System, condition: Condition) -> bool:
-    """Whether an equation holds in a special case in which its terms do not vanish."""
+    """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
     special = condition.system or system
     here, full = random_states(special, condition.instead), random_states(special)
+    zero = any(side.kind == "number" and not side.value for side in equation.sides)
     try:
         if relative_error(equation, here, full) > TOLERANCE:
             return False
-        return _zero_is_said(equation) or not _vanishes(equation, here, full)
+        if _zero_is_said(equation):
+            return True
+        if max(np.abs(size).max() for _, size in residuals_and_sizes(equation, here)) < TRIVIAL:
+            return False
+        for side in () if zero else equation.sides:
+            values = [norm(evaluate(side, equation.context(quantities))).max() for quantities in (here, full)]
+            if values[0] < TRIVIAL < values[1]:
+                return False
     except Unread:
         return False
+    return True
 
 
 def _zero_is_said(equation: Equation) -> bool:
     """Whether it says that one quantity is 0."""
     kinds = {side.kind for side in equation.sides}
     return any(side.kind == "number" and not side.value for side in equation.sides) and kinds == {"symbol", "number"}
-
-
-def _vanishes(equation: Equation, here: Quantities, full: Quantities) -> bool:
-    """Whether the condition makes a side vanish that does not vanish in general, or all terms."""
-    if max(np.abs(size).max() for _, size in residuals_and_sizes(equation, here)) < TRIVIAL:
-        return True
-    if any(side.kind == "number" and not side.value for side in equation.sides):
-        return False
-    for side in equation.sides:
-        values = [norm(evaluate(side, equation.context(quantities))).max() for quantities in (here, full)]
-        if values[0] < TRIVIAL < values[1]:
-            return True
-    return False
 
 
 def rounded(equation: Equation, system: System) -> bool:
@@ -261,24 +231,19 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
 
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
-    if not any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names) or not (
-        sure or all(map(_may_be_load, unknown))
-    ):
+    other = lambda name: name.lstrip("?").partition("_")[0] in NO_LOADS or "arrow" in name  # noqa: E731
+    loads = sure or not any(map(other, unknown))
+    rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
+    moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
+    if not loads or not moves:
         return ""
     bare = without(equation, unknown)
-    try:
+    with suppress(Unread):
         here = random_states(system)
         sides = sum(1 for rows, size in residuals_and_sizes(bare, here) if np.abs(size).min() > 0)
-        small = "" if relative_error(bare, here) < TOLERANCE else small_angles(bare, system)
-        if sides and (small or relative_error(bare, here) < TOLERANCE):
+        holds = relative_error(bare, here) < TOLERANCE
+        small = "" if holds else small_angles(bare, system)
+        if sides and (small or holds):
             words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
             return " and ".join([*words, small] if small else words)
-    except Unread:
-        pass
     return ""
-
-
-def _may_be_load(name: str) -> bool:
-    """Whether an unknown letter may be a force, torque or damping, and not a mass, a length, an inertia or a coordinate."""
-    letter = name.lstrip("?").partition("_")[0]
-    return letter not in NO_LOADS and "arrow" not in name

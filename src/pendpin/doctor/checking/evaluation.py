@@ -87,11 +87,25 @@ def evaluate(node: Node, context: Context, known: Known | None = None, instead: 
     change = instead.get(id(node)) if instead else None
     if isinstance(change, np.ndarray):
         return change
-    if node.kind == "derivative":
-        value = derivative(node, context)
-    else:
-        parts = [evaluate(child, context, known, instead) for child in node.children]
-        value = _value(node, parts, context)
+    inside = () if node.kind == "derivative" else node.children
+    parts = [evaluate(child, context, known, instead) for child in inside]
+    match node.kind:
+        case "number":
+            value = context.constant(node.value)
+        case "symbol":
+            value = context.symbol(node.value, node.span[0])
+        case "sum":
+            value = _sum(node, parts)
+        case "product":
+            value = _product(node, parts)
+        case "power":
+            value = power(parts[0], node.value, node.span[0], context)
+        case "function":
+            value = function(node.value, parts[0], node.span[0], context)
+        case "derivative":
+            value = derivative(node, context)
+        case _:
+            value = _matrix(node, parts, context)
     if change is not None:
         value = change(value)
     if known is not None:
@@ -99,59 +113,31 @@ def evaluate(node: Node, context: Context, known: Known | None = None, instead: 
     return value
 
 
-def _value(node: Node, parts: list[Values], context: Context) -> Values:
-    match node.kind:
-        case "number":
-            return context.constant(node.value)
-        case "symbol":
-            return context.symbol(node.value, node.span[0])
-        case "sum":
-            return _sum(node, parts)
-        case "product":
-            return _product(node, parts)
-        case "power":
-            return power(parts[0], node.value, node.span[0], context)
-        case "function":
-            return function(node.value, parts[0], node.span[0], context)
-        case _:
-            return _matrix(node, parts, context)
-
-
 def derivative(node: Node, context: Context) -> Values:
-    """A derivative in time or by a coordinate or rate. Raises Unread for one by anything else."""
-    name, quantities = context.meaning(node.value), context.quantities
-    below = node.children[0]
-    hamiltonian = below.kind == "symbol" and below.written and below.written.letter == "H"
-    if (
-        hamiltonian
-        and context.meaning(below.value) == "E"
-        and (slope := hamiltonian_slope(name, quantities)) is not None
-    ):
-        return slope
-    if name not in ("t", *quantities.spec.state):
+    """A derivative in time or by a coordinate or rate. Raises Unread for one by anything else.
+
+    That of H, the energy as a function of coordinates and momenta, is by a coordinate that of the Lagrangian reversed, and
+    by a momentum the rate of its coordinate.
+    """
+    name, quantities, below = context.meaning(node.value), context.quantities, node.children[0]
+    spec = quantities.spec
+    lettered = below.kind == "symbol" and below.written and below.written.letter == "H"
+    if lettered and context.meaning(below.value) == "E":
+        if name in spec.coordinates:
+            return -quantities.derivative(lambda q: q["L"], name)
+        for coordinate in spec.coordinates:
+            index = coordinate.lstrip("abcdefghijklmnopqrstuvwxyz")
+            momenta = {f"p{coordinate}", f"p{index}" if index else "", "p" if len(spec.coordinates) == 1 else ""}
+            if name in momenta - {""} and name in spec.formulas:
+                return quantities[f"d{coordinate}"]
+    if name not in ("t", *spec.state):
         raise Unread(f"a derivative by {name.lstrip('?')} is not read", node.span[0])
-    if all(context.means_constant(part) for part in walk(node.children[0]) if part.kind in ("symbol", "derivative")):
+    if all(context.means_constant(part) for part in walk(below) if part.kind in ("symbol", "derivative")):
         raise Unread("the derivative of a constant", node.span[0])
     try:
-        return quantities.derivative(lambda q: evaluate(node.children[0], replace(context, quantities=q)), name)
+        return quantities.derivative(lambda q: evaluate(below, replace(context, quantities=q)), name)
     except KeyError:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
-
-
-def hamiltonian_slope(name: str, quantities: Quantities) -> Values | None:
-    """The derivative of the energy as a function of coordinates and momenta: Hamilton's; None for any other variable.
-
-    By a coordinate at constant momenta it is that of the Lagrangian reversed; by a momentum the rate of its coordinate.
-    """
-    coordinates = quantities.spec.coordinates
-    if name in coordinates:
-        return -quantities.derivative(lambda q: q["L"], name)
-    for coordinate in coordinates:
-        index = coordinate.lstrip("abcdefghijklmnopqrstuvwxyz")
-        momenta = {f"p{coordinate}", f"p{index}" if index else "", "p" if len(coordinates) == 1 else ""}
-        if name in momenta - {""} and name in quantities.spec.formulas:
-            return quantities[f"d{coordinate}"]
-    return None
 
 
 def _product(node: Node, parts: list[Values]) -> Values:

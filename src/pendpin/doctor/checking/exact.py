@@ -112,8 +112,8 @@ class Quotient:
 
     @property
     def zero(self) -> bool:
-        """Whether it is identically 0."""
-        return not _reduced(self.num)
+        """Whether it is identically 0: its normal form has no square of a sine."""
+        return not self.num.rem(_relations(self.num.ring))
 
     def moves(self, names: tuple[str, ...]) -> bool:
         """Whether it contains one of these names."""
@@ -149,11 +149,6 @@ def _rates(g: dict[str, Any], name: str, rate: Quotient, spec: Spec) -> dict[Any
     s, c = (g[f"{f} {name}"] for f in ("sin", "cos"))
     one = s.ring.one
     return {g[name]: rate, s: Quotient(c, one) * rate, c: Quotient(-s, one) * rate}
-
-
-def _reduced(polynomial: Any) -> Any:
-    """The normal form: no square of a sine."""
-    return polynomial.rem(_relations(polynomial.ring))
 
 
 @cache
@@ -197,20 +192,20 @@ def _elementwise(function: Callable[[Any], Any]) -> Any:
     return lambda x: np.asarray(one_by_one(np.asarray(x, dtype=object)), dtype=object)
 
 
-def _no_root(x: Any) -> Any:
-    raise Unprovable
-
-
 @cache
 def _polynomials(spec: Spec) -> Any:
     """Arithmetic on Quotients."""
     domain, g = _ring(spec)
     number = lambda x: x if isinstance(x, Quotient) else Quotient(domain(int(x)), domain.one)  # noqa: E731
+
+    def no_root(x: Any) -> Any:
+        raise Unprovable
+
     return SimpleNamespace(
         asarray=_elementwise(number),
         sin=_elementwise(lambda x: _sine_and_cosine(spec, x)[0]),
         cos=_elementwise(lambda x: _sine_and_cosine(spec, x)[1]),
-        sqrt=_elementwise(_no_root),
+        sqrt=_elementwise(no_root),
         pi=Quotient(g["pi"], domain.one),
         derivative=_derivative,
     )
@@ -221,7 +216,7 @@ def polynomial_states(system: System, true: bool) -> Quantities:
     """Every quantity as a fraction of polynomials; the unknowns those of the true motion, or free."""
     domain, g = _ring(system.spec)
     names = (*system.spec.state, *system.spec.parameters, *(() if true else system.spec.unknowns))
-    base = {name: _single(Quotient(g[name], domain.one)) for name in names}
+    base = {name: np.array([Quotient(g[name], domain.one)], dtype=object) for name in names}
     return Quantities(base, system, _polynomials(system.spec), true)
 
 
@@ -235,12 +230,6 @@ def _derivative(q: Quantities, function: Formula, variable: str) -> Values:
     for name, rate in q.direction(variable).items():
         rates |= _rates(g, name, rate[0], spec)
     return np.asarray(np.frompyfunc(lambda entry: entry.slope(rates), 1, 1)(value), dtype=object)
-
-
-def _single(value: Any) -> Any:
-    array = np.empty(1, dtype=object)
-    array[0] = value
-    return array
 
 
 @cache

@@ -14,13 +14,8 @@ from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Quantities, Values
 
 TOLERANCE = 1e-9  # relative to the terms, in floats
-ENERGIES = {
-    "V": 1,
-    "E": 2,
-    "L": -3,
-    "V1": 5,
-    "V2": 7,
-}  # each known up to a constant of its own: by how much it is moved to see its slope
+# each known up to a constant of its own: by how much it is moved to see its slope
+ENERGIES = {"V": 1, "E": 2, "L": -3, "V1": 5, "V2": 7}
 MOST_READINGS = 24
 
 
@@ -115,24 +110,18 @@ def residuals(
     if len(values) == 1:
         values.append(quantities.number(0))
     for i, (left, right) in enumerate(pairwise(values)):
-        left, right = _alike(left, right, equation.sides, i)
+        if left.shape[:-1] != right.shape[:-1]:  # 0 fits any shape
+            if left.ndim == right.ndim:
+                raise Mismatch("vectors of different lengths are set equal", equation.sides[i].span[0])
+            small = i if left.ndim < right.ndim else i + 1
+            node = equation.sides[small] if small < len(equation.sides) else None
+            if node is not None and not (node.kind == "number" and node.value == 0):
+                raise Mismatch("a vector is set equal to a number", node.span[0])
+            left, right = (np.zeros_like(right), right) if small == i else (left, np.zeros_like(left))
         size: Values = np.zeros(1)
         if sized:
             size = norm(left) + sum((scale(side, context, known) for side in equation.sides[i : i + 2]), start=size)
         yield (left - right).reshape(-1, left.shape[-1]), size
-
-
-def _alike(left: Values, right: Values, sides: tuple[Node, ...], i: int) -> tuple[Values, Values]:
-    """Two sides as values of one shape; 0 fits any."""
-    if left.shape[:-1] == right.shape[:-1]:
-        return left, right
-    small = i if left.ndim < right.ndim else i + 1
-    node = sides[small] if small < len(sides) else None
-    if left.ndim == right.ndim:
-        raise Mismatch("vectors of different lengths are set equal", sides[i].span[0])
-    if node is None or (node.kind == "number" and node.value == 0):
-        return (np.zeros_like(right), right) if left.ndim < right.ndim else (left, np.zeros_like(left))
-    raise Mismatch("a vector is set equal to a number", node.span[0])
 
 
 def residuals_and_sizes(

@@ -5,6 +5,7 @@ import tomllib
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
+from html import unescape
 from itertools import pairwise
 from urllib.parse import unquote
 
@@ -196,7 +197,7 @@ def _formulas(text: str) -> Iterator[Formula]:
 def _pictures(text: str) -> Iterator[Formula]:
     """The formulas in the addresses of their pictures."""
     for match in _PICTURE.finditer(text):
-        formula = unquote(match["formula"].replace("&space;", " "))
+        formula = unescape(unquote(match["formula"].replace("&space;", " ")))
         while formula.endswith(")") and formula.count("(") < formula.count(")"):
             formula = formula[:-1]
         yield match.start(), match.end(), match.start("formula"), formula

@@ -10,7 +10,7 @@ _SYMBOL = r"\$\s*(?P<symbol>\\?[A-Za-z]+(?:_\{?\\?\w+\}?)?'?)\s*\$"
 _BARE = r"(?P<bare>\b(?:[A-Za-z]|alpha|beta|gamma|psi|theta|phi|delta)(?:_\w+)?)"
 _VERB = r"\s*(?:\|\s*(?:--+|—)?|is|are|be|denotes|stands for|means|being|for|[:—–-]+|)\s*"
 _BEGINS = r"(?:the|an?|its) |(?=angle|mass|length|inertia|transverse|axial|distance|cent|moment|polar|azimuth|energy)"
-_PHRASE = rf"(?P<phrase>(?:{_BEGINS})[A-Za-z][^$|.;\n]{{2,90}}?)(?=$|[.;|\n,]|\s+and\s+\$|\$)"
+_PHRASE = rf"(?P<phrase>(?:{_BEGINS})[A-Za-z][^$|.;\n]{{2,90}}?)(?=$|[.;|\n,]|\s+and\s+(?:\$|\w+\s+is\b)|\$)"
 _SAID = re.compile(_SYMBOL + _VERB + _PHRASE)
 _SAID_PLAINLY = re.compile(
     rf"(?:where|with|and|let|,|^\s*[-*|]?)\s*`?{_BARE}`?\s*(?:is|be|denotes|stands for|means|:|\|)\s*{_PHRASE}", re.M

@@ -109,8 +109,12 @@ class Vocabulary:
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
-        firsts = [(name, replace(self, taken={})(Written(name[0], 0, name[1]))[0]) for name in sorted(names)]
-        return replace(self, taken={meaning: name for name, meaning in firsts if not meaning.startswith("?")})
+        free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in sorted(names)}
+        firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
+        own = [
+            ("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings
+        ]  # beside l, r is none
+        return replace(self, taken=dict([*firsts, *own]))
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
@@ -167,6 +171,12 @@ def bound(node: Node, words: Vocabulary) -> Node:
         return replace(node, children=children) if children else node
     left, factors = [0], [children[0]]
     for i, (before, child) in enumerate(pairwise(children), start=1):
+        base = child.children[0] if child.kind == "power" else child
+        if before.value in ("?s", "?c") and base.kind == "symbol" and base.bracketed and base.value in words.state:
+            name, span = "sin" if before.value == "?s" else "cos", (before.span[0], base.outer[1])
+            short = Node("function", span, name, (base,), (before.span,))  # s(theta) is a sine
+            factors[-1] = short if base is child else replace(child, span=(span[0], child.span[1]), children=(short,))
+            continue
         inside = child.children if child.kind == "matrix" else (child,)
         names = {part.value if part.kind == "symbol" else "" for part in inside}
         is_name = before.kind in ("symbol", "derivative") and not before.bracketed
