@@ -36,7 +36,7 @@ from pendpin.doctor.mending.mends import (
 from pendpin.doctor.mending.writing import Printer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
-from pendpin.doctor.reading.names import Written, bound
+from pendpin.doctor.reading.names import CONSTANTS, Written, bound
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.recognition import REMEDY, Reading, read
@@ -278,7 +278,8 @@ class _Doctor:
 
     def _names_energies(self, one: Printed) -> bool:
         """Whether it only gives energies their names, as L = T - U, whatever the text takes T and U to be."""
-        if not all(side.kind in ("symbol", "sum") and (side.kind == "symbol" or _is_flat(side)) for side in one.sides):
+        flat = all(side.kind == "symbol" or (side.kind == "sum" and _is_flat(side)) for side in one.sides)
+        if not flat or one.names & CONSTANTS:
             return False
         words = replace(one.words, chosen={})
         equation = Equation(tuple(bound(side, words) for side in one.sides))

@@ -25,7 +25,8 @@ from pendpin.doctor.systems.rod import RODS
 EQUALLY = 0.3  # equations: readings that explain about as much
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 MOST_STRANGE = 1  # letters of an accused equation that no equation which holds has
-GOES_ON = re.compile(r"[\s&$\\]*(?:[+−]|-\s*[\d½(\\])")  # the line after an equation, if it is the rest of it
+# the line after an equation, if it is the rest of it
+GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 HOLDING = ("holds", "holds if")
 
 
@@ -143,11 +144,11 @@ class _Evidence:
     names: frozenset[str]
     accused: int
 
-    def objection(self, finding: Finding, one: Printed, spec: Spec) -> str:
+    def objection(self, finding: Finding, one: Printed, after: str, spec: Spec) -> str:
         """Why an equation is not accused though it does not hold; empty where it is."""
         if all(side.kind == "symbol" for side in one.sides) and not one.names & spec.still:
             return "it says what a name stands for"
-        if one.latex.lstrip(" &").startswith("+") or GOES_ON.match(one.statement.after):
+        if one.latex.lstrip(" &").startswith("+") or GOES_ON.match(after):
             return "it goes on from what stands before it, or in the next line"
         energy = lambda e: {e.meaning(str(s.value)) for s in e.sides if s.kind == "symbol"} & {"T", "V", "L", "E"}  # noqa: E731
         if finding.equation and finding.mends and energy(finding.equation) != energy(finding.mends[0].equation):
@@ -171,10 +172,19 @@ class _Evidence:
             return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
         if self.accused > 2 * support + 1:
             return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
+        if brought := _brought(finding, spec) - self.names:
+            return f"it does not hold, but where {' = '.join(sorted(brought))} = 1: no equation that holds has it"
         strange = _quantities(finding.equation, spec) - self.names
         if len(strange) > MOST_STRANGE and spec.kind not in RODS:
             return f"it does not hold, but no equation that holds confirms what {', '.join(sorted(strange))} is"
         return ""
+
+
+def _brought(finding: Finding, spec: Spec) -> frozenset[str]:
+    """The parameters that a mend writes into an equation whose dimensions do not agree: what a text may have set to 1."""
+    if not (finding.mends and finding.equation and finding.dimensions):
+        return frozenset()
+    return _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec) - {*spec.coordinates}
 
 
 def _is_law(equation: Equation, spec: Spec) -> bool:
@@ -201,11 +211,18 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         count = sum(_is_law(one, spec) for one in telling)
         evidence[spec.kind] = _Evidence(count, len(telling), names, len(accused))
     answers, few = [], sum(1 for one in found.equations if one.ways) < FEW
+    pairs = [*zip(findings, (reading.system.spec for reading in found.chosen), strict=True)]
+    brought = [_brought(finding, spec) if finding.verdict == "fails" else frozenset() for finding, spec in pairs]
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         spec, words = reading.system.spec, ""
         if finding.verdict == "fails" and finding.equation and not (few and spec.kind in RODS):
             words = _follows(finding.equation, found, reading.system, findings) or _of_another(one, found, reading)
-            words = words or evidence[spec.kind].objection(finding, one, spec)
+            rest = one.statement.after  # and what is read next
+            after = rest if rest.strip() else "".join(o.latex for o in found.equations if o.number == one.number + 1)
+            ones = _brought(finding, spec)
+            if ones and brought.count(ones) > 1:  # not by mistake
+                words = words or f"it holds where {' = '.join(sorted(ones))} = 1, as another of the text does"
+            words = words or evidence[spec.kind].objection(finding, one, after, spec)
         answers.append(_unless(finding, words))
     return answers
 

@@ -88,29 +88,32 @@ def evaluate(node: Node, context: Context, known: Known | None = None, instead: 
     if isinstance(change, np.ndarray):
         return change
     inside = () if node.kind == "derivative" else node.children
-    parts = [evaluate(child, context, known, instead) for child in inside]
-    match node.kind:
-        case "number":
-            value = context.constant(node.value)
-        case "symbol":
-            value = context.symbol(node.value, node.span[0])
-        case "sum":
-            value = _sum(node, parts)
-        case "product":
-            value = _product(node, parts)
-        case "power":
-            value = power(parts[0], node.value, node.span[0], context)
-        case "function":
-            value = function(node.value, parts[0], node.span[0], context)
-        case "derivative":
-            value = derivative(node, context)
-        case _:
-            value = _matrix(node, parts, context)
+    value = _value(node, [evaluate(child, context, known, instead) for child in inside], context)
     if change is not None:
         value = change(value)
     if known is not None:
         known[id(node)] = value
     return value
+
+
+def _value(node: Node, parts: list[Values], context: Context) -> Values:
+    match node.kind:
+        case "number":
+            return context.constant(node.value)
+        case "symbol":
+            return context.symbol(node.value, node.span[0])
+        case "sum":
+            return _sum(node, parts)
+        case "product":
+            return _product(node, parts)
+        case "power":
+            return power(parts[0], node.value, node.span[0], context)
+        case "function":
+            return function(node.value, parts[0], node.span[0], context)
+        case "derivative":
+            return derivative(node, context)
+        case _:
+            return _matrix(node, parts, context)
 
 
 def derivative(node: Node, context: Context) -> Values:

@@ -37,6 +37,9 @@ _ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
 _BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
+_BLANK = re.compile(
+    r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
+)  # prints nothing, also where it holds an equals sign
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
@@ -109,6 +112,7 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped = list[tuple[int, Statement]](), list[str]()
+    text = _BLANK.sub(lambda match: " " * len(match[0]), text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
     formulas = sorted([*formulas, *_bare(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
