@@ -20,7 +20,7 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, oddness, parts_of, reader_of, swapped
 from pendpin.doctor.mending.writing import Printer, Splice, Writer
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, divisors, key, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, Values, dot, random_states
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
@@ -270,7 +270,9 @@ class Patient:
     @cached_property
     def _below(self) -> set[str]:
         """The symbols that something in the equation is divided by."""
-        return {name for side in self.equation.sides for part in divisors(side) for name in symbols(part)}
+        products = [part for part in parts(self.equation.sides) if part.kind == "product"]
+        pairs = (pair for part in products for pair in zip(part.value, part.children, strict=True))
+        return {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
     @cached_property
     def _extras(self) -> dict[str, tuple[int, ...]]:

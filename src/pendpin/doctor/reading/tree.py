@@ -73,13 +73,6 @@ def parts(sides: Iterable[Node]) -> Iterator[Node]:
     return (part for side in sides for part in walk(side))
 
 
-def divisors(node: Node) -> Iterator[Node]:
-    """The parts that an expression is divided by, anywhere in it."""
-    for part in walk(node):
-        if part.kind == "product":
-            yield from (child for operator, child in zip(part.value, part.children, strict=True) if operator == "/")
-
-
 def key(node: Node) -> tuple:
     """What two nodes that are printed alike have in common, wherever they stand."""
     return (node.kind, node.value, *(key(child) for child in node.children))

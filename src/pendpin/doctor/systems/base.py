@@ -24,17 +24,22 @@ MOST_NESTED = 3  # derivatives of derivatives
 STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differences of eighth order
 
 
+NUMBERS = ("sin", "cos", "sqrt", "pi")  # what a formula may use of its type of number
+SIGNS = ("theta_sign", "phi_sign", "swapped", "along", "y_sign", "z_sign")  # and of the convention
+FUNCTIONS = {*NUMBERS, "dot", "cross", "vector", "slope", *SIGNS}
+
+
 @cache
 def formula(text: str) -> Formula:
-    """A formula from its text in Python: names are quantities, or functions and signs of Quantities.functions.
+    """A formula from its text in Python: names are quantities, or those of FUNCTIONS.
 
     Vectors are arrays (3, n), scalars (n,): `vector` stacks scalars to a vector, and vectors to a matrix.
     """
     code = compile(text, text, "eval")
+    names = [name for name in code.co_names if name not in FUNCTIONS]
 
     def value(q: "Quantities") -> Values:
-        names = {name: q[name] for name in code.co_names if name not in q.functions}
-        found = eval(code, q.functions, names)  # the text of a system's table, never of a document
+        found = eval(code, q.functions, {name: q[name] for name in names})  # a table's text, never a document's
         return found if isinstance(found, np.ndarray) else q.number(found)
 
     return value
@@ -175,13 +180,14 @@ class Quantities:
         self.spec, self.convention = system.spec, system.convention
         self.shape = np.shape(base[system.spec.coordinates[0]])
         self._values: dict[str, Values] = dict(base)
+        self._numbers: dict[int, Values] = {}
         self._moved: dict[tuple[str, int], Quantities] = {}
 
     @cached_property
     def functions(self) -> dict[str, Any]:
-        """What a formula may use beside quantities: functions of its numbers, and signs of the convention."""
+        """What FUNCTIONS are for these numbers and this convention."""
         xp, convention = self.xp, self.convention
-        numbers = {name: getattr(xp, name) for name in ("sin", "cos", "sqrt", "pi")} | {"dot": dot, "cross": cross}
+        numbers = {name: getattr(xp, name) for name in NUMBERS} | {"dot": dot, "cross": cross}
         return numbers | {
             "vector": lambda *rows: np.stack(
                 [row if isinstance(row, np.ndarray) else self.number(row) for row in rows]
@@ -216,7 +222,11 @@ class Quantities:
 
     def number(self, value: int) -> Values:
         """A whole number, for every state."""
-        return self.xp.asarray(np.full(self.shape, value, dtype=object if self.xp is not np else float))
+        if value not in self._numbers:
+            kind = float if self.xp is np else object
+            self._numbers[value] = self.xp.asarray(np.full(self.shape, value, dtype=kind))
+            self._numbers[value].setflags(write=False)  # it is shared
+        return self._numbers[value]
 
     def direction(self, variable: str) -> dict[str, Values]:
         """How the state moves: along the motion for t, or one coordinate or rate alone."""
