@@ -128,38 +128,30 @@ class SmoothLoop(IntegrationLoop):
         super().__init__(prepared, pace, progress)
         self.library, self.version = self.integrator.library, self.integrator.version
         self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
-        if self.balance is not None:
-            size = len(self.engine.pack(*np.zeros((2, self.nv))))
-            self._derivative = self.balance.with_work(self._derivative, size)
+        if self.balance is not None and not self.engine.compiles:  # else the work is compiled too
+            motion, balance, size = self._derivative, self.balance, len(self.engine.pack(*np.zeros((2, self.nv))))
+
+            def derivative(dy: Array, t: float, y: Array) -> None:  # of the engine's state, and of the work
+                motion(dy[:size], t, y[:size])
+                dy[size:] = balance.powers(t, y[:size])
+
+            self._derivative = derivative
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,)."""
-        y, work = self.engine.pack(q, v), np.zeros(self.accounts)
-        self.sample(float(self.times[0]), y)
-        first = SmoothState(
-            t=float(self.times[0]),
-            q=q,
-            y=y,
-            work=work,
-            most=self.first_segment,
-            first_step=0.0,
-            density=0.0 if self.engine.on_angles else self._first_density(y),
-            memory=self.integrator.memory(np.concatenate([y, work])),
-            held=self.records,
-        )
+        t, y, work, density = float(self.times[0]), self.engine.pack(q, v), np.zeros(self.accounts), 0.0
+        self.sample(t, y)
+        whole = np.concatenate([y, work])
+        if not self.engine.on_angles and len(self.times) > 1:  # from which the first angles should be read
+            rate = np.zeros(len(whole))
+            self._derivative(rate, t, whole)
+            change = float(np.nan_to_num(np.abs(rate[: len(y)])).max()) / FIRST_CHANGE
+            some = FIRST_STEPS / max(float(self.times[1] - self.times[0]), SHORTEST)
+            density = max(self.engine.density(y[None]), change, some)
+        memory = self.integrator.memory(whole)
+        first = SmoothState(t, q, y, work, self.first_segment, 0.0, density, memory, self.records)
         return RunState.at_start(np.concatenate([q, v, work]), len(self.times), first)
-
-    def _first_density(self, y: Array) -> float:
-        """The states per second from which the first angles should be read, from the state (size,) at the start."""
-        if len(self.times) < 2:
-            return 0.0
-        rate = np.zeros(len(y) + self.accounts)
-        self._derivative(rate, float(self.times[0]), np.concatenate([y, np.zeros(self.accounts)]))
-        change = float(np.nan_to_num(np.abs(rate[: len(y)])).max()) / FIRST_CHANGE
-        return max(
-            self.engine.density(y[None]), change, FIRST_STEPS / max(float(self.times[1] - self.times[0]), SHORTEST)
-        )
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment; its number of output times follows from the evaluations of the last one."""

@@ -11,7 +11,7 @@ from pendpin.dynamics.contacts.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing
 from pendpin.effects import Idle, Torque
-from pendpin.engines import Derivative, Engine
+from pendpin.engines import Engine
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.ground.caches import ThreadCache
@@ -49,18 +49,6 @@ class EnergyBalance:
         """The power (kinds,) in W of the effects without a potential, at t in s since the start and the engine's state y."""
         nv = self._nv
         return np.array(self._powers(State(t, y[:nv], y[nv : 2 * nv], lambda: self.engine.motion(y))), float)
-
-    def with_work(self, derivative: Derivative, size: int) -> Derivative:
-        """The derivative of (y, work of each account), from that of the engine, of states y (size,)."""
-
-        if self.engine.compiles:
-            return derivative
-
-        def both(dy: Array, t: float, y: Array) -> None:
-            derivative(dy[:size], t, y[:size])
-            dy[size:] = self.powers(t, y[:size])
-
-        return both
 
     def close(self, work: Array, potentials: Array) -> dict[str, Array]:
         """The work of each kind (n,) in J, from what was integrated (n, kinds) and the effects' potentials (n, effects)."""

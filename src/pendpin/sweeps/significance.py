@@ -87,8 +87,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     base = run_within(budget, scene.by("auto", tolerance))
     affordable = _shorten(scene, len(base.t))
     finer = run_within(2 * budget, affordable.by("auto", FINER * tolerance))
-    length = scale(build(scene.model))
-    off = tip_distance(_marks(scene, base)[: len(finer.t)], _marks(scene, finer), length) > MARGIN * accuracy
+    off = _measure_distance(scene, base, finer) > MARGIN * accuracy
     compared = _shorten(affordable, int(np.argmax(np.append(off, True))))
     whole = compared.duration == scene.duration
     why = "" if whole else CHAOTIC if off.any() else LARGE
@@ -99,9 +98,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
         except PendpinError as error:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
-        count = min(len(run.t), len(compared.times))
-        here, there = (_marks(compared, each)[:count] for each in (base, run))
-        change = float(tip_distance(here, there, scale(build(compared.model))).max())
+        change = float(_measure_distance(compared, base, run).max())
         added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
         matters = "needed" if listed else "would matter, but is not listed"
         verdict = matters if change > accuracy else "not needed at this accuracy"
@@ -119,12 +116,16 @@ def _shorten(scene: Scene, count: int) -> Scene:
 
 def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
     """The scene without each of its effects, and with each of the candidates that it lacks; None: it is not an effect."""
+
+    def with_effects(*effects: Effect) -> Scene:
+        return scene.model_copy(update={"effects": effects})
+
     for i, effect in enumerate(scene.effects):
-        yield effect.kind, True, effect, _replace_effects(scene, *scene.effects[:i], *scene.effects[i + 1 :])
+        yield effect.kind, True, effect, with_effects(*scene.effects[:i], *scene.effects[i + 1 :])
     kinds = {effect.kind for effect in scene.effects}
     for name, effect in _list_candidates(scene):
         if effect.kind not in kinds:
-            yield name, False, effect, _replace_effects(scene, *scene.effects, effect)
+            yield name, False, effect, with_effects(*scene.effects, effect)
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
         thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
         model = Chain(rods=thin, copies=scene.model.copies)
@@ -143,10 +144,6 @@ def _list_candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
         yield f"viscous joints, for example {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
 
 
-def _replace_effects(scene: Scene, *effects: Effect) -> Scene:
-    return scene.model_copy(update={"effects": effects})
-
-
 def _compute_added_time(other: RunRecord, base: RunRecord, listed: bool) -> float:
     """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
     engines = {run.source.solver.engine for run in (base, other)}
@@ -155,9 +152,11 @@ def _compute_added_time(other: RunRecord, base: RunRecord, listed: bool) -> floa
     return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
 
 
-def _marks(scene: Scene, run: RunRecord) -> Array:
-    """The points that are compared (n, points, 3), m."""
-    return marks(build(scene.model), run.tips, run.q)
+def _measure_distance(scene: Scene, one: RunRecord, other: RunRecord) -> Array:
+    """How far two runs are apart, over the length, at the samples (n,) of the scene that both have."""
+    model, count = build(scene.model), min(len(one.t), len(other.t), len(scene.times))
+    here, there = (marks(model, run.tips, run.q)[:count] for run in (one, other))
+    return tip_distance(here, there, scale(model))
 
 
 def _measure_evaluation(run: RunRecord, engine: str) -> float:
@@ -168,12 +167,7 @@ def _measure_evaluation(run: RunRecord, engine: str) -> float:
         block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
         return _measure_least_time(lambda: block.evaluated(*many)) / MANY
     derivative, _ = dynamics.engine.derivative(lambda t: None)
-
-    def calls() -> None:
-        for _ in range(CALLS):
-            derivative(np.empty_like(y), 0.0, y)
-
-    return _measure_least_time(calls) / CALLS
+    return _measure_least_time(lambda: [derivative(np.empty_like(y), 0.0, y) for _ in range(CALLS)]) / CALLS
 
 
 def _measure_least_time(call: Callable[[], object]) -> float:

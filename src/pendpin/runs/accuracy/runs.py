@@ -279,28 +279,23 @@ def refine_by_step(method: str, times: Array, count: int) -> Refinement:
 
 
 def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
-    """The settings of the scene's method."""
+    """The settings of the scene's method. Raises RunError where steps that do not jump over an effect are too many."""
     method, target = scene.solver.method, scene.solver.accuracy or 0.0
     if method not in fixed_methods():
         return refine_by_tolerance(method, target, float(np.abs(runs.start[0]).max(initial=0.0)))
     if not scene.duration:
         return Refinement(method, 1.0, 0.0)
     run = runs.run(scene.by("dop853", SETTING.loosest))
-    return refine_by_step(method, runs.times, max(run.stats.steps, _count_steps_of_pace(scene, runs, run)))
-
-
-def _count_steps_of_pace(scene: Scene, runs: Runs, run: RunRecord) -> int:
-    """How many equal steps do not jump over what acts in a scene. Raises RunError for too many; the run is a partial one."""
     pace_of_run = timing(runs.dynamics, runs.dynamics.effects, *runs.start, scene.duration, None)
-    needed = scene.duration / float(pace_of_run.pace.shortest.min())
-    if needed * method_of(scene.solver.method).step_price <= SETTING.most_steps:
-        return math.ceil(needed)
-    name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])
-    raise RunError(
-        f"accuracy {scene.solver.accuracy:g} is not met: {name} changes within {shortest:.3g} s, and "
-        f"{scene.solver.method} needs {needed:.0e} equal steps to resolve it; use a method with a tolerance, such as dop853",
-        runs.keep_output_times(run),
-    )
+    needed = scene.duration / float(
+        pace_of_run.pace.shortest.min()
+    )  # equal steps, not to jump over what acts in the scene
+    if needed * method_of(method).step_price > SETTING.most_steps:
+        name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])
+        why = f"{name} changes within {shortest:.3g} s, and {method} needs {needed:.0e} equal steps to resolve it"
+        remedy = "use a method with a tolerance, such as dop853"
+        raise RunError(f"accuracy {target:g} is not met: {why}; {remedy}", runs.keep_output_times(run))
+    return refine_by_step(method, runs.times, max(run.stats.steps, math.ceil(needed)))
 
 
 def choose_method(scene: Scene, prepared: Prepared) -> Prepared:
