@@ -200,7 +200,7 @@ def test_no_process_starts_unless_workers_ask_for_it(scene: Scene, monkeypatch: 
 
 def test_processes_end_when_nobody_listens() -> None:
     """Those that wait or work stop with the iterator; none is left behind."""
-    with closing(in_processes(_number, list(range(40)), 2)) as results:
+    with closing(in_processes(_number, [(i, i + 1) for i in range(40)], 2)) as results:
         seen = {next(results)[1] for _ in range(4)}
     assert os.getpid() not in seen
     for process in seen:
@@ -211,12 +211,12 @@ def test_processes_end_when_nobody_listens() -> None:
 def test_a_process_that_dies_is_said() -> None:
     """In one line, with what may be behind it."""
     with pytest.raises(pp.RunError, match="ended unexpectedly"):
-        list(in_processes(_die, [1, 2], 2))
+        list(in_processes(_die, [(1, 2), (2, 3)], 2))
 
 
-def _number(job: int) -> int:
+def _number(begin: int, end: int) -> int:
     return os.getpid()
 
 
-def _die(job: int) -> None:
+def _die(begin: int, end: int) -> None:
     os._exit(3)

@@ -151,8 +151,9 @@ class LoopWithEvents(IntegrationLoop):
         after, mode = rates_and_mode(self.contacts, t, q, v, self.scales, loose)
         if self.balance is not None and not np.array_equal(after, v):
             before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
-            taken = self.contacts.taken(q, v, after)
-            taken[next(iter(taken))] += then - before - sum(taken.values())  # rounding, and bounces too small to count
+            # By stops, or by friction that ends what is left of a rate; with rounding, and bounces too small to count.
+            taken = self.contacts.taken(q, v, after) or {kind: 0.0 for kind, _ in self.contacts.sliding[:1]}
+            taken[next(iter(taken))] += then - before - sum(taken.values())
             for kind, work in taken.items():
                 y[2 * self.nv + self.balance.kinds.index(kind)] += work
         v[:] = after

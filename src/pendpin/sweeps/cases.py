@@ -320,9 +320,8 @@ class Batch:
         dynamics.use_compiled_samples()
         version, steps = installed("heyoka")["heyoka"] or "", int(motions.steps[place])
         run = Run.at_states(scene.times, motions.q[place], motions.v[place])
-        return fill_in(
-            scene, dynamics, None, replace(run, steps=steps, evaluations=steps, library="heyoka", version=version)
-        )
+        run = replace(run, steps=steps, evaluations=steps, library="heyoka", version=version)
+        return fill_in(scene, dynamics, None, run)
 
 
 def _turning_at_poles(cases: Cases) -> Mask:

@@ -28,7 +28,7 @@ from pendpin.model.build import FARTHEST, Model, build
 from pendpin.runs.batches import MOST_JOINTS, Series, ends_well
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start, chosen_scene
-from pendpin.sweeps.workers import Span, cores, in_processes, in_threads, run_all
+from pendpin.sweeps.workers import cores, in_processes, in_threads, run_all
 from pendpin.trajectory import Counts
 
 SUMMED = ("steps", "evaluations", "seconds", "compile_seconds")
@@ -125,7 +125,7 @@ def simulate_many(
     if starts.series is not None or workers == 1:
         parts = in_threads(starts.run, spans, workers)
     else:
-        parts = in_processes(starts.run_span, spans, workers)
+        parts = in_processes(starts.run, spans, workers)
     rows = np.full((2, count, len(scene.times), q.shape[1]), np.nan)
     done, failures, took = np.zeros(count, bool), dict[int, str](), list[Counts]()
 
@@ -180,23 +180,19 @@ class _Starts:
             self.series = series if series.covered else None
             self.library = integrator.library, integrator.version
 
-    def run_span(self, span: Span) -> _Part:
-        """The starts of a span."""
-        return self.run(*span, Event())
-
     @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
-    def run(self, begin: int, end: int, stopped: Event) -> _Part:
+    def run(self, begin: int, end: int, stopped: Event | None = None) -> _Part:
         """The starts from `begin` to `end`. Raises Interrupted once `stopped` is set."""
 
         def look(t: float = 0.0) -> None:
-            if stopped.is_set():
+            if stopped and stopped.is_set():
                 raise Interrupted("stopped by the user")
 
         scene, q, v = self.scene, self.q[begin:end], self.v[begin:end]
         part = _Part(np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), {}, [])
         done = np.zeros(len(q), bool)
         if self.series is not None:
-            self.series.stopped, clock = stopped, time.thread_time()
+            self.series.stopped, clock = stopped or Event(), time.thread_time()
             motions = self.series.run(self.series.started(q, v), scene.times)
             seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
             done = ends_well(self.series.dynamics, motions.q, motions.v)

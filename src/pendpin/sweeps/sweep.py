@@ -13,11 +13,11 @@ from pendpin.ground.libraries import optional
 from pendpin.runs.batches import WIDTH
 from pendpin.scene import Scene, chosen_scene
 from pendpin.sweeps import plan as plans
-from pendpin.sweeps.cases import Block, Task, checked, run_block, sampled
+from pendpin.sweeps.cases import Task, checked, run_block, sampled
 from pendpin.sweeps.measures import MEASURES, Function
 from pendpin.sweeps.plan import Plan
 from pendpin.sweeps.store import Store
-from pendpin.sweeps.workers import EXTRA, Span, cores, in_processes, in_threads, run_all, run_on_cluster
+from pendpin.sweeps.workers import EXTRA, cores, in_processes, in_threads, run_all, run_on_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
 BLOCK_SECONDS = 3.0  # of a block
@@ -98,7 +98,7 @@ def sweep(
         blocks = run_on_cluster(run_block, Task, (chosen, plan, measures), spans, dask)
     elif workers is not None and workers > 1 and spans:
         optional("cloudpickle", "a sweep in processes", EXTRA)  # pickle refuses functions of a script
-        blocks = in_processes(partial(_run_span, task), spans, workers)
+        blocks = in_processes(partial(run_block, task), spans, workers)
     else:
         blocks = in_threads(partial(run_block, task), spans, workers or cores())
 
@@ -113,10 +113,6 @@ def sweep(
     if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):
         raise RunError(f"measure: {dataset['why'].values.flat[0]}, in every case", dataset)
     return dataset
-
-
-def _run_span(task: Task, span: Span) -> Block:
-    return run_block(task, *span)
 
 
 def _block_size(task: Task, workers: int) -> int:

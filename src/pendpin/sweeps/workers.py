@@ -30,7 +30,6 @@ DIED = f"a worker process has ended unexpectedly; {GUARD}; if memory ran out, ta
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the bits of a result depend
 EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 
-Job = TypeVar("Job")
 Result = TypeVar("Result")
 Span = tuple[int, int]  # the first case of a block, and the one behind its last
 
@@ -84,22 +83,22 @@ def in_threads(
 
 
 def in_processes(
-    task: Callable[[Job], Result], jobs: Sequence[Job], workers: int
+    run: Callable[[int, int], Result], spans: Sequence[Span], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """The results of jobs, in the order of completion, each with the index of its job, from processes of this machine.
+    """The same from processes of this machine; `run` is sent once to each.
 
-    The task is sent once to each. Close the iterator to end them: they stop at once, as they do where this process is
-    killed. What a task raises is raised here; RunError where a process dies.
+    Close the iterator to end them: they stop at once, as they do where this process is killed. What `run` raises is
+    raised here; RunError where a process dies.
     """
     packer = optional("cloudpickle", "work in processes", EXTRA) if find_spec("cloudpickle") else pickle
-    packed = packer.dumps(task)  # by cloudpickle functions of a script too
+    packed = packer.dumps(run)  # by cloudpickle functions of a script too
     context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
     listening, open_end = context.Pipe(duplex=False)
     pool = ProcessPoolExecutor(workers, context, _begin_process, (listening, packed))
     try:
         blocked = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})  # Ctrl-C is for this process alone
         try:
-            places = {pool.submit(_run_job, job): place for place, job in enumerate(jobs)}
+            places = {pool.submit(_run_span, *span): place for place, span in enumerate(spans)}
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
         yield from _results(places)
@@ -116,13 +115,13 @@ def _results(places: dict[Future[Result], int]) -> Generator[tuple[int, Result],
         yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
 
 
-_task: Any = None  # of a process: packed until its first job
+_run: Any = None  # of a process: packed until its first span
 
 
 def _begin_process(link: Connection, packed: bytes) -> None:
-    """Keep the task, and end this process when the other end of the link is closed, also by the end of its process."""
-    global _task
-    _task = packed
+    """Keep what is run, and end this process when the other end of the link is closed, also by the end of its process."""
+    global _run
+    _run = packed
 
     def wait() -> None:
         with suppress(EOFError, OSError):
@@ -132,10 +131,10 @@ def _begin_process(link: Connection, packed: bytes) -> None:
     Thread(target=wait, daemon=True).start()
 
 
-def _run_job(job: Any) -> Any:
-    global _task
-    _task = pickle.loads(_task) if isinstance(_task, bytes) else _task
-    return _task(job)
+def _run_span(begin: int, end: int) -> Any:
+    global _run
+    _run = pickle.loads(_run) if isinstance(_run, bytes) else _run
+    return _run(begin, end)
 
 
 # --- a Dask cluster --------------------------------------------------------------------------------------------------
