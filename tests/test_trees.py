@@ -349,6 +349,14 @@ def test_names_of_one_hinge() -> None:
             pp.simulate(scene.replace(start=pp.Start(positions={"theta_2": 0.5})))
 
 
+def test_a_mobile_rests_at_plain_zeros() -> None:
+    """No angle of a rest is a number below the least that a double holds in full."""
+    rods = [ON_X | {"mass": 0.5, "radius": 0.01}, {"length": 0.6, "mass": 0.0, "payload": 0.4, "at": 0.3}]
+    rods += [{"length": 0.7, "mass": 0.0, "payload": 0.3, "hangs_on": "rod_1"}]
+    rest = pp.Start.at_rest(moving(pp.Chain(rods=rods), fx.Gravity(), seed=3))
+    assert all(x == 0.0 or abs(x) > 1e-300 for x in rest.positions.values())
+
+
 def test_an_anchor_on_a_single_rod_runs() -> None:
     """The rod is called rod, and rod_1 too."""
     for link in ("rod", "rod_1"):

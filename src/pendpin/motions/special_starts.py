@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import TINY, Array
 from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene
 from pendpin.scene import Start as StartRecord
@@ -57,6 +57,7 @@ def at_rest(scene: Scene) -> StartRecord:
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
+    rest = np.where(np.abs(rest) < TINY, 0.0, rest)
     return StartRecord(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
 

@@ -106,7 +106,7 @@ class Trajectory(RunRecord):
         return sensitivity(with_samples(self), keys, of)
 
     def summary(self) -> Summary:
-        """The largest angle of any rod from straight down, the tip's way sideways, rest; extremes of R1, R2, R3, M3.
+        """The largest swing, of the line from the support to the last tip, rest; extremes of R1, R2, R3, M3.
 
         With their times; periods and energy too. Extremes are those between the samples too, unless a remark says why not.
         """

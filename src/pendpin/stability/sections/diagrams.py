@@ -212,12 +212,12 @@ class Bifurcation(Result):
     def plot(self, ax: Any = None) -> Any:
         """Draw the first quantity against the number, up and down, on a matplotlib Axes; returns it."""
         ax = axes("ax", ax) or new_figure(7.0, 4.5).subplots()
-        name = self.section.of[0]
+        name, size = self.section.of[0], float(np.clip(300 / len(self.at), 1.5, 5.0))
         for rows, colour, label in ((self.down, COLORS[1], "down"), (self.up, COLORS[0], "up")):
             y = wrapped(rows[..., 0]) if self.units[name] == "rad" else rows[..., 0]
-            ax.plot(np.repeat(self.at, y.shape[1]), y.ravel(), ".", ms=1.5, mew=0, color=colour, label=label)
+            ax.plot(np.repeat(self.at, y.shape[1]), y.ravel(), ".", ms=size, mew=0, color=colour, label=label)
         ax.set(xlabel=with_unit(self.key, self.units[self.key]), ylabel=with_unit(name, self.units[name]))
-        ax.legend(**BESIDE, markerscale=6)
+        ax.legend(**BESIDE, markerscale=9 / size)
         return ax
 
     def points(self, rows: Array) -> Array:
