@@ -1,11 +1,12 @@
-"""Sections and doublings: their time beside heyoka by hand, and Feigenbaum's ratio from multipliers.
+"""Sections, doublings and basins: their time beside heyoka by hand, Feigenbaum's ratio, runs of one's own.
 
     python benchmarks/sections.py [--short]
 
 First 200 motions of a planar double pendulum at one energy with 300 crossings each at a tolerance of 1e-9: pendpin's
 `portrait`, and heyoka's batch with Lagrange's equations and events written by hand, in one process, in seconds of processor
 time. Then the period doublings of the damped driven pendulum, each located by its multiplier -1, and the ratios of their
-distances, which tend to 4.669.
+distances, which tend to 4.669. Last the basins of the same pendulum, from 100 x 80 starts, and cells of them against runs of
+one's own: whether two cells have one number just where their own runs end on one cycle.
 """
 
 import argparse
@@ -93,13 +94,18 @@ def beside(starts: int, count: int) -> None:
         print(f"  {name:16} {seconds:8.3f} s of processor   {seconds / least['heyoka by hand']:5.2f} times")
 
 
-def doublings(steps: int) -> None:
-    """The table of doublings."""
+def driven(amplitude: float, duration: float) -> pp.Scene:
+    """The damped driven pendulum, in seconds of the small swing."""
     effects = [fx.Gravity(acceleration=1.0), fx.Viscous(coefficient=0.5)]
-    motor = fx.Motor(joint="theta", amplitude=1.06, frequency=2 / 3)
+    motor = fx.Motor(joint="theta", amplitude=amplitude, frequency=2 / 3)
     point = pp.Chain(rods=[pp.Rod(length=1.0, mass=0.0, payload=1.0)])
     start = pp.Start(positions={"theta": -1.8598}, velocities={"theta": -0.8392})
-    scene = pp.Scene(model=point, effects=[*effects, motor], start=start, duration=30.0)
+    return pp.Scene(model=point, effects=[*effects, motor], start=start, duration=duration)
+
+
+def doublings(steps: int) -> None:
+    """The table of doublings."""
+    scene = driven(1.06, 30.0)
     key, places = "effects[2].amplitude", list[float]()
     branch = pp.follow(pp.periodic_orbit(scene), key, 1.075)
     for step in range(steps):
@@ -112,14 +118,42 @@ def doublings(steps: int) -> None:
             branch = pp.follow(change.orbit, key, TO[step], onto="doubled")
 
 
+def basins(shape: tuple[int, int], cells: int) -> None:
+    """The basins at an amplitude with cycles of three and of four periods, and cells of them by runs of one's own."""
+    period = 3 * np.pi
+    scene = driven(1.0809, 85 * period).with_solver(tolerance=1e-9)
+    keys = ("start.positions.theta", "start.velocities.theta")
+    axes = [np.linspace(-most, most, count) for most, count in zip((3.0, 2.0), shape, strict=True)]
+    begin = time.process_time()
+    data = pp.sweep(scene, dict(zip(keys, axes, strict=True)), ["attractor"])
+    seconds, numbers = time.process_time() - begin, data["attractor"].values
+    print(f"basins of {numbers.size} starts in {seconds:.1f} s of processor; {np.isnan(numbers).sum()} did not settle")
+    random, own = np.random.default_rng(0), list[tuple[float, np.ndarray]]()
+    while len(own) < cells:
+        place = tuple(random.integers(shape))
+        if not np.isnan(numbers[place]):
+            start = {key: float(axis[i]) for key, axis, i in zip(keys, axes, place, strict=True)}
+            run = pp.simulate(scene.replace(start | {"duration": 150 * period}), times=period * np.arange(139, 151))
+            states = np.stack([np.cos(run["theta"]), np.sin(run["theta"]), run["theta_rate"]], 1)
+            own.append((numbers[place], states[-12:]))
+    wrong = sum(
+        (one == other) != (np.abs(points[:, None] - those[None]).max(-1).min(1).max() < 1e-3)
+        for one, points in own
+        for other, those in own
+    )
+    kinds = "; ".join(data["attractor"].attrs["attractors"])
+    print(f"  {kinds}: {wrong} of {cells**2} pairs of cells are not as their own runs say")
+
+
 def main() -> None:
-    """Print both tables."""
+    """Print all of it."""
     options = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
-    options.add_argument("--short", action="store_true", help="8 motions of 10 crossings, two doublings")
+    options.add_argument("--short", action="store_true", help="8 motions of 10 crossings, two doublings, 48 starts")
     short = options.parse_args().short
     beside(8 if short else 200, 10 if short else 300)
     print("period doublings of x'' + x'/2 + sin x = a cos(2 t/3), and the ratios of their distances")
     doublings(2 if short else 5)
+    basins((8, 6) if short else (100, 80), 5 if short else 100)
 
 
 if __name__ == "__main__":
