@@ -119,7 +119,7 @@ def fitted(m: Measure, scene: Scene, keys: Sequence[str]) -> Measure:
     if period is None and not any("frequency" in key for key in keys):
         period = (frequency := drive_of(scene)) and 2 * math.pi / frequency
     look = Attractor(period, 1 + 4 * len(build(scene.model).joints))
-    times = look.times(scene) if period else None
+    times = look.times(scene) if period and "duration" not in keys else None
     told = times is not None and np.isin(times, scene.clock).all()  # by the samples; else each run is asked
     of_motion = partial(look.of_motions, times) if times is not None and told else None
     return replace(m, function=look, of_motion=of_motion, dims=((PART, look.size),))
