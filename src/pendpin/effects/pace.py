@@ -64,7 +64,7 @@ STEADY = Pace.even(np.inf)  # of an effect to which time makes no difference
 def join_paces(paces: Sequence[Pace]) -> Pace:
     """The pace of several effects that act at once."""
     if not paces:
-        return Pace.even(np.inf)
+        return STEADY
     corners = np.array(sorted({float(t) for pace in paces for t in pace.corners}))  # np.unique imports numpy.ma
     starts = np.append(-np.inf, corners)
     return Pace(corners, np.min([pace.at(starts) for pace in paces], 0))

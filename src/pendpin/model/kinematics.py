@@ -1,7 +1,7 @@
 """Where the bodies are and what energy they have, from a model and states of it."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -185,26 +185,21 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
     if model.chain is not None:
         moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
         return _chain_poses(moving.frames, moving.tips), kinematics.kinetic_energy(model.chain, moving)
-    moving = _motion_of_bodies(model, q, v)
+    placed, velocity, spin = _motion_of_bodies(model, q, v)
     masses, inertias = (np.array([getattr(body, name) for body in model.bodies]) for name in ("mass", "inertia"))
-    turning = (moving.spin * applied(inertias, moving.spin)).sum(-1)
-    return moving.poses, (masses * (moving.velocity**2).sum(-1) + turning).sum(-1) / 2
+    turning = (spin * applied(inertias, spin)).sum(-1)
+    return placed, (masses * (velocity**2).sum(-1) + turning).sum(-1) / 2
 
 
-class _BodyMotion(NamedTuple):
-    """Bodies at n states; in their links' frames, where what an axis does not turn stays exactly 0."""
-
-    poses: Array  # (n, bodies, 4, 4) of their links, in W
-    velocity: Array  # (n, bodies, 3) m/s, of the centre of mass
-    spin: Array  # (n, bodies, 3) rad/s
-
-
-def _motion_of_bodies(model: Model, q: Array, v: Array) -> _BodyMotion:
-    """How the bodies move at states q, v (n, nv)."""
+def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array, Array]:
+    """Of bodies at states q, v (n, nv): the poses (n, bodies, 4, 4) of their links in W, velocities (n, bodies, 3) m/s of
+    centres of mass and spins (n, bodies, 3) rad/s. The last two in the links' frames, where what an axis does not turn
+    stays exactly 0.
+    """
     joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
     _, velocity, spin, _ = motions_in_links(model.tree, q, v)
     velocity, spin = velocity[:, joints], spin[:, joints]
-    return _BodyMotion(joint_poses(model, q, joints), velocity + cross(spin, com), spin)
+    return joint_poses(model, q, joints), velocity + cross(spin, com), spin
 
 
 def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
@@ -221,10 +216,10 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
         omega, frames = moving.omega, moving.frames
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
-        moving = _motion_of_bodies(model, run.q, run.v)
-        centres = np.einsum("nrij,rj->nri", moving.poses[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
-        omega, frames = moving.spin * SIGNS, FLIP @ moving.poses[..., :3, :3] @ FLIP
-        orbital = cross(centres, tree.m[:, None] * applied(moving.poses[..., :3, :3], moving.velocity))
+        placed, velocity, spin = _motion_of_bodies(model, run.q, run.v)
+        centres = np.einsum("nrij,rj->nri", placed[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
+        omega, frames = spin * SIGNS, FLIP @ placed[..., :3, :3] @ FLIP
+        orbital = cross(centres, tree.m[:, None] * applied(placed[..., :3, :3], velocity))
     turned = np.einsum("nrij,nrj->ni", frames, omega * tree.inertia)
     return omega, turned * SIGNS + orbital.sum(1)
 
