@@ -1,9 +1,11 @@
 """Printed numbers: tables, reports and pages are read back as numbers, and are those of the objects that they show."""
 
+import base64
 import html
 import re
 from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -11,9 +13,12 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
+from pendpin.cli.inputs import MOST_NOTES, print_notes
 from pendpin.cli.outputs import print_report
 from pendpin.effects import Gravity, Stop, Viscous
+from pendpin.graphics.page import contents
 from pendpin.graphics.report import page_report, run_report
+from pendpin.graphics.run_drawing import drawing_of, left_out
 from pendpin.ground.report import FEW, Report, Table
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
@@ -22,9 +27,10 @@ from pendpin.stability.lyapunov import Lyapunov
 from pendpin.stability.report import stability
 from pendpin.sweeps.figure import sweep_report
 from pendpin.sweeps.significance import EffectRow, EffectsReport
+from pendpin.trajectory.columns import unit_of
 from pendpin.verification.agreement import AgreementReport, Comparison, published_cases, validate
-from pendpin.verification.hardcases import CASES, HardReport, Outcome
-from pendpin.verification.work_precision.report import CostReport, CostRow, Curve, Point, row
+from pendpin.verification.hardcases import CASES, HardReport, Outcome, catalogue_report
+from pendpin.verification.work_precision.report import CostReport, CostRow, Curve, Point, draw_cost, row
 
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 MOST_EVENTS = 5  # in the list, here
@@ -103,6 +109,17 @@ def test_rows_that_are_left_out_are_counted() -> None:
     assert repr(Report([table], None, "broken")).startswith("broken\n")
 
 
+def test_notes_that_are_left_out_are_counted(monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture) -> None:
+    """Before a table: the first finding and the number of others, the first notes and the number of others."""
+    model = SimpleNamespace(findings=["a", "b", "c"])
+    monkeypatch.setattr("pendpin.model.build.build", lambda _: model)
+    monkeypatch.setattr("pendpin.model.notes.notes", lambda *_: [f"note of {i}" for i in range(MOST_NOTES + 3)])
+    print_notes(swing(), strict=False)
+    first, *others, last = capsys.readouterr().err.splitlines()
+    assert numbers(first) == [len(model.findings) - 1]
+    assert (len(others), numbers(last)) == (MOST_NOTES, [3])
+
+
 # --- what a run says ------------------------------------------------------------------------------------------------
 
 
@@ -138,6 +155,50 @@ def test_the_rows_of_a_run_are_its_numbers(effects: tuple, balance: bool) -> Non
         assert numbers(on_page[name])[0] == close(1e-5, abs=1e-300)(figure.value)
         assert figure.time is None or close(1e-5)(figure.time) == numbers(on_page[name])[1]
     assert run_report(run, "").data["summary"]["largest swing"]["value"] == run.summary()["largest swing"].value
+
+
+TWO = pp.Chain(rods=[pp.Rod(length=1.0, mass=2.0, radius=0.05), pp.Rod(length=0.5, mass=1.0, radius=0.02)])
+
+
+@pytest.fixture(scope="module")
+def double() -> pp.Trajectory:
+    """Two rods that swing in space."""
+    return pp.simulate(swing(duration=0.5).replace(model=TWO, start=pp.Start(positions=[0.7, 0.4, -0.3, 0.9])))
+
+
+def test_the_lines_of_a_figure_are_the_quantities_of_the_run(double: pp.Trajectory) -> None:
+    """By the names in its legends: each panel, and each rod in it."""
+    exact = {"kinetic": double.kinetic, "potential*": double.potential - double.potential.min()}
+    exact |= {"energy": double.kinetic + exact["potential*"]} | {name: double[name] for name in double.joints}
+    by_rod = {"tension R3 (N)": double.reactions().R3, "moment M3 (N m)": double.reactions().M3}
+    seen = set()
+    for ax in double.plot().axes:
+        for line in ax.lines:
+            name, unit = str(line.get_label()), ax.get_ylabel()
+            if name.startswith("rod"):
+                np.testing.assert_array_equal(line.get_ydata(), by_rod[unit][:, int(name[-1]) - 1])
+            elif name in exact:
+                np.testing.assert_array_equal(line.get_ydata(), exact[name])
+            seen |= {(unit, name)} if name.startswith("rod") or name in exact else set()
+    assert len(seen) == 3 + 4 + 2 * len(by_rod)
+
+
+def test_the_curves_of_a_page_are_the_quantities_of_the_run(
+    double: pp.Trajectory, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """To one level in 65,535; the potential is drawn from its least; how many quantities are left out is said."""
+    drawn = contents(drawing_of(double))
+    for curve in drawn["curves"]["quantities"]:
+        levels = np.frombuffer(base64.b64decode(curve["data"]), "<u2") / 65535
+        shown = curve["low"] + (curve["high"] - curve["low"]) * levels
+        np.testing.assert_allclose(shown, double[curve["name"]], atol=(curve["high"] - curve["low"]) / 65535)
+        assert curve["unit"] == unit_of(double, curve["name"])
+    energies = next(plot["curves"] for plot in drawn["plots"] if plot["title"].startswith("Energy"))
+    least = double.potential.min()
+    assert {c["name"]: c["minus"] for c in energies} == {"kinetic": 0.0, "potential": least, "energy": least}
+    assert left_out(double) == ()
+    monkeypatch.setattr("pendpin.graphics.run_drawing.MOST_QUANTITIES", 7)
+    assert numbers(left_out(double)[0]) == [7, len(double.names) - 1]
 
 
 def test_the_answers_of_a_run_are_those_of_its_motion() -> None:
@@ -288,6 +349,21 @@ def test_costs_in_print_are_what_was_measured() -> None:
     assert seconds(compiling.partition("dop853")[2]) == close()(COST.curves[0].compile_seconds)
 
 
+def test_sentences_on_costs_say_what_was_measured() -> None:
+    """How many repetitions, over which time, and the factor of one more digit; in the figure, its mean over six digits."""
+    quick = replace(COST, thorough=False).report().sentences
+    (digit,) = (line for line in quick if line.startswith("One more digit"))
+    best = [min(c.seconds_at(error) or np.inf for c in COST.curves if not c.peer) for error in (1e-6, 1e-7)]
+    assert numbers(digit) == [1e-6, 1e-7, close()(best[1] / best[0])]
+    assert numbers(quick[-1].partition("Processor times of")[2]) == [5.0, COST.repetitions]
+    assert numbers(quick[0])[:2] == [COST.horizon, COST.duration]
+    bars = draw_cost(COST).axes[1].patches
+    curves = {"pendpin": COST.curves[0], "MuJoCo": COST.curves[2]}
+    for bar, curve in zip(bars, reversed(curves.values()), strict=True):
+        times = [time for k in range(3, 10) if (time := curve.seconds_at(10.0**-k)) is not None]
+        assert np.log(bar.get_width()) == pytest.approx(np.diff(np.log(times)).mean(), rel=1e-9)
+
+
 @pytest.mark.parametrize(
     ("value", "text"), [(1.234, "1.23 s"), (0.1234, "123 ms"), (1.5e-3, "1.5 ms"), (2e-5, "20 µs")]
 )
@@ -326,15 +402,19 @@ def test_hard_cases_and_published_ones_in_print() -> None:
     good = Outcome("thin-pole", "rk4", 1.5e-9, 2e-8, None, 1.25)
     bad = Outcome("thin-pole", "euler", 3e-3, 2e-8, None, 2.5)
     failed = Outcome("cone-100", "rk4", None, 1e-5, "it failed", 0.5)
-    peer = Outcome("cone-100", "mujoco", 1e-2, 1e-5, None, 0.25, claimed=False)
+    peer = Outcome("cone-100", "mujoco", 1e-2, 1e-5, None, 40.25, claimed=False)
     report = HardReport((good, bad, failed, peer), (CASES["thin-pole"],)).report()
     (table,) = report.tables
     assert [cells[0] for cells in table.rows] == ["thin-pole", "", "cone-100", ""]
     assert column(table, "measured") == ["1.5e-09", "3.0e-03", "none", "1.0e-02"]
     assert [float(cell) for cell in column(table, "bound")] == [2e-8, 2e-8, 1e-5, 1e-5]
     assert column(table, "verdict") == ["ok", "BROKEN", "BROKEN", "fails"]
-    assert [float(cell) for cell in column(table, "seconds")] == [1.25, 2.5, 0.5, 0.25]
+    assert [float(cell) for cell in column(table, "seconds")] == [1.25, 2.5, 0.5, 40.25]
     assert numbers(report.sentences[-1]) == [3, 2, 4]  # claims, broken, seconds
+    (listed,) = catalogue_report().tables
+    assert {name: float(bound) for name, _, bound in listed.rows} == {
+        name: pytest.approx(case.bound, rel=0.06) for name, case in CASES.items()
+    }
     near = Comparison("case", "rk4", 1e-7, 1e-6, None, "a book", "angle", "rad")
     far = Comparison("case", "euler", 2e-6, 1e-6, None, "a book", "angle", "rad")
     report = AgreementReport((near, far), ("case by taylor: no",)).report()

@@ -216,6 +216,9 @@ def test_what_a_format_cannot_carry_is_left_out_and_said(tmp_path: Path) -> None
     rod = SCENES["rod"]
     drag = write_reference(rod.replace(effects=(GRAVITY, pp.effects.Drag())), tmp_path / "drag")
     assert set(drag.data["left_out"]) == {"model.urdf", "model.xml", "model.sdf"}
+    written = [f"wrote {tmp_path / 'drag' / name}" for name in drag.data["files"]]
+    assert drag.sentences == [*written, *(f"{name} is left out: {why}" for name, why in drag.data["left_out"].items())]
+    assert sorted(drag.data["files"]) == sorted(path.name for path in (tmp_path / "drag").iterdir())
     assert "effects[1]: drag" in drag.data["left_out"]["model.xml"]
     assert "effects[1]: drag" in (tmp_path / "drag" / "README.md").read_text()
     assert len(json.loads((tmp_path / "drag" / "reference.json").read_text())["states"]) == STATES
