@@ -2,7 +2,6 @@
 
 import math
 from collections.abc import Callable, Sequence
-from dataclasses import replace
 from functools import partial
 from typing import Any
 
@@ -34,7 +33,6 @@ from pendpin.errors import InputError, PendpinError, find, shown
 from pendpin.ground.arrays import EPS, Array, Indices
 from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model
-from pendpin.model.notes import homes
 
 MOST = 5_000_000  # instants of a run: 40 MB for each joint
 NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice as far from corners (runs/integration.py)
@@ -209,16 +207,6 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
     return sorted(acts, key=place) if len(acts) > 1 else acts
 
 
-def refuse_seconds(effects: Sequence[Effect]) -> None:
-    """Raise InputError for a second effect of a kind that does not add up with another of its kind."""
-    first: dict[str, int] = {}
-    for i, effect in enumerate(effects):
-        if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
-            raise InputError(
-                f"effects[{i}]: a second {effect.kind} beside effects[{before}]; {effect.sole}: put both into one"
-            )
-
-
 def chosen_joints(model: Model, names: Sequence[str] | None, where: str) -> Indices:
     """The indices (k,) of joints in model order, of all if None. Raises InputError for one unknown or given twice."""
     if names is None:
@@ -337,12 +325,6 @@ def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, 
             out[i] = first
             more += rest
     return (*out, *more)
-
-
-def move_home(model: Model, effects: Sequence[Effect]) -> Model:
-    """The model with its joints, where a start says nothing of them, inside the limits that act as written."""
-    moved = homes(model.written or (), effects)
-    return replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints])) if moved else model
 
 
 def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:

@@ -19,7 +19,6 @@ from pendpin.dynamics.acting import (
     law,
     plain_arithmetic,
     readable,
-    refuse_seconds,
     since,
 )
 from pendpin.dynamics.parameters import GIVEN, Numbers
@@ -90,7 +89,12 @@ class Binding:
     @cached_property
     def acts(self) -> list["Bound | None"]:
         """Each effect, in the order of `in_order`; None for one that acts through events."""
-        refuse_seconds(self.effects)
+        first: dict[str, int] = {}
+        for i, effect in enumerate(self.effects):
+            if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
+                raise InputError(
+                    f"effects[{i}]: a second {effect.kind} beside effects[{before}]; {effect.sole}: put both into one"
+                )
         return [self.bound(effect, where) for effect, where in in_order(self.effects)]
 
     def bound(self, effect: Effect, where: str) -> "Bound | None":

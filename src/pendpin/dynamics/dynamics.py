@@ -1,7 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -9,7 +9,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.dynamics.acting import HeldTorque, acting, move_home
+from pendpin.dynamics.acting import HeldTorque, acting
 from pendpin.dynamics.binding import Accounts, Binding
 from pendpin.dynamics.compiling import compile_engine, in_motion
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
@@ -24,6 +24,7 @@ from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.bodies import with_gravity
 from pendpin.model.build import Model, build
+from pendpin.model.notes import homes
 from pendpin.scene import METHODS, Form, Scene, chosen_scene
 from pendpin.trajectory import HingeReactions, Reactions
 
@@ -37,7 +38,8 @@ class Dynamics:
     def __init__(
         self, model: Model, effects: tuple[Effect, ...], engine: str = "auto", form: Form = "any", start: float = 0.0
     ) -> None:
-        model = move_home(model, effects)
+        if moved := homes(model.written or (), effects):  # inside the limits that act as written
+            model = replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints]))
         self.model, self.start, self.effects = model, start, acting(model, effects)
         effects = self.effects
         self.sampled_torques = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
@@ -152,13 +154,6 @@ class Dynamics:
             if not all(map(math.isfinite, state.tolist())):  # of two numbers a tenth of the time of NumPy's isfinite
                 raise InputError(f"{name}: {shown(state.tolist())} are not finite numbers")
         return q, v
-
-
-def refuse_nonsmooth(effects: Sequence[Effect], what: str) -> None:
-    """Raise InputError for an effect that cannot be run on symbols."""
-    for i, effect in enumerate(effects):
-        if not effect.smooth:
-            raise InputError(f"effects[{i}]: {effect.kind} is not smooth, and {what} needs smooth effects; take dop853")
 
 
 def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> Engine:

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
-from pendpin.engines.machine.code import Block, Contents, Function, Values
+from pendpin.engines.machine.code import Block, Fixed, Function, Values
 from pendpin.ground.arrays import Array
 
 
@@ -101,20 +101,20 @@ class Compiled(Wrapping):
         self.compile_seconds += seconds
 
     @cached_property
-    def _contents(self) -> Contents:
+    def _fixed(self) -> Fixed:
         begin = time.thread_time()
         _ = self.equations.text  # recorded here, the first time
         self._took(time.thread_time() - begin)
-        return self.equations.contents(self._values)
+        return self.equations.fixed(self._values)
 
     @property
     def size(self) -> int:
         """How many numbers the state has."""
-        return self._contents.state
+        return self.equations.recording.size_of(len(self._fixed.of_rods))
 
     def block(self) -> Block:
         """The arguments of the function for one run."""
-        return Block(self.equations, self._contents, self._took)
+        return Block(self.equations, self._fixed, self._took)
 
     def normalise(self, y: Array) -> None:
         """The base engine's, of a state (size,); steps in machine code do it themselves."""

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.compiling import equations_of
-from pendpin.dynamics.dynamics import Dynamics, refuse_nonsmooth
+from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine.tape import Recording
@@ -52,7 +52,11 @@ class Taylor(Integrator):
             self._heyoka = heyoka()
         except ImportError:
             raise MissingLibrary("solver.method: taylor needs heyoka: pip install heyoka") from None
-        refuse_nonsmooth(effects, "solver.method: taylor")
+        for i, effect in enumerate(effects):
+            if not effect.smooth:
+                raise InputError(
+                    f"effects[{i}]: {effect.kind} is not smooth, and solver.method: taylor needs smooth effects; take dop853"
+                )
         self._effects, self.tolerance, self._start, self._compiling = effects, tolerance, start, 0.0
         self.library, self.version = "heyoka", version("heyoka")
 

@@ -56,17 +56,11 @@ class Values(NamedTuple):
         return cls(parameters.values, parameters.values_of_rods, parameters.tables)
 
 
-class Contents(NamedTuple):
-    """What does not change in a block: several may share it."""
+class Fixed(NamedTuple):
+    """What operations on parameters alone come to, and tables: several blocks may share them."""
 
-    state: int  # how many numbers a state has
-    more: int  # how many further results there are
-    inputs: int
-    directions: int  # unit vectors at the beginning of a state
-    scratch: int  # numbers that loops leave for later ones
-    operations: int  # of an evaluation
-    numbers: Sequence[float]  # what operations on parameters alone come to
-    of_rods: Array  # (n, k), those of the parameters of each of the n rods
+    numbers: Sequence[float]
+    of_rods: Array  # (n, k), those of each of the n rods
     tables: Sequence[Table]
 
 
@@ -103,27 +97,18 @@ class Function:
                 self.compile_seconds += time.thread_time() - begin
             return self._code
 
-    def contents(self, parameters: Values) -> Contents:
-        """What a block holds for one set of parameters."""
-        text, recording, rods = self.text, self.recording, parameters.of_rods.shape[1]
-        tape, units = recording.tape, rods if recording.parts else 1
+    def fixed(self, parameters: Values) -> Fixed:
+        """What does not change in a run with one set of parameters."""
+        text, tape, rods = self.text, self.recording.tape, parameters.of_rods.shape[1]
         values = tape.values([*text.fixed, *text.fixed_of_rod], parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in text.fixed_of_rod]
-        return Contents(
-            recording.size_of(rods),
-            len(text.more) + rods * len(text.more_of_rod),
-            units * recording.inputs,
-            units * recording.directions,
-            rods * text.scratch_of_rod + 2 * WIDE,
-            len(text.schedule.needed) + (rods - 1) * len(text.schedule.loop),
-            [x for place in text.fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))],
-            np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T),
-            parameters.tables,
-        )
+        of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
+        numbers = [x for place in text.fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
+        return Fixed(numbers, of_rods, parameters.tables)
 
     def block(self, parameters: Values) -> "Block":
         """A block for one set of parameters."""
-        return Block(self, self.contents(parameters))
+        return Block(self, self.fixed(parameters))
 
 
 class Block:
@@ -133,20 +118,23 @@ class Block:
     """
 
     def __init__(
-        self, function: Function, contents: Contents, compiled: Callable[[float], None] = lambda seconds: None
+        self, function: Function, fixed: Fixed, compiled: Callable[[float], None] = lambda seconds: None
     ) -> None:
-        self.function, self._compiled = function, compiled
-        numbers, of_rods, tables = contents[-3:]
-        self.size, self.more, self.operations = contents.state, contents.more, contents.operations
-        self._scratch = np.empty(contents.scratch)
+        self.function, self._compiled, self._code = function, compiled, None
+        (numbers, of_rods, tables), text, recording = fixed, function.text, function.recording
+        rods, units = len(of_rods), len(of_rods) if recording.parts else 1
+        self.size = recording.size_of(rods)  # how many numbers a state has
+        self.more = len(text.more) + rods * len(text.more_of_rod)  # how many further results there are
+        self.operations = len(text.schedule.needed) + (rods - 1) * len(text.schedule.loop)  # of an evaluation
+        self._scratch = np.empty(rods * text.scratch_of_rod + 2 * WIDE)
         self._kept = [np.ascontiguousarray(part) for table in tables for part in (table.times, table.rows)]
         self._kept += [self._scratch, of_rods]
         first = HEADER + TABLE * len(tables)
-        self._cells = np.zeros(first + len(numbers) + contents.inputs)
-        self._whole, self._code = self._cells.view(np.int64), None
-        self._whole[RODS] = len(of_rods)
+        self._cells = np.zeros(first + len(numbers) + units * recording.inputs)
+        self._whole = self._cells.view(np.int64)
+        self._whole[RODS] = rods
         self._whole[SCRATCH], self._whole[NUMBERS] = self._scratch.ctypes.data, of_rods.ctypes.data
-        self._whole[STATE], self._whole[MORE], self._whole[UNITS] = self.size, self.more, contents.directions
+        self._whole[STATE], self._whole[MORE], self._whole[UNITS] = self.size, self.more, units * recording.directions
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[HEADER + TABLE * i :][:TABLE] = *addresses, len(table.times)

@@ -81,33 +81,36 @@ class _Tangents:
         return [[tangents.get(place, 0.0) for place in results] for tangents in self._tangents]
 
     def _active(self, needed: Sequence[int]) -> set[int]:
-        """The operations that change in some direction."""
-        active, directions = set[int](), [direction for group in self._groups for direction in group]
-        while True:
+        """The operations that change in some direction; what passes carry may depend on what comes later on the tape."""
+        active, before = set[int](), -1
+        directions = [direction for group in self._groups for direction in group]
+        shared, of_rods = ({x for one in directions for x in getattr(one, kind)} for kind in ("shared", "of_rods"))
+        times = any(direction.time for direction in directions)
+        while len(active) != before:
             before = len(active)
             for place in needed:
                 name, *rest = self.tape.operations[place]
                 if name == "parameter":
-                    changes = any(
-                        rest[0] in (direction.of_rods if rest[1] else direction.shared) for direction in directions
-                    )
-                elif name == "time":
-                    changes = any(direction.time for direction in directions)
+                    changes = rest[0] in (of_rods if rest[1] else shared)
                 else:
-                    changes = name == "state" or not active.isdisjoint(self.tape.sources(place))
-                if changes:
+                    changes = times if name == "time" else name == "state"
+                if changes or not active.isdisjoint(self.tape.sources(place)):
                     active.add(place)
-            if len(active) == before:
-                return active
+        return active
 
     def _tangent(self, place: int, j: int) -> Any:
         """The derivative of one operation in the directions of group j, a term or 0."""
-        tape, (name, *rest) = self.tape, self.tape.operations[place]
+        tape, (name, *rest), group = self.tape, self.tape.operations[place], self._groups[j]
         if name in {"carried", "last"}:
-            lanes = len(self._groups[j]) if len(self._groups[j]) > 1 else 0
-            return tape.leaf(name, rest[0], self._cell(j, *rest), by_rod=name == "carried", lanes=lanes)
+            number, cell = rest
+            cells = tape.passes[number].cells
+            if (j, number, cell) not in self._cells:  # what it holds is known when all derivatives are
+                self._cells[j, number, cell] = len(cells)
+                cells.append(cells[cell])
+            lanes = len(group) if len(group) > 1 else 0
+            return tape.leaf(name, number, self._cells[j, number, cell], by_rod=name == "carried", lanes=lanes)
         if name in LEAVES:
-            changes = enumerate(self._groups[j], 1 + self._firsts[j])
+            changes = enumerate(group, 1 + self._firsts[j])
             return tape.pack([self._differentiate_leaf(name, rest, direction, times) for times, direction in changes])
         if name in {"row", "entry"}:
             return 0.0  # between the rows of a table nothing changes
@@ -121,28 +124,17 @@ class _Tangents:
             return _differentiate_binary(tape, name, Term(tape, place), *terms, *changes)
         return _slope(tape, name, Term(tape, place), terms[0]) * changes[0]
 
-    def _cell(self, j: int, number: int, cell: int) -> int:
-        """The cell of a pass for the derivative of another; what it holds is known when all derivatives are."""
-        cells = self.tape.passes[number].cells
-        if (j, number, cell) not in self._cells:
-            self._cells[j, number, cell] = len(cells)
-            cells.append(cells[cell])
-        return self._cells[j, number, cell]
-
     def _differentiate_leaf(self, name: str, rest: Sequence[Any], direction: Direction, times: int) -> Any:
         """Of the state, a parameter or the time; the change of the state stands that multiple of its size behind it."""
         recording = self._recording
-        if name == "time":
-            return direction.time
         if name == "state" and recording.parts:
-            part, cell = rest
-            return self.tape.leaf("state", times * recording.parts + part, cell, by_rod=True)
+            return self.tape.leaf("state", times * recording.parts + rest[0], rest[1], by_rod=True)
         if name == "state":
             return self.tape.leaf("state", times * recording.width + rest[0])
         if name == "parameter":
             new = (direction.of_rods if rest[1] else direction.shared).get(rest[0])
             return 0.0 if new is None else self.tape.parameter(new, rest[1])
-        return 0.0
+        return direction.time if name == "time" else 0.0
 
 
 def _differentiate_binary(tape: Tape, name: str, result: Term, a: Any, b: Any, da: Any, db: Any) -> Any:
