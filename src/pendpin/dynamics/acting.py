@@ -46,6 +46,7 @@ class HeldTorque(Torque):
     """
 
     _effect: Torque = PrivateAttr()
+    _interval: float = PrivateAttr()  # s
     _joints: Indices = PrivateAttr()
     _start: float = PrivateAttr(0.0)  # s
     _given: int = PrivateAttr(0)  # outputs that an earlier run has recorded: they are not computed again
@@ -56,7 +57,8 @@ class HeldTorque(Torque):
     def of(cls, effect: Torque, joints: Indices) -> "HeldTorque":
         """The effect on the joints (k,), by their indices in the model."""
         held = cls.model_construct(**effect.given())
-        held._effect, held._joints = effect, joints
+        assert effect.every is not None
+        held._effect, held._joints, held._interval = effect, joints, effect.every
         return held
 
     def since(self, start: float) -> tuple[Effect, float]:
@@ -131,11 +133,6 @@ class HeldTorque(Torque):
         """Whether a run has begun."""
         return self._values is not None
 
-    @property
-    def _interval(self) -> float:
-        assert self.every is not None
-        return self.every
-
     def _slack(self, t: float) -> float:
         return NEAR * (abs(self._start) + abs(t))
 
@@ -158,7 +155,6 @@ def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: floa
 
 # --- the effects of a scene that act --------------------------------------------------------------------------------
 
-WRENCH = "a force", "a moment"
 LATEST = 340  # digits: more than a time times a frequency can have before its point
 
 
@@ -254,8 +250,8 @@ def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Ca
         output = method(t, *map(_copy, state))
         if name != "wrench":
             return returned(what, output, state[0].shape if state else (3,), kind)
-        if not isinstance(output, tuple | list) or len(output) != len(WRENCH):
-            raise InputError(f"{what} returned {shown(output)}, where {' and '.join(WRENCH)} are wanted")
+        if not isinstance(output, tuple | list) or len(output) != 2:
+            raise InputError(f"{what} returned {shown(output)}, where a force and a moment are wanted")
         return tuple(returned(what, part, state[0].com.shape, kind) for part in output)
 
     return checked
