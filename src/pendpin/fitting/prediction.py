@@ -2,7 +2,6 @@
 
 from collections.abc import Sequence
 from dataclasses import replace
-from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -14,7 +13,6 @@ from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.problem import solve_starts
 from pendpin.fitting.uncertainty import NOISY, huber_scale
 from pendpin.ground.arrays import Array, Mask
-from pendpin.ground.files import path_of, write_csv
 from pendpin.scene import Data
 
 QUANTILE = 1.959964  # of a normal distribution: 95 % lie within it
@@ -142,18 +140,3 @@ def predict(
         half = QUANTILE * np.sqrt(variance).reshape(len(variance), -1, len(whole.weights)) / whole.weights
         widths = tuple(half[k, : len(swing.t)] for k, swing in enumerate(swings))
     return Prediction(tuple(swings), predicted, tuple(compared), setting.columns, setting.table, interval=widths)
-
-
-def write_samples(path: str | Path, sets: dict[str, Prediction]) -> Path:
-    """Write sets of swings as one CSV, sample by sample, in the unit of [data] (Fit.to_csv). Raises InputError."""
-    first = next(iter(sets.values()))
-    ends = ("", "_fitted", "_residual", *["_interval"] * any(one.interval is not None for one in sets.values()))
-    rows = []
-    for name, one in sets.items():
-        sizes = np.array([one.table.in_si(column)[0] for column in one.columns])
-        for i, (swing, predicted) in enumerate(zip(one.swings, one.predicted, strict=True)):
-            half = np.full_like(swing.y, np.nan) if one.interval is None else one.interval[i]
-            parts = np.stack([swing.y, predicted, swing.y - predicted, half][: len(ends)], -1) / sizes[:, None]
-            cells = [["" if np.isnan(x) else repr(x) for x in row] for row in parts.reshape(len(swing.t), -1).tolist()]
-            rows += [(name, swing.name, repr(t), *row) for t, row in zip(swing.t.tolist(), cells, strict=True)]
-    return write_csv(path_of(path), ("set", "swing", "t", *(f"{c}{e}" for c in first.columns for e in ends)), rows)

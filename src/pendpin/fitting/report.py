@@ -8,11 +8,11 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, not_one_of, shown
+from pendpin.errors import InputError, is_number, not_one_of, shown
 from pendpin.fitting.data import Swing, read_swings, spread_of
 from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
 from pendpin.fitting.parameters import Combination
-from pendpin.fitting.prediction import Prediction, predict, write_samples
+from pendpin.fitting.prediction import Prediction, predict
 from pendpin.fitting.uncertainty import NOISY, WHITE, autocorrelation, outliers, whiteness
 from pendpin.graphics.style import (
     BESIDE,
@@ -28,6 +28,7 @@ from pendpin.graphics.style import (
 )
 from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
+from pendpin.ground.files import path_of, write_csv
 from pendpin.ground.report import Report, Result, Table
 from pendpin.scene import Chain, Scene, unit_of_key
 
@@ -113,7 +114,7 @@ class Fit(Result):
         if len(set(places)) < 2:
             odd = next((key for key in (one, other) if key not in self.errors), one)
             raise InputError(f"confidence_region: {not_one_of(odd, tuple(self.errors))}; give two numbers with errors")
-        if not 0 < level < 1:
+        if not is_number(level) or not 0 < level < 1:
             raise InputError(f"level: {shown(level)} is not a probability between 0 and 1")
         angle = np.linspace(0.0, 2 * np.pi, ELLIPSE)
         values, directions = np.linalg.eigh(self.covariance[np.ix_(places, places)])
@@ -145,7 +146,18 @@ class Fit(Result):
         Columns: set (fitted or held out), swing, t in s; then of each column itself, _fitted, _residual (measured minus
         fitted) and, with held-out swings, _interval (half of the 95 % prediction interval; empty for fitted swings).
         """
-        return write_samples(path, {"fitted": self.train} | ({"held out": self.hold_out} if self.hold_out else {}))
+        sets = {"fitted": self.train} | ({"held out": self.hold_out} if self.hold_out else {})
+        columns, rows = self.train.columns, []
+        ends = ("", "_fitted", "_residual", *["_interval"] * any(one.interval is not None for one in sets.values()))
+        for name, one in sets.items():
+            sizes = np.array([one.table.in_si(column)[0] for column in columns])
+            for i, (swing, predicted) in enumerate(zip(one.swings, one.predicted, strict=True)):
+                half = np.full_like(swing.y, np.nan) if one.interval is None else one.interval[i]
+                parts = np.stack([swing.y, predicted, swing.y - predicted, half][: len(ends)], -1) / sizes[:, None]
+                numbers = parts.reshape(len(swing.t), -1).tolist()
+                cells = (["" if np.isnan(x) else repr(x) for x in row] for row in numbers)
+                rows += [(name, swing.name, repr(t), *row) for t, row in zip(swing.t.tolist(), cells, strict=True)]
+        return write_csv(path_of(path), ("set", "swing", "t", *(f"{c}{e}" for c in columns for e in ends)), rows)
 
     def report(self) -> Report:
         """The fitted numbers with their errors, the verdict and its reasons."""

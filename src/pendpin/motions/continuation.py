@@ -141,32 +141,26 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
     """The run and its continuation for `duration` s (Trajectory.extend)."""
     if not is_number(duration) or not 0 < duration < np.inf:
         raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
-    scene, last = _longer(run, float(duration)), len(run.t) - 1
+    scene = scene_of(run)
+    total, samples, even = scene.duration + float(duration), scene.solver.samples, scene.solver.times is None
+    if even and (samples is None or scene.duration == 0):  # the start alone has no density
+        scene = scene.replace({"solver.samples": None}, duration=total)
+    elif samples and even and abs((count := (samples - 1) * total / scene.duration) % 1 - 0.5) > 0.5 - NEAR_SAMPLE:
+        scene = scene.replace({"solver.samples": round(count) + 1}, duration=total)
+    else:  # samples as dense as they are
+        old, end = scene.clock, scene.start.time + scene.duration
+        spacing = scene.duration / max(1, len(old) - 1)
+        new = end + duration * np.arange(1, (count := max(1, round(duration / spacing) if spacing else 1)) + 1) / count
+        times = (*old.tolist(), *(new if new[0] > old[-1] else new[1:]).tolist())
+        total = max(total, times[-1] - scene.start.time)
+        scene = scene.replace({"solver.samples": None, "solver.times": times}, duration=total)
     ahead = np.flatnonzero(scene.clock > run.t[-1] + NEAR_SAMPLE * (scene.clock[-1] - run.t[-1]))
-    more = Continuation(run, scene)
+    more, last = Continuation(run, scene), len(run.t) - 1
     piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
     new = replace(samples_of(more.fill_pieces([piece], [last]), slice(1, None)), t=scene.clock[ahead])
     counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
     stats = replace(run.stats, stopped=None, **counts)
     return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)
-
-
-def _longer(run: RunRecord, duration: float) -> Scene:
-    """The run's scene with a longer duration, and samples as dense as they are."""
-    scene = scene_of(run)
-    total, samples = scene.duration + duration, scene.solver.samples
-    if scene.solver.times is None and (samples is None or scene.duration == 0):  # the start alone has no density
-        return scene.replace({"solver.samples": None}, duration=total)
-    count = (samples or 1) - 1
-    if scene.solver.times is None and abs(count * total / scene.duration % 1 - 0.5) > 0.5 - NEAR_SAMPLE:
-        return scene.replace({"solver.samples": round(count * total / scene.duration) + 1}, duration=total)
-    old, end = scene.clock, scene.start.time + scene.duration
-    spacing = scene.duration / max(1, len(old) - 1)
-    new = end + duration * np.arange(1, (count := max(1, round(duration / spacing) if spacing else 1)) + 1) / count
-    times = (*old.tolist(), *(new if new[0] > old[-1] else new[1:]).tolist())
-    return scene.replace(
-        {"solver.samples": None, "solver.times": times}, duration=max(total, times[-1] - scene.start.time)
-    )
 
 
 # --- samples that show how a run moved ------------------------------------------------------------------------------
