@@ -127,6 +127,23 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
     "the fastest swing as the slowest": ("stability/report.py", "float(swings.min())", "float(swings.max())"),
     "microseconds called milliseconds": ("verification/work_precision/report.py", "3g} µs", "3g} ms"),
     "the unit of a step left out": ("verification/work_precision/report.py", '" s" if curve.kind', '"" if curve.kind'),
+    "the price of a digit over one decade too many": (
+        "verification/work_precision/report.py",
+        "** (1 / (len(times) - 1))",
+        "** (1 / len(times))",
+    ),
+    "one more digit, the other way about": (
+        "verification/work_precision/report.py",
+        "{finer[1] / best[1]:.2f}",
+        "{best[1] / finer[1]:.2f}",
+    ),
+    "the tension of the first rod for all": ("graphics/figure.py", "values[:, rod], style", "values[:, 0], style"),
+    "the kinetic energy of a figure doubled": (
+        "graphics/figure.py",
+        "ax.plot(run.t, kinetic, label",
+        "ax.plot(run.t, 2 * kinetic, label",
+    ),
+    "notes that are left out, all of them": ("cli/inputs.py", "{len(said) - MOST_NOTES} more", "{len(said)} more"),
     "the claim of an accuracy without its scale": (
         "verification/agreement/__init__.py",
         "return run.stats.error * scale(build(run.source.model))",
