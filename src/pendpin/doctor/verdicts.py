@@ -119,7 +119,7 @@ def _standing(findings: list[Finding], found: Recognition) -> list[Finding]:
     right, entries = {key(side) for one in held for side in one.sides}, any(map(is_entry, held))
     answers = []
     for finding, one in zip(findings, found.equations, strict=True):
-        inside = " in the definition of " in finding.mends[0].words if finding.mends else False
+        inside = bool(finding.mends) and not _mends_itself(finding)
         words = ""
         if finding.verdict == "fails" and finding.equation and not inside:
             used = _meanings_used(finding.equation)
@@ -150,8 +150,9 @@ class _Evidence:
             return "it says what a name stands for"
         if one.latex.lstrip(" &").startswith("+") or GOES_ON.match(after):
             return "it goes on from what stands before it, or in the next line"
+        assert finding.equation is not None
         energy = lambda e: {e.meaning(str(s.value)) for s in e.sides if s.kind == "symbol"} & {"T", "V", "L", "E"}  # noqa: E731
-        if finding.equation and finding.mends and energy(finding.equation) != energy(finding.mends[0].equation):
+        if _mends_itself(finding) and energy(finding.equation) != energy(finding.mends[0].equation):
             return f"as I read it, {finding.mends[0].words}: it may be the beginning of a longer equation"
         of_names = lambda node: all(part.kind == "symbol" for part in node.children) or node.kind == "symbol"  # noqa: E731
         sums = [side for side in one.sides if side.kind == "sum"]  # as T - V
@@ -160,7 +161,6 @@ class _Evidence:
         still = energies and all(symbols(side) <= spec.still for side in one.sides if side not in energies)
         if still or (names and not (finding.mends and "sign" in finding.mends[0].words)):
             return "it is a formula in general"
-        assert finding.equation is not None
         letters: dict[str, set[tuple[str, str]]] = defaultdict(set)
         for node in parts(finding.equation.sides):
             if node.written:
@@ -180,9 +180,14 @@ class _Evidence:
         return ""
 
 
+def _mends_itself(finding: Finding) -> bool:
+    """Whether its first mend is of the equation, and not of a definition that it uses."""
+    return bool(finding.mends) and " in the definition of " not in finding.mends[0].words
+
+
 def _brought(finding: Finding, spec: Spec) -> frozenset[str]:
     """The parameters that a mend writes into an equation whose dimensions do not agree: what a text may have set to 1."""
-    if not (finding.mends and finding.equation and finding.dimensions):
+    if not (_mends_itself(finding) and finding.equation and finding.dimensions):
         return frozenset()
     return _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec) - {*spec.coordinates}
 
