@@ -23,6 +23,7 @@ LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
 NEAR = 1e-9  # of a step: a sample so near to the end of a step is there
 
 Advance = Callable[[float, float, int], None]  # t, h, steps: advances a state in place by `steps` steps of h
+Step = Callable[[float, float], None]  # the same for one step
 
 
 def count_equal_steps(interval: float, step: float) -> int:
@@ -160,9 +161,19 @@ class FixedStep(Integrator):
             states[sample] = part
         return Segment(*finite_part(states, steps, None), FixedMemory(grid.place, whole))
 
-    @abstractmethod
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """A function that advances y (size,), in place, by some steps from t."""
+        step = self.stepping(derivative, y)
+
+        def advance(t: float, h: float, steps: int) -> None:
+            for i in range(steps):
+                step(t + i * h, h)
+
+        return advance
+
+    @abstractmethod
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
+        """A function that advances y (size,), in place, by one step from t to t + h."""
 
 
 class RungeKutta4(FixedStep):
@@ -179,30 +190,37 @@ class RungeKutta4(FixedStep):
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """Classical Runge-Kutta steps of y (size,); unit vectors in it stay unit vectors, however a run is cut."""
-        block, normalise = self._block, self._normalise
-        k1, k2, k3, k4, inner = work = np.empty((5, len(y)))
+        """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
+        block = self._block
+        if block is None or len(y) != block.size:
+            return super().advancing(derivative, y)
+        steps, work = block.code().steps, np.empty(5 * len(y))
 
-        def advance_in_machine_code(t: float, h: float, count: int) -> None:
-            assert block is not None
-            block.code().steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
+        def advance(t: float, h: float, count: int) -> None:
+            steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)
             self._progress(t)
+
+        return advance
+
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
+        """A classical Runge-Kutta step of y (size,); unit vectors in it stay unit vectors, however a run is cut."""
+        normalise = self._normalise
+        k1, k2, k3, k4, inner = np.empty((5, len(y)))
 
         def stage(k: Array, t: float, before: Array, h: float) -> None:
             np.multiply(before, h, out=inner)
             np.add(y, inner, out=inner)
             derivative(k, t, inner)
 
-        def advance(t: float, h: float, count: int) -> None:
-            for begin in (t + i * h for i in range(count)):
-                derivative(k1, begin, y)
-                stage(k2, begin + h / 2, k1, h / 2)
-                stage(k3, begin + h / 2, k2, h / 2)
-                stage(k4, begin + h, k3, h)
-                y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
-                normalise(y)
+        def advance(t: float, h: float) -> None:
+            derivative(k1, t, y)
+            stage(k2, t + h / 2, k1, h / 2)
+            stage(k3, t + h / 2, k2, h / 2)
+            stage(k4, t + h, k3, h)
+            y[:] += h / 6 * (k1 + 2 * (k2 + k3) + k4)
+            normalise(y)
 
-        return advance if block is None or len(y) != block.size else advance_in_machine_code
+        return advance
 
 
 class SemiImplicitEuler(FixedStep):
@@ -215,15 +233,14 @@ class SemiImplicitEuler(FixedStep):
         self._nv = len(engine.model.joints)
         return engine.derivative(progress)
 
-    def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """Steps of y (size,): v, then q with the new v; further integrated quantities are advanced with v."""
+    def stepping(self, derivative: Derivative, y: Array) -> Step:
+        """A step of y (size,): v, then q with the new v; further integrated quantities are advanced with v."""
         dy, nv = np.empty_like(y), self._nv
         q, v, others, rates = y[:nv], y[nv : 2 * nv], y[nv:], dy[nv:]
 
-        def advance(t: float, h: float, count: int) -> None:
-            for i in range(count):
-                derivative(dy, t + i * h, y)
-                others[:] += h * rates
-                q[:] += h * v
+        def advance(t: float, h: float) -> None:
+            derivative(dy, t, y)
+            others[:] += h * rates
+            q[:] += h * v
 
         return advance
