@@ -2,6 +2,7 @@
 
 import time
 from dataclasses import replace
+from functools import partial
 
 import numpy as np
 
@@ -84,10 +85,7 @@ def run_prepared(
         saver = Saver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
     if deadline.limit is not None:
         reserve = SLACK * _measure_completion(prepared)
-
-    def reserved(t: float) -> float:
-        return reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))
-
+    reserved = lambda t: reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))  # noqa: E731
     patience = Patience(scene.duration, deadline, reserved, progress)
     try:
         loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
@@ -149,9 +147,7 @@ def _finish(
             else replace(short, steps=min(run.steps, count_whole_steps(scene.times[count - 1], step)))
         )
 
-    def fill(some: Run) -> RunRecord:
-        return fill_in(scene, dynamics, balance, some)
-
+    fill = partial(fill_in, scene, dynamics, balance)
     try:
         trajectory = fill(run)
     except np.linalg.LinAlgError as error:  # the equations have no solution at a sample: the run ends before it

@@ -39,7 +39,7 @@ from pendpin.trajectory.columns import unit_of
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 LARGEST_COUNT = 2.0**53
-STATES = (["start", "positions"], ["start", "velocities"])  # beginnings of key paths
+STATES = (("start", "positions"), ("start", "velocities"))  # beginnings of key paths
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
 
 
@@ -246,7 +246,7 @@ class Batch:
             start_state(self.series[0].dynamics.model, scene.start),
             [parsed(k) for k in task.plan.keys],
         )
-        states = all(len(path) == 3 and path[:1] + path[1:2] in STATES for path in paths)
+        states = all(len(path) == 3 and tuple(path[:2]) in STATES for path in paths)
         self._joints: tuple[Indices, Indices] | None = None
         if states and task.scene.start.unit != "degrees":
             model = self.series[0].dynamics.model
