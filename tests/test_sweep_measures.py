@@ -403,3 +403,17 @@ def test_measures_do_not_depend_on_when_a_run_begins(effects: tuple) -> None:
     first, second = ({name: evaluate_measure(measure(name), *runs) for name in names} for runs in both)
     second["theta.argmax"] -= 70.0 * (second["theta.argmax"] >= 70)
     assert second == pytest.approx(first, rel=1e-3, abs=1e-8, nan_ok=True)
+
+
+def test_the_swing_of_a_rod_that_passes_over_the_top_is_half_a_turn() -> None:
+    """Of a run as of a sweep, to the bit: between the samples the angle from straight down has a corner there."""
+    scene = pp.Scene(
+        model=pp.Chain(rods=[ROD, ROD]),
+        start=pp.Start(velocities={"theta_1": 9.0}),
+        effects=[fx.Gravity()],
+        duration=2.0,
+        solver=pp.Solver(samples=41, tolerance=1e-9),
+    )
+    found = pp.sweep(scene, {"start.velocities.theta_1": [9.0, 10.0]}, "swing").swing.values
+    assert swing(pp.simulate(scene)) == np.pi
+    assert found.tolist() == [np.pi, np.pi]

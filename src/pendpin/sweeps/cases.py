@@ -16,7 +16,7 @@ import numpy as np
 from pendpin.engines import ProgressCallback
 from pendpin.errors import InputError, Interrupted, PendpinError, RunError, inside, shown
 from pendpin.ground.arguments import parsed
-from pendpin.ground.arrays import EPS, Array, Indices, Mask
+from pendpin.ground.arrays import EPS, Array, Indices, Mask, subdivided
 from pendpin.ground.libraries import installed
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
@@ -38,6 +38,7 @@ from pendpin.trajectory.columns import unit_of
 
 TRIED = 33  # cases, at most, until one has numbers that can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
+CLOSER = 4  # times the samples, of cases whose samples do not tell what is between them
 LARGEST_COUNT = 2.0**53
 STATES = (("start", "positions"), ("start", "velocities"))  # beginnings of key paths
 AT_POLE = 1e-4  # of cos(phi): rounding over its square is an error of 1e-8 in the angular acceleration of theta
@@ -293,13 +294,17 @@ class Batch:
         if all(key.startswith("start") for key in self.task.plan.keys):  # else each case has energies of its own
             good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
         needs_run = np.zeros((len(good), len(self.task.chosen)), bool)  # which measures positions and rates do not tell
-        for k, (m, columns) in enumerate(zip(self.task.chosen, self.task.columns, strict=True)):
-            evaluate, values = m.of_motions if m.two else m.of_motion, None
-            with suppress(LookupError):  # a series of something else than an angle
-                values = evaluate(*runs[: 1 + m.two]) if evaluate else None
-            if values is not None:
-                block.values[places[good], columns] = values.reshape(len(good), -1)[good]
-            needs_run[:, k] = np.isnan(values) if m.between and values is not None else values is None
+        self._measure(runs, np.flatnonzero(good), places, needs_run, block)
+        between = np.array([m.between for m in self.task.chosen])
+        closer = np.flatnonzero(good & (needs_run & between).any(1))
+        if len(closer) and not self.ladder and len(self.scene.times) > 1:  # samples do not tell what is between them
+            times, clock = (subdivided(x, CLOSER) for x in (self.scene.times, self.scene.clock))
+            some = cases.some(closer)
+            for piece in some.pieces(len(times)):
+                runs_between = [series.run(some.some(piece), times)._replace(t=clock) for series in self.series]
+                told = np.zeros((len(piece), len(between)), bool) | ~between
+                self._measure(runs_between, np.arange(len(piece)), places[closer[piece]], told, block)
+                needs_run[closer[piece]] &= told
         for i in np.flatnonzero(good & needs_run.any(1)).tolist():
             if self.series[0].stopped.is_set():
                 break
@@ -312,6 +317,21 @@ class Batch:
             except PendpinError as error:
                 block.values[place], block.why[place] = np.nan, str(error)
         return good
+
+    def _measure(self, runs: list[Motions], good: Indices, places: Indices, needs_run: Mask, block: Block) -> None:
+        """Put in the measures of the motions `good` (k,) of c cases at `places` (c,), but where `needs_run` is set already.
+
+        It is set (c, measures) where positions and rates at the samples do not tell a measure.
+        """
+        for k, (m, columns) in enumerate(zip(self.task.chosen, self.task.columns, strict=True)):
+            if needs_run[:, k].all():
+                continue
+            evaluate, values = m.of_motions if m.two else m.of_motion, None
+            with suppress(LookupError):  # a series of something else than an angle
+                values = evaluate(*runs[: 1 + m.two]) if evaluate else None
+            if values is not None:
+                block.values[places[good], columns] = values.reshape(len(places), -1)[good]
+            needs_run[:, k] = np.isnan(values) if m.between and values is not None else values is None
 
     def _complete(self, row: Array, motions: Motions, place: int) -> RunRecord:
         """The run of case `place` of a batch, with forces and energies; its numbers are row (keys,)."""

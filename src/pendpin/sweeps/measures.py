@@ -18,7 +18,7 @@ from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import evaluate_each, poses, swings_of, tilts_of_chain, tip_distance, tips
+from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolved, strays
 from pendpin.motions.periodic import drive_of
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
@@ -218,7 +218,22 @@ def swing(run: Trajectory) -> float:
     """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
     if np.isnan(swings_of(samples_of(run, slice(0, 1)))[0]):
         return math.nan
+    plane = None if model_of(run).chain is None else _turns_in_plane(run.q[None], run.v[None])
+    if plane and np.abs(plane[0]).max() >= np.pi:
+        return math.pi
     return find_largest(resolved(run), lambda rows: swings_of(rows)[:, None])[0]
+
+
+def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
+    """How far the rods of chains are from straight down, over the top too, and at which rate, (c, n, rods) in a plane.
+
+    From angles and rates (c, n, nv); less whole turns at the start. None for a motion in space.
+    """
+    for moving, still in ((THETA, PHI), (PHI, THETA)):
+        if not (q[..., still].any() or v[..., still].any()):
+            turned = np.cumsum(q[..., moving], -1)
+            return turned - 2 * np.pi * np.round(turned[:, :1] / (2 * np.pi)), np.cumsum(v[..., moving], -1)
+    return None
 
 
 def _swing_of_motions(m: Motions) -> Array:
@@ -228,13 +243,11 @@ def _swing_of_motions(m: Motions) -> Array:
     """
     if m.models[0].chain is None:
         return np.full(len(m.q), np.nan)
-    for moving, still in ((THETA, PHI), (PHI, THETA)):
-        if not (m.q[..., still].any() or m.v[..., still].any()):
-            turned, rate = np.cumsum(m.q[..., moving], -1), np.cumsum(m.v[..., moving], -1)
-            turned -= 2 * np.pi * np.round(turned[:, :1] / (2 * np.pi))
-            x, dx = _by_series(turned), _by_series(rate)
-            both = [largest(m.t, sign * x, sign * dx)[0] for sign in (1.0, -1.0)]
-            return np.minimum(np.max(both, 0).reshape(-1, len(m.q)).max(0), np.pi)
+    if plane := _turns_in_plane(m.q, m.v):
+        x, dx = map(_by_series, plane)
+        both = [largest(m.t, sign * x, sign * dx)[0] for sign in (1.0, -1.0)]
+        farthest, over = np.max(both, 0).reshape(-1, len(m.q)).max(0), np.abs(plane[0]).max((1, 2)) >= np.pi
+        return np.where(over, np.pi, np.minimum(farthest, np.pi))  # over the top at a sample, no matter how far
     turns = np.abs(m.v).sum(-1).max(1) * np.diff(m.t).max(initial=0.0)
     follows = np.asarray(~strays(np.diff(m.t)[:, None], m.q, m.v).any((1, 2)) & (turns < TURN))
     squares, rates = map(_by_series, tilts_of_chain(m.q, m.v))
