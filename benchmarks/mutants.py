@@ -63,7 +63,7 @@ TESTS = {  # of files in src/pendpin, by what their paths begin with, the first 
     "engines/machine/": "compiled compiled_chains compiled_parameters machine_functions",
     "engines/": "compiled chains special_states pinocchio_behaviour",
     "integrators/": "integrators integrators_taylor events simulation",
-    "dynamics/binding/": "effects effects_frames held_torques effects_refused",
+    "dynamics/binding": "effects effects_frames held_torques effects_refused",
     "dynamics/": "compiled_parameters compiled_samples derivatives efforts linearize",
     "effects/": "effects effects_answers effects_frames effects_refused pace",
     "fitting/": "fit_exact fit_numbers fit_refused fit_errors",

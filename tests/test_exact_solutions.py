@@ -1,4 +1,4 @@
-"""The exact solutions of tests/exact.py: their own differential equations and invariants, and published values."""
+"""The exact solutions of equations/exact.py: their own differential equations and invariants, and published values."""
 
 import numpy as np
 import pytest

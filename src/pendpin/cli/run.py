@@ -1,4 +1,4 @@
-"""Runs: simulate a scene, show a saved run, draw it: pendpin run, view, plot."""
+"""Runs and scenes: simulate, show a saved run, draw it, write a model: pendpin run, view, plot, urdf, new, schema."""
 
 from dataclasses import replace
 from pathlib import Path

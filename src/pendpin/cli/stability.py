@@ -1,4 +1,4 @@
-"""What a scene does: pendpin stability, modes, effects."""
+"""What a scene does: pendpin stability, modes, effects, section, bifurcation."""
 
 from pathlib import Path
 from typing import Annotated

@@ -1,4 +1,4 @@
-"""The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds."""
+"""The commands of sweeps: `pendpin sweep` runs one, `pendpin map` shows what a store holds. And `pendpin fit`."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any

@@ -1,4 +1,4 @@
-"""What a result is worth, and what it costs: pendpin check, hard, validate, reference, cost."""
+"""What a result is worth, and what it costs: pendpin check, hard, validate, reference, cost, doctor."""
 
 from collections.abc import Iterable
 from dataclasses import replace

@@ -1,4 +1,4 @@
-"""Why the numbers can be believed: four rooms, each one command and one page of docs, and what they share: claims.
+"""Why the numbers can be believed: three rooms, each one command and one page of docs; here is what they share, a claim.
 
 `pendpin validate` is agreement/, published results. `pendpin hard` is hardcases/, what breaks simulators. `pendpin cost` is
 work_precision/, what accuracy costs in time. `pendpin check` is motions/crosschecks: a run's page prints its verdict.

@@ -3,5 +3,5 @@
 A system is a record of formulas from a state to named quantities, each a line of text. To add one: a table of its names,
 units, writings and formulas, and an entry in FAMILIES, in planar.py.
 
-May import: reading, equations; tables.py also dynamics.
+May import: reading, equations, scene, effects; tables.py also dynamics.
 """

@@ -1,6 +1,6 @@
 """A chain of rods on universal joints, Newton-Euler: accelerations and every joint's reactions in one solve of O(n).
 
-The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; balances.py has the equations,
+The derivation is docs/derivation_chain.md. The reactions of all joints are the unknowns; system.py has the equations,
 kinematics.py the angles. `solve` takes angles and rates and returns accelerations and reactions.
 """
 
