@@ -146,7 +146,7 @@ def test_what_takes_energy_and_what_is_a_speed() -> None:
     ]
     assert free.dissipation(SCENE).tolist() == takes
     row = free.keys.index("effects[2].stribeck")
-    assert np.flatnonzero(free.speeds).tolist() == np.flatnonzero(free.transform[row]).tolist()
+    assert np.flatnonzero(free.is_stribeck_speed).tolist() == np.flatnonzero(free.transform[row]).tolist()
     assert sum(takes) == 5
 
 

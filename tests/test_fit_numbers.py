@@ -52,7 +52,7 @@ def test_coordinates_know_what_they_are() -> None:
     """Speeds of Stribeck friction, and what takes energy."""
     free = free_parameters(SCENE, "physics, effects[0].direction[1]")
     rows = {key: np.flatnonzero(free.transform[row]).tolist() for row, key in enumerate(free.keys)}
-    assert np.flatnonzero(free.speeds).tolist() == rows["effects[2].stribeck"]
+    assert np.flatnonzero(free.is_stribeck_speed).tolist() == rows["effects[2].stribeck"]
     dissipation = {column for key in FRICTION + DRAG for column in rows[key]}
     assert set(np.flatnonzero(free.dissipation(SCENE)).tolist()) == dissipation
 

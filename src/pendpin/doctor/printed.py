@@ -117,7 +117,7 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     if any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter, _ in moving):
         shifted = str.maketrans("01", "12")
         found = _rewritten(found, lambda written: replace(written, index=written.index.translate(shifted)))
-    found = _states(found)
+    found = _rename_state_vectors(found)
     # a difference that is written like a rate has a name of its own: dtheta = theta2 - theta1
     own = set[Written]()
     for one in found:
@@ -148,7 +148,7 @@ def _renamed(node: Node, change: Rename) -> Node:
     return replace(node, written=written, value=value, children=tuple(_renamed(one, change) for one in node.children))
 
 
-def _states(raw: list[Printed]) -> list[Printed]:
+def _rename_state_vectors(raw: list[Printed]) -> list[Printed]:
     """The equations with rates in place of the second half of a vector of states: x_2 where x_1' = x_2 stands.
 
     The vector on the left of dydt(1) = y(2) holds the rates of the one on the right. A line such as dtheta1 = y[1] says

@@ -70,7 +70,9 @@ def in_motion(engine: Engine, effects: Sequence[Effect], start: float, q: Array,
     if still is None:
         still = staying_zero(engine, effects, start, zero)
         with _lock:
-            _still[key] = still = () if len(still) == len(engine.pack(q, v)) else still  # at rest for good
+            _still[key] = still = (
+                () if len(still) == len(engine.pack(q, v)) else still
+            )  # nothing moves: keep the whole state
             while len(_still) > MOST_KNOWN:
                 _still.popitem(last=False)
     return Moving(engine, still) if still else engine

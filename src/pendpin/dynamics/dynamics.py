@@ -54,13 +54,12 @@ class Dynamics:
         self.engine: Engine = self.compiled() if engine == "compiled" else self._base
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
-        self._engines = dict[Hashable, Engine]()  # others of this model; not Dynamics, which would be a circle
+        self._engines = dict[Hashable, Engine]()  # others of this model; not Dynamics, which would be a reference cycle
         self.sampled_effects = dict[tuple[int, float], tuple[Array, Array, Array]]()  # by place and duration: timing.py
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
-            uniform = (
-                self.loads.constant
-            )  # not `self`: a circle would keep Pinocchio's data until the next search for one
+            # not `self`: a reference cycle would keep Pinocchio's data until the garbage collector runs
+            uniform = self.loads.constant
             self.model = replace(model, make_pin=lambda: with_gravity(model.pin, uniform))
 
     def __repr__(self) -> str:
@@ -112,16 +111,16 @@ class Dynamics:
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape, and not finite."""
-        return self.engine.accelerate(self._time(t), *self._states(q, v))
+        return self.engine.accelerate(self._time(t), *self._checked_state(q, v))
 
     def wrenches(self, t: float, q: Array, v: Array) -> Array:
         """The wrench of each joint's parent on its child, (joints, 6): force N, then moment N m, in the joint's frame."""
-        time, (q, v) = np.array([self._time(t)]), self._states(q, v)
+        time, (q, v) = np.array([self._time(t)]), self._checked_state(q, v)
         return self.engine.evaluate(time, q[None], v[None]).wrench[0]
 
     def energy(self, q: Array, v: Array) -> tuple[float, float]:
         """Kinetic energy and the potential of the conservative effects, J, at q, v (nv,); 0 at W's origin."""
-        q, v = self._states(q, v)
+        q, v = self._checked_state(q, v)
         kinetic, potential = self.energies(q[None], v[None])
         return float(kinetic[0]), float(potential[0])
 
@@ -145,7 +144,7 @@ class Dynamics:
             raise InputError(f"t: {shown(t)} is not a finite number of seconds")
         return float(time) - self.start
 
-    def _states(self, q: Any, v: Any) -> tuple[Array, Array]:
+    def _checked_state(self, q: Any, v: Any) -> tuple[Array, Array]:
         """Two arrays of floats (nv,). Raises InputError for another shape and what is not finite."""
         q, v, nv = numbers("q", q), numbers("v", v), len(self.model.joints)
         for name, state in (("q", q), ("v", v)):

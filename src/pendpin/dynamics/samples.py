@@ -68,8 +68,8 @@ def samples_compile(model: Model, effects: Sequence[Effect]) -> bool:
 
 def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
     """The samples of rods in machine code, at times since `start` in s."""
-    # A function of its own, though the equations hold the same articulated bodies: compiling these once would save 15 to 20
-    # ms of a first run, but change the last digit of the accelerations at the samples (docs/accuracy.md).
+    # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
+    # the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = list_parameters(engine.model, _by_rod(engine.model))
     parameters.constant("samples")
     _sampled(engine, effects, start, parameters, np)

@@ -163,8 +163,8 @@ class Revolute(AngleEngine):
         self._loaded = any((loads.varying, loads.torque, loads.wrench))
 
     @cached_property
-    def _pin(self) -> Any:
-        """The model in the constant fields, made where it is used: on compiled equations that may be nowhere."""
+    def _pin_model(self) -> Any:
+        """The model in the constant fields, made at its first use: a run on compiled equations may need none."""
         return with_gravity(self.model.pin, self.loads.constant)
 
     @cached_property
@@ -174,7 +174,7 @@ class Revolute(AngleEngine):
     @cached_property
     def _data(self) -> Any:
         """Pinocchio's data: half a second and 600 MB for 100 rods, only where they are used."""
-        return pinocchio().Data(self._pin)
+        return pinocchio().Data(self._pin_model)
 
     def canonical(self) -> CanonicalForm:
         """The equations in positions and momenta."""
@@ -182,7 +182,7 @@ class Revolute(AngleEngine):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
-        pin, data, tau, nv, aba = self._pin, self._data, self._no_torque, self._pin.nv, self._aba
+        pin, data, tau, nv, aba = self._pin_model, self._data, self._no_torque, self._pin_model.nv, self._aba
         accelerate = self.accelerate if self._loaded else None
         state = rates = q = v = dq = dv = np.empty(0)
         calls, every = 0, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
@@ -203,8 +203,8 @@ class Revolute(AngleEngine):
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
-        nv = self._pin.nv  # ABA leaves the poses of an earlier call (docs/pinocchio_notes.md, 6)
-        pinocchio().forwardKinematics(self._pin, self._data, y[:nv], y[nv:])
+        nv = self._pin_model.nv  # ABA leaves the poses of an earlier call (docs/pinocchio_notes.md, 6)
+        pinocchio().forwardKinematics(self._pin_model, self._data, y[:nv], y[nv:])
         return motion_of(self._data, self._places)
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
@@ -216,34 +216,34 @@ class Revolute(AngleEngine):
             origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
             motion = Motion(origin, rotation, velocity, spin)
             wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
-            externals = [(forces(rows, self._places, self._pin.njoints),) for rows in wrenches]
-        rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin.njoints)]
+            externals = [(forces(rows, self._places, self._pin_model.njoints),) for rows in wrenches]
+        rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin_model.njoints)]
         for i in range(len(q)):
             a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
             # RNEA, though ABA has computed forces too: with external forces it leaves them out of data.f, and data.f[0] adds
             # up from call to call (docs/pinocchio_notes.md, 5).
-            rnea(self._pin, self._data, q[i], v[i], a[i], *externals[i])
+            rnea(self._pin_model, self._data, q[i], v[i], a[i], *externals[i])
             wrench[i] = reactions  # they follow the data
         return Sample(a, wrench)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
         """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
-        return mirror_upper(pinocchio().computeMinverse(self._pin, self._data, q))[:, joints]
+        return mirror_upper(pinocchio().computeMinverse(self._pin_model, self._data, q))[:, joints]
 
     def accelerate(
         self, t: float, q: Array, v: Array, torque: Array | None = None, external: tuple[list, ...] | None = None
     ) -> Array:
         """q'' (nv,) in rad/s² by ABA, with torques (nv,) added; `external` is Pinocchio's last argument, if known."""
         if torque is None and not self._loaded:
-            return self._aba(self._pin, self._data, q, v, self._no_torque)
+            return self._aba(self._pin_model, self._data, q, v, self._no_torque)
         loads = self.loads
         if loads.varying:
-            self._pin.gravity.linear = loads.field(t)
+            self._pin_model.gravity.linear = loads.field(t)
         tau = self._no_torque if loads.torque is None else loads.torque(t, q, v)
         tau = tau if torque is None else tau + torque
         if external is None:
             external = ()
             if loads.wrench is not None:
                 wrench = partial(loads.wrench, t)
-                external = (external_forces(self._pin, self._data, q, v, self._com, self._places, wrench),)
-        return self._aba(self._pin, self._data, q, v, tau, *external)
+                external = (external_forces(self._pin_model, self._data, q, v, self._com, self._places, wrench),)
+        return self._aba(self._pin_model, self._data, q, v, tau, *external)

@@ -26,9 +26,9 @@ from pendpin.model.build import FLIP, SIGNS, Model
 
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
 OFF = 1e-14  # of a square: a vector is unit within this
-# Of the product of cos(phi) of at most MAX_SPHERICAL thin rods: from there on ABA was within 3e-12 of the chain equations in
-# 2,400 random states with lengths and masses up to 100 : 1, within 3e-14 with those up to 3 : 1. Of one rod it
-# was within 2e-14 of each acceleration up to the pole itself.
+# Where the product of cos(phi) of at most MAX_SPHERICAL thin rods is above this, ABA agrees with the chain equations within
+# 3e-12 (2,400 random states, lengths and masses up to 100 : 1; 3e-14 up to 3 : 1). For one rod it agrees within 2e-14 up to
+# the pole itself.
 REGULAR = 0.1
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
 
@@ -118,7 +118,7 @@ def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:
 class Directions(Thin):
     """The chain equations in directions: O(n); y = (d, omega) of every rod, in I, with omega normal to d.
 
-    Measured against y = (d, d'): the same steps, and an energy drift smaller by two to three powers of ten.
+    With omega in place of d' a run takes as many steps, and its energy drifts 100 to 1,000 times less.
     """
 
     name = "chain, in directions"
@@ -181,8 +181,8 @@ class Spherical(Thin):
     name = "pinocchio, spherical joints"
 
     @cached_property
-    def _pin(self) -> Any:
-        """The chain on spherical joints in the constant fields, made where it is used: for compiled equations it is not."""
+    def _pin_model(self) -> Any:
+        """The chain on spherical joints in the constant fields, made at its first use; compiled equations need none."""
         pin, chain = pinocchio(), self.chain
         model, joint, offset = with_gravity(pin.Model(), self.loads.constant), 0, np.zeros(3)
         for i in range(chain.n):
@@ -226,7 +226,7 @@ class Spherical(Thin):
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""
-        pin, n, loads = self._pin, self.chain.n, self.loads
+        pin, n, loads = self._pin_model, self.chain.n, self.loads
         data, aba, tau, cut = pinocchio().Data(pin), pinocchio().aba, np.zeros(pin.nv), 4 * n
         joints, com = range(1, n + 1), centres_of(self.model.bodies)
 

@@ -162,7 +162,7 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     p = _rescale(setting, problem, problem.prior)
     if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
         x = problem.prior
-        return _finish(setting, problem, x, solve_starts(problem, x, _states(setting, problem, x), 0), 0)
+        return _finish(setting, problem, x, solve_starts(problem, x, _guess_starts(setting, problem, x), 0), 0)
     x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
     whole, starts, misfit = _near(setting, problem, x)
     if not misfit < SURE and (other := _near(setting, problem, problem.prior))[2] < misfit:
@@ -170,7 +170,7 @@ def solve(setting: Setting, progress: Progress) -> Solution:
     if not misfit < 1:
         progress("short pieces")
         problem = _rescale(setting, problem, x)
-        x, _, _ = search(problem, x, _states(setting, problem, x), FAR, COARSE)
+        x, _, _ = search(problem, x, _guess_starts(setting, problem, x), FAR, COARSE)
         whole, starts, _ = _near(setting, problem, x)
     progress("whole swings")
     problem = _rescale(setting, replace(problem, batch=whole.batch), x)
@@ -213,11 +213,11 @@ def _problem(setting: Setting) -> Problem:
         np.concatenate([free.start, np.zeros(many)]),
         HOLD,
         fixed_offsets(setting),
-        np.pad(free.speeds, (0, many)),
+        np.pad(free.is_stribeck_speed, (0, many)),
     )
 
 
-def _states(setting: Setting, problem: Problem, x: Array) -> Array:
+def _guess_starts(setting: Setting, problem: Problem, x: Array) -> Array:
     """First guesses of the starts (2n, P) at unknowns x (nx,): rad, rad/s."""
     return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
 
@@ -245,14 +245,14 @@ def _near(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array,
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
-        J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _states(setting, whole, x)).by_start
+        J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _guess_starts(setting, whole, x)).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pace
         if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
             break
         longest /= 2
     whole = replace(whole, weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
-    solved = solve_starts(whole, x, _states(setting, whole, x))
+    solved = solve_starts(whole, x, _guess_starts(setting, whole, x))
     return whole, solved.starts, float((solved.r**2).sum() / (~np.isnan(whole.batch.y)).sum())
 
 

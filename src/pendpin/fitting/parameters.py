@@ -44,7 +44,7 @@ class Free:
         return self.transform @ np.where(self.positive, np.exp(np.where(self.positive, z, 0.0)), z)
 
     @property
-    def speeds(self) -> Array:
+    def is_stribeck_speed(self) -> Array:
         """Whether a coordinate (nz,) is a Stribeck speed, which only whole swings tell from friction at rest."""
         return np.asarray(self.transform[[key.endswith(".stribeck") for key in self.keys]].any(0))
 

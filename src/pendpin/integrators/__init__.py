@@ -6,7 +6,7 @@ class and a call of `add_method` (docs/how-to/own_method.md).
 """
 
 from pendpin.integrators.base import Integrator, Memory, Run, Segment, StepPlan, Stop
-from pendpin.integrators.choice import FEW_JOINTS, automatic, integrator_for, taylor_takes, uncompiled
+from pendpin.integrators.choice import FEW_JOINTS, choose_method_and_engine, integrator_for, taylor_takes, uncompiled
 from pendpin.integrators.fixed import FixedStep
 from pendpin.integrators.taylor import MAX_JOINTS
 from pendpin.scene import Method, add_method

@@ -81,7 +81,7 @@ class Adaptive(Integrator):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of an engine, and a function that counts evaluations."""
-        block = self.compiled_for_events(engine, progress)
+        block = self.compiled_block(engine, progress)
         if block is None:
             return engine.derivative(progress)
         block.code()  # compiled here
@@ -126,7 +126,7 @@ class Adaptive(Integrator):
 
     # --- up to events -----------------------------------------------------------------------------------------------
 
-    def compiled_for_events(self, engine: Engine, progress: ProgressCallback) -> Block | None:
+    def compiled_block(self, engine: Engine, progress: ProgressCallback) -> Block | None:
         """The equations of a compiled engine; None if the method calls them from Python."""
         if not self._in_machine_code:
             return None

@@ -63,7 +63,9 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
     )
 
 
-def automatic(scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False) -> tuple[str, str]:
+def choose_method_and_engine(
+    scene: Scene, dynamics: Dynamics, q: Array, v: Array, energy_balance: bool = False
+) -> tuple[str, str]:
     """The method and engine where none is named, for a run from q, v (nv,).
 
     radau where something decays too fast to be followed, by the eigenvalues of the equations' slopes at the start; the

@@ -162,7 +162,7 @@ class SmoothLoop(IntegrationLoop):
         span = np.concatenate([[last.t], due])
         self.progress(last.t)
         before = self._evaluations()
-        segment, times, at, density = self._read_closely(span, last)
+        segment, times, at, density = self._integrate_closely(span, last)
         took = self._evaluations() - before
         states, work = segment.y[:, :n], segment.y[:, n:]
         q, v = self.engine.unpack(times[: len(states)], states, last.q)
@@ -195,7 +195,7 @@ class SmoothLoop(IntegrationLoop):
         most = min(last.most, shifts.samples)
         return replace(done, last=last._replace(y=shift("y", last.y), memory=memory, most=most))
 
-    def _read_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
+    def _integrate_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
         """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
 
         Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
@@ -237,7 +237,7 @@ class SmoothLoop(IntegrationLoop):
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
         if not len(self.pace.corners) and not self.held:
-            plan = StepPlan(first_step, float(self.pace.shortest[0]), memory)
+            plan = StepPlan(first_step, longest=float(self.pace.shortest[0]), memory=memory)
             return self.integrator.states_at(self._derivative, y, span, plan)
         rows, steps, first_step = y[None], 0, None if span[0] in self.pace.corners else first_step
         for times, due, longest in self.pace.pieces(span):

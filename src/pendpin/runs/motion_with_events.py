@@ -33,7 +33,7 @@ class LoopWithEvents(IntegrationLoop):
         integrator, contacts, self._calls = self.integrator, self.dynamics.contacts, 0
         assert contacts is not None
         assert isinstance(integrator, Adaptive)  # others are refused where they are chosen
-        self._block, self._method = integrator.compiled_for_events(self.engine, self.progress), integrator
+        self._block, self._method = integrator.compiled_block(self.engine, self.progress), integrator
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them

@@ -15,7 +15,7 @@ from pendpin.engines import Engine
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.ground.caches import ThreadCache
-from pendpin.integrators import automatic
+from pendpin.integrators import choose_method_and_engine
 from pendpin.model.build import Model, build, start_state
 from pendpin.scene import PinModel, Scene, method_of
 
@@ -77,19 +77,19 @@ class Prepared:
         """
 
         def anew() -> Prepared:
-            return cls._anew(scene, energy_balance, bound or bind_for_run(scene))
+            return cls._choose_and_bind(scene, energy_balance, bound or bind_for_run(scene))
 
         if isinstance(scene.model, PinModel):
             return anew()
         return known_runs.look_up((build(scene.model), scene, energy_balance), anew, partial(_runs_again, scene))
 
     @classmethod
-    def _anew(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
+    def _choose_and_bind(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
         """The scene with its method and engine chosen, bound again where the method integrates another form of state."""
         q, v = start_state(bound.model, scene.start)
         if bound.contacts is not None:
             check_start(bound.contacts, bound.model, q)
-        method, engine = automatic(scene, bound, q, v, energy_balance)
+        method, engine = choose_method_and_engine(scene, bound, q, v, energy_balance)
         chosen = scene
         if (method, engine) != (scene.solver.method, scene.solver.engine):
             chosen = scene.with_solver(method=method, engine=engine)

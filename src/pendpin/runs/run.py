@@ -26,7 +26,9 @@ from pendpin.scene import Scene
 from pendpin.trajectory import Derived, RunRecord, Stats, exchanged
 from pendpin.trajectory.parts import ROUNDING
 
-SHORTER = 3.0  # times: at a corner between two samples steps err as their square, so a run in shorter ones shows it
+SHORTER = (
+    3.0  # times shorter are the steps of a run for comparison: an error at a corner grows as their square, so it shows
+)
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 SLACK = 1.2  # margin on that time
@@ -96,18 +98,18 @@ def run_prepared(
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
-    trajectory = _finish(scene, dynamics, prepared.balance, run, saver, guarded)
-    if not anyway or (count := balanced(trajectory)) == len(trajectory.t):
-        return trajectory
-    note = f"from t = {trajectory.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
-    return replace(trajectory, stats=replace(trajectory.stats, notes=(note, *trajectory.stats.notes)))
+    record = _finish(scene, dynamics, prepared.balance, run, saver, guarded)
+    if not anyway or (count := balanced(record)) == len(record.t):
+        return record
+    note = f"from t = {record.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
+    return replace(record, stats=replace(record.stats, notes=(note, *record.stats.notes)))
 
 
 def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
     """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
 
-    If that is finite, the run is compared with one that the pace of the effects alone limits: a third of that is the most
-    here. Raises InputError for a scene that the method cannot run.
+    A finite `longest` marks a run for comparison: its steps are also at most a third of those that the effects' pace allows.
+    Raises InputError for a scene that the method cannot run.
     """
     pace = prepared.timing.pace
     if longest < np.inf:
@@ -134,7 +136,7 @@ def _measure_completion(prepared: Prepared) -> float:
 def _finish(
     scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, saver: Saver | None, guarded: bool = True
 ) -> RunRecord:
-    """The trajectory of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
+    """The record of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
 
     `guarded`: the run ends where the energies do not add up.
     """
@@ -149,7 +151,7 @@ def _finish(
 
     fill = partial(fill_in, scene, dynamics, balance)
     try:
-        trajectory = fill(run)
+        record = fill(run)
     except np.linalg.LinAlgError as error:  # the equations have no solution at a sample: the run ends before it
         why, good, bad = str(error), 0, len(run.t)
         while bad - good > 1:
@@ -163,20 +165,20 @@ def _finish(
         if good == 0:
             raise InputError(f"start: {why}") from None
         run = cut(good, why)
-        trajectory = fill(run)
-    if (count := trajectory.sound) == 0:
+        record = fill(run)
+    if (count := record.sound) == 0:
         raise InputError(START_OVERFLOWS)
     if count < len(run.t):
-        trajectory = fill(run := cut(count, TOO_LARGE))
-    if guarded and (count := balanced(trajectory)) < len(run.t):
-        trajectory = fill(run := cut(count, ENERGY_ERROR))
+        record = fill(run := cut(count, TOO_LARGE))
+    if guarded and (count := balanced(record)) < len(run.t):
+        record = fill(run := cut(count, ENERGY_ERROR))
     if run.failure is None:
-        return trajectory
+        return record
     end = scene.start.time + scene.duration
-    stop = trajectory.t[-1] if run.stop is None else scene.start.time + run.stop.t
+    stop = record.t[-1] if run.stop is None else scene.start.time + run.stop.t
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     more = _remedy(dynamics, run) + (saver.note if saver and isinstance(run.failure, Halted) else "")
-    raise run.failure.said(reason + more, trajectory)
+    raise run.failure.said(reason + more, record)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
@@ -258,24 +260,24 @@ def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | N
     return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses)
 
 
-def balanced(trajectory: RunRecord) -> int:
+def balanced(record: RunRecord) -> int:
     """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
 
     That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
     so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J
-    kinetic, potential = trajectory.kinetic, trajectory.potential
-    if trajectory.stats.conservative:
+    kinetic, potential = record.kinetic, record.potential
+    if record.stats.conservative:
         total = kinetic + potential
         errors.append((so_far(np.abs(total - total[0])), exchanged(kinetic, potential)))
-    if works := trajectory.work.values():
-        errors.append((so_far(np.abs(trajectory.unbalanced)), exchanged(kinetic, *works)))
+    if works := record.work.values():
+        errors.append((so_far(np.abs(record.unbalanced)), exchanged(kinetic, *works)))
     if not any((error > OFF * scale).any() for error, scale in errors):
-        return len(trajectory.t)
+        return len(record.t)
     # Where nothing is exchanged, rounding counts: that of the terms of a potential energy, which round also where they
     # cancel, as in a horizontal rod. Its scale takes longer than all the rest.
-    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(trajectory.wrench, 2, -1))
-    least = ROUNDING * so_far(moment + force * np.linalg.norm(trajectory.tips, axis=-1).max(1, initial=0.0))
+    force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(record.wrench, 2, -1))
+    least = ROUNDING * so_far(moment + force * np.linalg.norm(record.tips, axis=-1).max(1, initial=0.0))
     bad = np.any([error > OFF * np.maximum(scale, least) for error, scale in errors], 0)
     return int(np.flatnonzero(~bad)[-1]) + 1

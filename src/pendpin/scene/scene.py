@@ -37,7 +37,7 @@ class Start(Record):
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles and their rates")
 
     def __eq__(self, other: object) -> bool:
-        """Whether both are the same start; the public class, which adds two ways to find one, makes no difference."""
+        """Whether both hold the same values; pendpin.Start, a subclass with constructors, equals this record."""
         return isinstance(other, Start) and vars(self) == vars(other)
 
     def __hash__(self) -> int:

@@ -20,7 +20,7 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.records import LARGEST
-from pendpin.integrators import automatic, integrator_for, taylor_takes
+from pendpin.integrators import choose_method_and_engine, integrator_for, taylor_takes
 from pendpin.integrators.fixed import largest_step
 from pendpin.integrators.taylor import Taylor
 from pendpin.model import kinematics
@@ -113,7 +113,9 @@ def simulate_many(
         and not scene.solver.accuracy
         and taylor_takes(scene, dynamics, False, MOST_JOINTS)
     )
-    if free and automatic(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start shows whether it is stiff
+    if (
+        free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853"
+    ):  # the first start shows whether it is stiff
         scene = scene.with_solver(method="taylor")
     starts, count = _Starts(scene, q, v), len(q)
     if starts.series is not None:

@@ -100,7 +100,7 @@ class Numbers:
             place, value = next(iter(values.items()))
             if place in self._slopes and len(values) == value.ndim == 1:
                 return self.rows + self._slopes[place] * (value - self.known[place])
-        return changed(self.equation, self.quantities, {**self._kept(values), **values})
+        return changed(self.equation, self.quantities, {**self._untouched_values(values), **values})
 
     def needed(self, part: Part) -> Values | None:
         """The value of a part with which the equation would hold; of a number its size. None where there is none.
@@ -132,11 +132,11 @@ class Numbers:
 
     def _plain(self, values: Mapping[int, Values]) -> Values:
         """The residual with other values, (k, n), an energy's constant taken as 0."""
-        every = residuals(self.equation, self.quantities, None, {**self._kept(values), **values})
+        every = residuals(self.equation, self.quantities, None, {**self._untouched_values(values), **values})
         with np.errstate(all="ignore"):
             return np.concatenate([rows for rows, _ in every])
 
-    def _kept(self, values: Mapping[int, Values]) -> Known:
+    def _untouched_values(self, values: Mapping[int, Values]) -> Known:
         """The values of what the parts do not stand in; none where an energy's zero is found by moving it."""
         touched = set().union(*(self._above[place] for place in values))
         return {} if self.equation.floats else {p: value for p, value in self.known.items() if p not in touched}

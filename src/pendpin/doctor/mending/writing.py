@@ -161,9 +161,9 @@ class Writer:
                 break
         start, end = min(node.outer[0], splice[0]), max(node.outer[1], splice[1])
         inside = (splice[0] - start, splice[1] - start, splice[2])
-        return _bare(self.text[start:end]), _bare(spliced(self.text[start:end], (inside,)))
+        return _strip_braces(self.text[start:end]), _strip_braces(spliced(self.text[start:end], (inside,)))
 
 
-def _bare(text: str) -> str:
+def _strip_braces(text: str) -> str:
     """Without the braces around all of it."""
     return match[1] if (match := re.fullmatch(r"\{([^{}]*)\}", text.strip())) else text.strip()

@@ -114,7 +114,7 @@ def read_text(text: str) -> Document:
     found, skipped = list[tuple[int, Statement]](), list[str]()
     text = _BLANK.sub(lambda match: " " * len(match[0]), text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
-    formulas = sorted([*formulas, *_bare(text, formulas)])
+    formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
         if "=" in formula or _EQUAL.search(formula):
             found += [(begin + at, _statement(text, start, end, row, begin + at)) for at, row in rows(formula)]
@@ -207,7 +207,7 @@ def _pictures(text: str) -> Iterator[Formula]:
         yield match.start(), match.end(), match.start("formula"), formula
 
 
-def _bare(text: str, formulas: list[Formula]) -> Iterator[Formula]:
+def _find_unmarked(text: str, formulas: list[Formula]) -> Iterator[Formula]:
     """Lines of LaTeX without marks that are one equation together."""
     for match in _PARAGRAPH.finditer(text):
         bare = re.sub(r"\\[A-Za-z]+", " ", match[0])

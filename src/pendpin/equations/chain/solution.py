@@ -77,7 +77,7 @@ def solve(
     s, c = joints.phi
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     if chain.n == 1 and external.first_spherical == 0:
-        x, alpha = _one_thin_rod(chain.rods, joints, field, omega, drift, external)
+        x, alpha = _solve_single_thin(chain.rods, joints, field, omega, drift, external)
     else:
         axes, states = Axes(joints.trig, None), q[..., 0].size // chain.n
         if external.first_spherical < chain.n:
@@ -146,7 +146,7 @@ def _count_to_last(marked: Mask, n: int) -> int:
     return int(rods[-1]) + 1 if rods.size else 0
 
 
-def _one_thin_rod(
+def _solve_single_thin(
     rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, external: _External
 ) -> tuple[Array, Array]:
     """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment.

@@ -10,7 +10,7 @@ from pendpin.dynamics.timing import timing
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import TINY, Array, Indices
-from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, automatic, taylor_takes
+from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, choose_method_and_engine, taylor_takes
 from pendpin.model.build import Model
 from pendpin.model.kinematics import chain_length, marks_at, tip_distance
 from pendpin.runs.accuracy.thresholds import SAMPLE, SETTING
@@ -310,7 +310,7 @@ def choose_method(scene: Scene, prepared: Prepared) -> Prepared:
 def choose_independent(runs: Runs) -> tuple[str, str]:
     """Two methods that can run a scene and see different things: implicit ones for stiff equations, else explicit ones."""
     free = runs.scene.with_solver(method="auto", engine="auto")
-    method, _ = automatic(free, runs.dynamics, *runs.start)
+    method, _ = choose_method_and_engine(free, runs.dynamics, *runs.start)
     return ("radau", "bdf") if method == "radau" else ("dop853", "rk45")
 
 

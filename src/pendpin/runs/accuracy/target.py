@@ -147,7 +147,7 @@ class _Search:
         if not self.chaos_denied and (verdict.lost or (self.refinement.spacing and not verdict.small)):
             self._refuse_chaos()
         if verdict.error[-1] <= self.target or self.at_finest or (verdict.small and not verdict.regular):
-            self._know_rounding(self.attempts[-2 if verdict.small else -1])
+            self._find_rounding(self.attempts[-2 if verdict.small else -1])
             verdict = self._estimate()
         if verdict.error[-1] <= self.target:
             return self._confirm(verdict.error)
@@ -228,7 +228,7 @@ class _Search:
 
     def _compare_methods(self) -> Array:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
-        self._know_rounding(self.last)
+        self._find_rounding(self.last)
         assert self.rounding is not None
         method = next(method for method in choose_independent(self.runs) if method != self.method.name)
         setting = self.last.setting if self.refinement.spacing is None else 1.0
@@ -241,7 +241,7 @@ class _Search:
         assert self.rounding is not None
         return COMPARISON.of_target * self.target * EPS / max(self.rounding.last, EPS)
 
-    def _know_rounding(self, base: Attempt) -> None:
+    def _find_rounding(self, base: Attempt) -> None:
         """Bound rounding errors by the shift of the first run, or measure them beside the run `base`."""
         if self.rounding is None and self.first_gap is not None:
             self.rounding = bound_rounding(self.first_gap, self.units, self.last.run, self.ruler)

@@ -110,7 +110,7 @@ def portrait(
         raise InputError(f"seed: {shown(seed)} is not a whole number from 0 on")
     if energy is None and starts > 1:
         raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
-    units, dynamics = section.check(scene), bind(scene)
+    units, dynamics = section.find_units(scene), bind(scene)
     q, v = start_state(dynamics.model, scene.start)
     if energy is None:
         drawn, total = [scene.start], sum(dynamics.energy(q, v))
@@ -266,7 +266,7 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
     if at.ndim != 1 or not len(at) or (np.diff(at) <= 0).any():
         raise InputError("values: give the values of the number in rising order, at least one")
     scenes = [scene.replace({key: float(value)}) for value in at]
-    units = section.check(scenes[0]) | {key: unit_of_key(key, scene)}
+    units = section.find_units(scenes[0]) | {key: unit_of_key(key, scene)}
     room, why, start = np.full((2, len(at), section.count, len(section.of)), np.nan), dict[str, None](), scene.start
     for rows, order in zip(room, (range(len(at)), range(len(at))[::-1]), strict=True):
         for place in order:

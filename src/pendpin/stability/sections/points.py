@@ -61,7 +61,7 @@ class Section(ABC):
         Raises InputError for names that are none, RunError where the motion has too few points.
         """
         scene = scene_of(motion) if isinstance(motion, RunRecord) else chosen_scene(motion)
-        self.check(scene)
+        self.find_units(scene)
         return self.collect(scene)[0]
 
     @abstractmethod
@@ -73,7 +73,7 @@ class Section(ABC):
         """The quantities that it needs of a run."""
         return self.of
 
-    def check(self, scene: Scene) -> dict[str, str]:
+    def find_units(self, scene: Scene) -> dict[str, str]:
         """The units of the quantities. Raises InputError where the scene has no section, and for unknown names."""
         if not scene.duration:
             raise InputError("duration: a motion of 0 s has no section; give the scene a duration in s")

@@ -108,7 +108,7 @@ def hard(
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
     run = partial(_run_on_peers if peers else _run, methods=methods, full=full, progress=progress)
-    cases = _contests(cases) if peers else cases
+    cases = _list_peer_cases(cases) if peers else cases
     results, stopped = collect(outcome for case in cases for outcome in run(case))
     return HardReport(results, cases, stopped)
 
@@ -170,7 +170,7 @@ COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pe
 }
 
 
-def _contests(cases: Sequence[Case]) -> tuple[Case, ...]:
+def _list_peer_cases(cases: Sequence[Case]) -> tuple[Case, ...]:
     """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's.
 
     Raises MissingLibrary where a simulator is not installed.

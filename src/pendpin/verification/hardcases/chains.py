@@ -153,7 +153,7 @@ def _straight(solve: Solve, full: bool) -> float:
     return float(np.abs(run.q[:, 0] - 0.3 - 2.0 * run.t).max())
 
 
-def _fall(g: float, duration: float, growth: float) -> Case:
+def _falling_case(g: float, duration: float, growth: float) -> Case:
     """A rod that falls by a gravity g in m/s² for some s, in which errors grow 1 + omega T times."""
 
     def measure(solve: Solve, full: bool) -> float:
@@ -235,8 +235,8 @@ CASES = (
         for name, units, length, mass in UNITS
     ),
     case("gravity-0", 1000 * EPS * 200, TIGHT | settings(gauss6=0.1, rk4=0.1), _straight),
-    _fall(1e-12, 1e4, 2),
-    _fall(1e6, 0.2, 250),
+    _falling_case(1e-12, 1e4, 2),
+    _falling_case(1e6, 0.2, 250),
     case(
         "late",
         bound=0.0,

@@ -121,7 +121,7 @@ J, I3 = inertia_about_joint(ROD), ROD.properties.I3
 FINEST = 1e-14  # the smallest tolerance of the Runge-Kutta methods
 
 
-def _fall(model: Chain, reduced: float, q: tuple[float, float], v: tuple[float, float]):
+def _measure_fall(model: Chain, reduced: float, q: tuple[float, float], v: tuple[float, float]):
     def measure(solve: Solve, full: bool) -> float:
         run = solve(scene(model, q=q, v=v, duration=20.0 if full else 3.0, samples=21 if full else 4))
         return tip_errors(run, run.q[:, 1], planar(POLE, 0.0, reduced, G, run.t))
@@ -182,9 +182,9 @@ CASES = (
     case("thin-pole-close", **TURNING, measure=_close_by),
     case("thin-pole-chain", 2 * 1e-12 * 2000 * 240, settings(auto=1e-12, lsoda=1e-12), _in_a_chain),
     *(_passing(radius, aim) for radius in (1e-3, 1e-4) for aim in (1e-3, 1e-6, 0.0)),
-    case("pole-rest-thin", FALLING, TIGHT, _fall(THIN, REDUCED, LEVEL, (0.0, 0.0))),
-    case("pole-spin-thin", FALLING, TIGHT, _fall(THIN, REDUCED, LEVEL, SPUN)),
-    case("pole-rest-thick", FALLING, TIGHT | settings(gauss6=0.002), _fall(THICK, HANG, LEVEL, (0.0, 0.0))),
+    case("pole-rest-thin", FALLING, TIGHT, _measure_fall(THIN, REDUCED, LEVEL, (0.0, 0.0))),
+    case("pole-spin-thin", FALLING, TIGHT, _measure_fall(THIN, REDUCED, LEVEL, SPUN)),
+    case("pole-rest-thick", FALLING, TIGHT | settings(gauss6=0.002), _measure_fall(THICK, HANG, LEVEL, (0.0, 0.0))),
     case("pole-spin-thick", float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J), FINE, _spinning),
     case("pole-torque-thick", 1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20, TIGHT, _about_itself),
     case("pole-phi-torque-thin", 1e-12 * 500 * 13.5, settings(auto=1e-12, radau=1e-12), _across),

@@ -136,7 +136,7 @@ def cost(
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     contested, interrupted = list[float](), False
     try:
-        contested.extend(_contests(bench, series, others, accuracy, limit))  # keeps what came before Ctrl-C
+        contested.extend(_run_contests(bench, series, others, accuracy, limit))  # keeps what came before Ctrl-C
         for one in series + others if thorough else ():
             bench.climb(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
@@ -247,7 +247,7 @@ def _bench(
     return _Bench(scene, known, build(scene.model), first_step, compiles, thorough, repetitions, budget, progress)
 
 
-def _contests(
+def _run_contests(
     bench: _Bench, series: list[Series], others: list[Series], accuracy: float, limit: Budget
 ) -> Iterator[float]:
     """Every series up to each accuracy, from coarse to fine, each yielded when it is done.
