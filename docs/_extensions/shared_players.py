@@ -1,6 +1,6 @@
 """Players on pages: each page shows its motion in a frame whose scripts are files that all players share.
 
-A player (Animation in pendpin.graphics.view) is one HTML page of 1 MB, nearly all of it the viewer. On the site the viewer is
+A player (graphics.view.Animation) is one HTML page of 1 MB, nearly all of it the viewer. On the site the viewer is
 stored once: after the build every frame with its page inside becomes a small file in _players, and the scripts and
 styles that two of them have in common become files beside it.
 """
