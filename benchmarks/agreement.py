@@ -20,8 +20,9 @@ def table(report: AgreementReport) -> list[str]:
     for worst in report.worst:
         rows = [row for row in report.comparisons if (row.case, row.quantity) == (worst.case, worst.quantity)]
         best = min(rows, key=lambda row: row.measured if row.measured is not None else float("inf"))
+        shown = ["failed" if r.measured is None else f"{r.measured:.1e} {r.unit}" for r in (best, worst)]
         cells = (worst.case, worst.quantity, f"{worst.bound:.0e} {worst.unit}")
-        lines.append(f"| {' | '.join(cells)} | {best.shown}, {best.method} | {worst.shown}, {worst.method} |")
+        lines.append(f"| {' | '.join(cells)} | {shown[0]}, {best.method} | {shown[1]}, {worst.method} |")
     return lines
 
 
