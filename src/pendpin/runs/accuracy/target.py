@@ -178,14 +178,13 @@ class _Search:
         """The last run, if its error (n,) is within the target. Raises RunError with the reason if none can do it."""
         if error[-1] <= self.target and self.assumed and self.runs.dynamics.contacts is None:
             longest = self.scene.duration / COMPARISON.short_steps
-            try:
-                short = self.runs.run(
-                    self.last.scene, longest=longest
-                )  # it shows what acts for less than the steps so far
+            try:  # it shows what acts for less than the steps so far
+                short = self.runs.run(self.last.scene, longest=longest)
             except RunError as failure:
-                if self.at_finest or isinstance(failure, Halted):
+                if isinstance(failure, Halted) or self.refinement.spacing is not None:
                     raise
-                return None  # lsoda's iteration may not converge in steps so short; a finer setting may do
+                other = self.scene.by(self._choose_other_method(), max(self.last.setting, COMPARISON.least_tolerance))
+                short = self.runs.run(other, longest=longest)  # lsoda's iteration may not converge in steps so short
             error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
             names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
             reason = f"steps of {longest:.2g} s give another motion: {names} may act for less"
@@ -237,11 +236,15 @@ class _Search:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
         self._find_rounding(self.last)
         assert self.rounding is not None
-        method = next(method for method in choose_independent(self.runs) if method != self.method.name)
+        method = self._choose_other_method()
         setting = self.last.setting if self.refinement.spacing is None else 1.0
         tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
         gap = self.ruler.measure_gap(self.last.run, self.runs.run(self.scene.by(method, tolerance)))
         return ESTIMATE.disagreement * gap + self.rounding.error
+
+    def _choose_other_method(self) -> str:
+        """A method that errs in another way, for a comparison."""
+        return next(method for method in choose_independent(self.runs) if method != self.method.name)
 
     def _bound_comparison(self) -> float:
         """The tolerance of another method whose error is small beside the target, where it has one so small."""
