@@ -12,7 +12,7 @@ scene = pp.Scene(
 run = pp.simulate(scene, tolerance=1e-12)
 reactions = run.reactions()
 print(f"tip at the end     {run.tips[-1, 0]} m")
-print(f"largest tension    {reactions.R3.max():.4f} N")
+print(f"largest tension    {run.maximum('R3').value:.4f} N")
 print(f"largest moment M3  {abs(reactions.M3).max():.2e} N m")
 print(f"energy drift       {run.energy().drift:.1e}")
 

@@ -77,14 +77,54 @@ def test_transitions_compose() -> None:
     assert (run.state_transition(1.0, 1.0) == np.eye(8)).all()
 
 
-def test_statistics_change_with_their_sample() -> None:
-    """The largest tension changes as at its own sample, the mean as the mean of the changes."""
+def test_final_and_mean_are_those_of_the_samples() -> None:
+    """The final value changes as at the last sample, the mean as the mean of the changes."""
     run = pp.simulate(scene(tolerance=1e-11))
     series = run.sensitivity("model.rods[0].mass", of="R3_1")[:, 0]
-    largest, mean, final = (run.sensitivity("model.rods[0].mass", of=f"R3_1.{s}")[0] for s in ("max", "mean", "final"))
-    assert largest == series[np.argmax(run["R3_1"])]
+    mean, final = (run.sensitivity("model.rods[0].mass", of=f"R3_1.{s}")[0] for s in ("mean", "final"))
     assert final == series[-1]
     assert mean == pytest.approx(np.trapezoid(series, run.t) / 2.0, rel=1e-12)
+
+
+PLANE = pp.Scene(  # examples/double_pendulum.toml
+    model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02), pp.Rod(length=0.7, mass=0.6, radius=0.02)]),
+    start=pp.Start(positions=(2.2, 0.0, 0.5, 0.0)),
+    effects=[G],
+    duration=2.0,
+)
+SPACE = scene(EFFECTS["drag"], EFFECTS["viscous"])
+RUBBED = scene(fx.DryFriction(kinetic=0.4), fx.Viscous(coefficient=0.1), q=(1.2, 0.0, -0.9, 0.0), duration=3.0)
+
+
+@pytest.mark.parametrize("samples", [12, 121])
+@pytest.mark.parametrize(("chosen", "name"), [
+    (PLANE, "R3_1.max"),
+    (PLANE, "theta_2.min"),
+    (PLANE, "tip_z.max"),  # at the start
+    (SPACE, "R3_1.max"),
+    (SPACE, "R1_2.min"),
+    (SPACE, "tip_x.max"),
+    (SPACE, "phi_2_rate.max"),
+    (SPACE.replace(duration=0.1), "kinetic.max"),  # at the end
+    (RUBBED, "theta_2.max"),
+    (RUBBED, "theta_1.min"),  # where the joint turns back
+])  # fmt: skip
+def test_extremes_change_as_those_between_the_samples(chosen: pp.Scene, name: str, samples: int) -> None:
+    """run.sensitivity and differences of run.maximum: the same, however few samples there are."""
+    values = {"model.rods[0].length": 1.0, "start.positions[0]": chosen.start.positions[0]}
+    quantity, _, statistic = name.partition(".")
+
+    def at(key: str, value: float) -> float:
+        run = pp.simulate(chosen.replace({key: value}), tolerance=1e-13)
+        return (run.maximum if statistic == "max" else run.minimum)(quantity).value
+
+    found = pp.simulate(chosen, samples=samples, tolerance=1e-11).sensitivity(list(values), of=name)
+    step = 1e-4
+    right = [
+        (8 * (at(key, x + step) - at(key, x - step)) - at(key, x + 2 * step) + at(key, x - 2 * step)) / (12 * step)
+        for key, x in values.items()
+    ]
+    assert found == pytest.approx(right, rel=1e-6, abs=1e-7 * np.abs(right).max() + 1e-9)
 
 
 def test_a_force_is_linear_in_gravity_at_rest() -> None:

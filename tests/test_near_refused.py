@@ -21,6 +21,12 @@ FRICTION, STOP = fx.DryFriction(kinetic=0.1), fx.Stop(lower=-1.0)
 FUNCTION = fx.Torque(lambda t, q, v: -v, steady=True)
 SHAKEN = fx.Support(amplitude=(0, 0, 0.1), frequency=3.0)
 BEATING = [fx.Motor(joint="theta", amplitude=1.0, frequency=f) for f in (1.0, 2.0)]
+RUBBED = pp.Scene(
+    model=pp.Chain(rods=[ROD, pp.Rod(length=0.7, mass=0.4, radius=0.02)]),
+    start=pp.Start(positions=(-1.4, 0.0, -1.1, 0.0)),
+    effects=[fx.Gravity(), fx.DryFriction(kinetic=0.8)],
+    duration=1.0,
+)
 HEIGHT = "effects[1].amplitude[2]"
 
 
@@ -121,6 +127,14 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "too many of a plane": (
         lambda: pp.lyapunov(scene(q=(0.5, 0.0)), count=3, planar=True),
         "count: 3 is not .* 1 to 2",
+    ),
+    "a rate that is largest where a joint sticks": (
+        lambda: pp.simulate(RUBBED).sensitivity("model.rods[0].length", of="theta_1_rate.max"),
+        r"of: theta_1_rate.max is reached at 0\..* s, where a joint sticks or slips",
+    ),
+    "a swing through the vertical": (
+        lambda: run().sensitivity("model.rods[0].length", of="swing.min"),
+        "swing has no derivative at 0",
     ),
     "a negative duration": (lambda: pp.lyapunov(scene(), duration=-1.0), "duration: -1.0 is not"),
     "an infinite duration": (lambda: pp.lyapunov(scene(), duration=math.inf), "duration: inf is not"),

@@ -18,7 +18,8 @@ run = pp.simulate(
     one.replace(start=pp.Start.conical(one, angle=0.9)), accuracy=1e-9
 )
 figure = run.plot("theta", "phi", "R3")
-print("tension from", run["R3"].min(), "to", run["R3"].max(), "N")
+low, high = run.minimum("R3").value, run.maximum("R3").value
+print("tension from", low, "to", high, "N")
 
 # %%
 # The motion:

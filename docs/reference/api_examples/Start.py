@@ -8,4 +8,4 @@ scene = pp.Scene(
     effects=[pp.effects.Gravity()],
 )
 cone = scene.replace(start=pp.Start.conical(scene, angle=0.5))  # rad
-print(pp.simulate(cone, duration=2.0)["R3"].max())  # N
+print(pp.simulate(cone, duration=2.0).maximum("R3").value)  # N

@@ -9,4 +9,4 @@ scene = pp.Scene(
 )
 run = pp.simulate(scene, accuracy=1e-8)
 print(run.stats.method, run.stats.error)
-print(run["theta"].max(), run["R3"].max())  # rad, N
+print(run.maximum("theta").value, run.maximum("R3").value)  # rad, N

@@ -92,14 +92,16 @@ class Trajectory(RunRecord):
 
         Args:
             keys: such as "model.rods[0].length", "effects[1].coefficient", "start.positions.theta_1".
-            of: the name of a quantity, or a name with a statistic of its samples, as in "R3_1.max".
+            of: the name of a quantity, or a name with a statistic. "R3_1.max" and "R3_1.min" are the values of `maximum` and
+                `minimum`, between the samples too; "R3_1.final" and "R3_1.mean" are those of the samples.
 
         Returns:
             d(q, v)/d(number) at the samples, (n, 2 nv, k). With `of` the derivatives of the quantity, (n, k), or of its
             statistic, (k,). Units are those of the quantity over those of the number.
 
         Raises:
-            InputError: for keys that are not numbers of the scene, and as `state_transition`.
+            InputError: for keys that are not numbers of the scene, as `state_transition`, and for an extreme that has no
+                derivative: of a rate where a joint sticks or slips, or of the swing at 0 or half a turn.
         """
         from pendpin.motions.variations import sensitivity
 

@@ -25,11 +25,12 @@ from pendpin.integrators.adaptive import Call, block_stepper, cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
 from pendpin.model.build import build, start_state
-from pendpin.motions.continuation import at
+from pendpin.motions.continuation import BESIDE, at, times_of_events
+from pendpin.motions.search import extreme
 from pendpin.runs.preparation import bind_for_run
 from pendpin.runs.run import fill_in
 from pendpin.scene import Scene, scene_of
-from pendpin.trajectory import RunRecord
+from pendpin.trajectory import RunRecord, joined, samples_of
 
 MOST_EVENTS = 100_000  # of one motion
 _SECANT = 1e-5  # of the time scale: half of a difference
@@ -206,18 +207,20 @@ def list_state_keys(nv: int) -> list[str]:
 # --- how a run changes with its start and with the numbers of its scene ---------------------------------------------
 
 TIGHT = 1e-10  # the tolerance beside a run with a fixed step, whose own error is larger
+OF_POSITIONS = ("q", "tips", "swing", "potential")  # their rates do not jump where a joint sticks or slips
 # what is a function of the state alone
 OF_STATES = ("q", "v", "tips", "swing", "omega", "angular_momentum", "kinetic", "potential", "energy")
 _STEP = 1e-3  # of differences, relative: their error is its fourth power, and rounding over it
+_KINK = 4 * _STEP  # rad: a swing is an angle to a line, without sign; so near its ends differences cross them
 _CENTRAL = ((-2, -1, 1, 2), (1 / 12, -2 / 3, 2 / 3, -1 / 12))
 _FORWARD = ((0, 1, 2, 3, 4), (-25 / 12, 4.0, -3.0, 4 / 3, -1 / 4))  # where a number cannot be smaller, as a radius of 0
 
-Statistic = Callable[[Array, Array, Array], Array]
-STATISTICS: dict[str, Statistic] = {  # derivatives (K,) at times (n,) of a quantity x (n,) that changes by dx (n, K)
-    "max": lambda t, x, dx: dx[np.argmax(x)],
-    "min": lambda t, x, dx: dx[np.argmin(x)],
-    "final": lambda t, x, dx: dx[-1],
-    "mean": lambda t, x, dx: np.trapezoid(dx, t, axis=0) / (t[-1] - t[0]),
+Statistic = Callable[[Array, Array], Array]
+EXTREMES = {"max": 1.0, "min": -1.0}  # between the samples too: the sign for `extreme`
+STATISTICS: dict[str, Statistic] = {  # derivatives (K,), from those (n, K) of a quantity at times (n,)
+    **dict.fromkeys(EXTREMES, lambda t, dx: dx[-1]),  # the time of the extreme is the last
+    "final": lambda t, dx: dx[-1],
+    "mean": lambda t, dx: np.trapezoid(dx, t, axis=0) / (t[-1] - t[0]),
 }
 
 
@@ -248,14 +251,32 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
         raise InputError(
             f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
         )
-    times = run.t - variations.scene.start.time
+    rows = up_to_extreme(run, of, name, EXTREMES[statistic]) if statistic in EXTREMES else run
+    times = rows.t - variations.scene.start.time
     start = np.concatenate([run.q[0], run.v[0]])
     _, changes = variations.integrate(start, variations.equations.starts, times, run.stats.tolerance or TIGHT)
     changes = np.moveaxis(changes, 1, 2)  # (n, 2 nv, K)
     if of is None:
         return changes
-    series = np.stack([_change_of(run, key, changes[..., k], name) for k, key in enumerate(keys)], -1)
-    return STATISTICS[statistic](run.t, run[name], series) if statistic else series
+    if statistic in EXTREMES:
+        rows, changes = samples_of(rows, slice(-1, None)), changes[-1:]
+    series = np.stack([_change_of(rows, key, changes[..., k], name) for k, key in enumerate(keys)], -1)
+    return STATISTICS[statistic](rows.t, series) if statistic else series
+
+
+def up_to_extreme(run: RunRecord, of: str | None, name: str, sign: float) -> RunRecord:
+    """The samples before the largest (sign 1) or least (-1) value of a quantity, and one at its time.
+
+    The value changes as the quantity does at this time, held fixed (envelope theorem): there its rate is 0, or the time is
+    an end of the run. Raises InputError where it is at an event at which its rate jumps, as its time moves with the event.
+    """
+    value, t = extreme(run, name, sign)
+    if name == "swing" and min(value, np.pi - value) < _KINK:
+        raise InputError(f"of: {of} is {value:.6g} rad, and swing has no derivative at 0 and at half a turn")
+    beside = np.abs(times_of_events(run) - t) <= BESIDE * (run.t[-1] - run.t[0])
+    if beside.any() and run.places[name][0] not in OF_POSITIONS:
+        raise InputError(f"of: {of} is reached at {t:.6g} s, where a joint sticks or slips: it has no derivative there")
+    return joined([samples_of(run, (run.t < t) | (np.arange(len(run.t)) == 0)), at(run, [t])])
 
 
 def _parts(run: RunRecord, of: str) -> tuple[str, str]:
