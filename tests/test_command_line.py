@@ -5,16 +5,18 @@ import json
 import re
 import subprocess
 import sys
+from collections.abc import Iterable
 from pathlib import Path
 
 import numpy as np
 import pytest
+import typer.main
 
 import pendpin as pp
 from bad_input import AtOnce, run_main
 from pendpin.cli.app import app
 from pendpin.cli.outputs import DOING, print_table
-from pendpin.errors import Interrupted, not_one_of
+from pendpin.errors import InputError, Interrupted, not_one_of
 from pendpin.ground.report import Table
 from pendpin.scene.toml import examples_folder
 
@@ -211,6 +213,88 @@ LONG = {  # commands that can take long, each with what it needs
     "fit": ("scene.toml", "swing.csv"),
     "sweep": ("scene.toml", "--vary", "duration=1:2:3"),
 }
+
+
+# Options that take several names between commas: two of them, and the function that the command calls with them.
+NAMES = {
+    ("cost", "--methods"): (("dop853", "rk4"), "pendpin.verification.work_precision.cost.cost"),
+    ("validate", "--methods"): (("dop853", "rk4"), "pendpin.verification.agreement.validate"),
+    ("fit", "--free"): (("model.rods[0].com", "friction"), "pendpin.fitting.fit"),
+    ("section", "--of"): (("theta_rate", "phi_rate"), "pendpin.stability.sections.points.read_crossing"),
+    ("bifurcation", "--of"): (("theta_rate", "phi_rate"), "pendpin.stability.sections.strobe"),
+    ("doctor", "--convention"): (("z-up", "swapped"), "pendpin.doctor.diagnose.diagnose_file"),
+    ("doctor", "--symbols"): (("alpha=theta", "A=J_1"), "pendpin.doctor.diagnose.diagnose_file"),
+}
+
+
+def words_in(values: Iterable[object]) -> list[str]:
+    """All words between commas in texts, and in lists of them."""
+    texts = [text for value in values for text in ([value] if isinstance(value, str) else value)]
+    return [word for text in texts for word in text.split(",")]
+
+
+@pytest.mark.parametrize(("command", "option"), NAMES)
+def test_an_option_of_names_given_twice_adds_to_them(
+    command: str, option: str, folder: Path, monkeypatch: pytest.MonkeyPatch, capfd: pytest.CaptureFixture
+) -> None:
+    """As with a comma in one of them: the last one does not replace the first."""
+    rod = pp.Rod(length=1, mass=1)
+    pp.Scene(model=pp.Chain(rods=[rod]), data={"columns": {"a": ["theta"]}}).save("scene.toml")
+    (folder / "text.md").write_text("$a = b$")
+    (folder / "swing.csv").write_text("t,a\n" + "".join(f"{i / 10},{i % 7 / 10}\n" for i in range(60)))
+    (one, other), function = NAMES[command, option]
+    calls = []
+
+    def record(*values: object, **named: object) -> None:
+        texts = [x for x in (*values, *named.values()) if isinstance(x, str | list | tuple)]
+        calls.append(words_in(x for x in texts if all(isinstance(part, str) for part in x)))
+        raise InputError("recorded")
+
+    monkeypatch.setattr(function, record)
+    needed = [word for word in LONG[command] if word not in ("--of", "phi", "theta")]
+    for given in ((f"{one},{other}",), (one, other), (f" {one}", f"{other} ")):
+        assert run_main(command, *needed, *(word for text in given for word in (option, text))) != 0
+        assert "recorded" in capfd.readouterr().err
+    together, twice, spaced = ([word.strip() for word in call] for call in calls)
+    assert together == twice == spaced
+    assert {one, other} <= set(together)
+
+
+def test_every_option_with_commas_may_be_repeated() -> None:
+    """Those whose help speaks of commas, or shows one between two names."""
+    commands = typer.main.get_command(app).commands
+    options = {
+        (name, option.opts[0]): option.multiple
+        for name, command in commands.items()
+        for option in command.params
+        if option.param_type_name == "option" and re.search(r"commas|\w,\w", option.help or "")
+    }
+    assert set(options) == {*NAMES, ("sweep", "--vary")}
+    assert all(options.values())
+
+
+@pytest.mark.parametrize(
+    ("arguments", "needed"),
+    [
+        (("run", "--every", "3"), "--checkpoint"),
+        (("run", "--every", "5"), "--checkpoint"),
+        (("stability", "--planar"), "--lyapunov"),
+        (("stability", "--plot", "x.png"), "--lyapunov"),
+        (("fit", "scene.toml", "swing.csv", "--hold-out-start", "0.2"), "--hold-out"),
+        (("section", "--at", "theta = 0", "--of", "phi", "--plot", "x.png"), "--of"),
+        (("urdf",), "--list"),
+    ],
+)
+def test_an_option_that_needs_another_is_refused_without_it(
+    arguments: tuple[str, ...], needed: str, capfd: pytest.CaptureFixture
+) -> None:
+    """In one line that names the other, with the status of wrong usage; also where it says the default."""
+    assert run_main(*arguments) == 2
+    said = capfd.readouterr().err
+    assert said.startswith("pendpin: ")
+    assert said.count("\n") == 1
+    assert needed in said
+    assert not list(Path().iterdir())
 
 
 @pytest.mark.parametrize("command", [name for name in LONG if name != "run"])

@@ -1,6 +1,7 @@
 """What accuracy costs: the references disagree where one is broken, errors fall along every ladder, words fit numbers."""
 
 import json
+from collections import OrderedDict
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -12,7 +13,10 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
+from pendpin.dynamics import compiling
 from pendpin.engines import Compiled
+from pendpin.integrators import taylor
+from pendpin.runs import preparation
 from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification.work_precision import cost as work_precision
 from pendpin.verification.work_precision import references
@@ -230,6 +234,34 @@ def test_a_quick_report_ends_in_time(counted: Clock) -> None:
     counted.every = 1.0
     with pytest.raises(pp.InputError, match="the first output time takes too long"):
         cost(scene(THICK, duration=1000.0))
+
+
+@needs_heyoka
+@pytest.mark.parametrize(
+    "positions", [{"theta_1": 0.7}, {"theta_1": 0.7, "phi_2": 0.4}], ids=["in a plane", "in space"]
+)
+def test_a_first_run_counts_its_compiling_whichever_run_that_was(
+    positions: dict[str, float], monkeypatch: pytest.MonkeyPatch
+) -> None:
+    """Of the second report on a scene nothing is compiled: its first runs count what the process has stored."""
+    pytest.importorskip("llvmlite")
+    functions = OrderedDict[Any, Any]()
+    monkeypatch.setattr(compiling, "_known", functions)
+    preparation.known_runs.clear()
+    preparation.known_dynamics.clear()
+    given = scene(THICK, THICK, duration=0.2, start=pp.Start(positions=positions))
+    for _ in range(2):
+        report = cost(given, methods=["taylor", "dop853", "dop853 not compiled"], repetitions=1)
+        for point in curve_of(report, "taylor").points:
+            stored = [
+                function.series[point.setting].compile_seconds for function in functions.values() if function.series
+            ]
+            least = taylor.start_compiler() + min(stored)
+            assert point.first_seconds - point.seconds >= least * (1 - 1e-9) > 0
+        for point in curve_of(report, "dop853").points:
+            stored = [function.compile_seconds for function in functions.values() if function.compile_seconds]
+            assert point.first_seconds - point.seconds >= min(stored) * (1 - 1e-9) > 0
+        assert curve_of(report, "dop853 not compiled").compile_seconds == 0
 
 
 def test_machine_code_of_other_equations_is_refused(monkeypatch: pytest.MonkeyPatch) -> None:

@@ -142,6 +142,11 @@ def naming_options(*options: str) -> Iterator[None]:
         raise typer.BadParameter(reason, param_hint=f"--{name}") from None
 
 
+def split_at_commas(texts: Sequence[str] | None) -> list[str]:
+    """The names in all texts of an option that may be repeated, each with one name or several between commas."""
+    return [name.strip() for text in texts or () for name in text.split(",")]
+
+
 def files_of(scene: "Scene") -> list[Path | None]:
     """The files that a scene names, None for each that it leaves out."""
     return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]

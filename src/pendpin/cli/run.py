@@ -39,7 +39,9 @@ def run(
         float | None, typer.Option(min=0, help="Stop the run after this time in s, with compiling.")
     ] = None,
     checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
-    every: Annotated[float, typer.Option(min=0, help="Time between two saves of that file, in s.")] = 5.0,
+    every: Annotated[
+        float | None, typer.Option(min=0, help="Time between two saves of that file, in s; 5 if absent.")
+    ] = None,
     out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
     plot: Plot = None,
@@ -63,8 +65,12 @@ def run(
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.motions.simulate import simulate
-    from pendpin.runs.checkpoint import resumable
+    from pendpin.runs.checkpoint import EVERY, resumable
 
+    if every is not None and checkpoint is None:
+        raise typer.BadParameter(
+            "it is the time between saves of a checkpoint: give --checkpoint", param_hint="--every"
+        )
     scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
@@ -73,8 +79,8 @@ def run(
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     with naming_options():
         scene.solver.replaced(**settings)
-    settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "every": every}
-    settings |= {"anyway": anyway}
+    settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "anyway": anyway}
+    settings |= {"every": EVERY if every is None else every}
     with resumable(checkpoint):
         with chosen.noted(), progress_bar("integrating", scene.duration, hidden=json) as progress:
             try:

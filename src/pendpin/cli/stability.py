@@ -5,7 +5,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, naming_options, on_scene
+from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, naming_options, on_scene, split_at_commas
 from pendpin.cli.outputs import print_files, print_report, refuse_outputs, working
 from pendpin.errors import InputError, PendpinError
 
@@ -99,7 +99,7 @@ def effects(
 
 # --- Poincaré sections and bifurcation diagrams: pendpin section, pendpin bifurcation ---------------------------------
 
-Of = Annotated[str, typer.Option(help="Quantities to note, with commas: theta_2,theta_2_rate.")]
+Of = Annotated[list[str], typer.Option(help="Quantities to note, with commas: theta_2,theta_2_rate.")]
 Skip = Annotated[int, typer.Option(min=0, help="Points of each motion before the first that counts.")]
 
 
@@ -124,7 +124,7 @@ def section(
 
     refuse_outputs(chosen.files, plot=plot)
     with naming_options("at", "of", "count", "skip", "starts", "energy"):
-        place = read_crossing(at, names_in(of), count, skip)
+        place = read_crossing(at, tuple(filter(None, split_at_commas(of))), count, skip)
     if plot and len(place.of) != 2:
         raise typer.BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
     with chosen.noted() as scene, working("the section", limit, json):
@@ -163,7 +163,7 @@ def bifurcation(
         ((key, values),) = read_axes(vary).items()
         if strobe is not None and not 0 < strobe < float("inf"):
             raise typer.BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
-        place = strobe_of(strobe, of=names_in(of), count=count, skip=skip)
+        place = strobe_of(strobe, of=tuple(filter(None, split_at_commas(of))), count=count, skip=skip)
     with chosen.noted() as scene, working("the diagram", limit, json):
         diagram = diagram_of(scene, key, values, place)
     print_report(report := diagram.report(), json)
@@ -171,8 +171,3 @@ def bifurcation(
         raise PendpinError(report.fault)
     if plot:
         print_files([write_figure(plot, lambda: diagram.plot().figure)], json)
-
-
-def names_in(text: str) -> tuple[str, ...]:
-    """The names of a text with commas."""
-    return tuple(name.strip() for name in text.split(",") if name.strip())

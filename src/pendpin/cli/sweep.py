@@ -155,8 +155,11 @@ def fit(
     scene: Annotated[Path, typer.Argument(help="Scene file (TOML) with guesses and a table named data.")],
     data: Annotated[list[Path], typer.Argument(help="Measured swings: one CSV file or several.")],
     free: Annotated[
-        str, typer.Option(help='Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction".')
-    ] = "physics",
+        list[str] | None,
+        typer.Option(
+            help='Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction"; "physics" if absent.'
+        ),
+    ] = None,
     hold_out: Annotated[
         list[Path] | None, typer.Option(help="CSV of other swings, which the fitted model predicts.")
     ] = None,
@@ -194,7 +197,9 @@ def fit(
         table = data_table(chosen)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with working("fitting", limit, json) as progress, inside(str(scene)):
-        result = fitted(chosen, swings, free, others, hold_out_start or 0.1, robust=robust, progress=progress)
+        result = fitted(
+            chosen, swings, free or "physics", others, hold_out_start or 0.1, robust=robust, progress=progress
+        )
         if explain_residual and result.follows:
             result = explained(result, progress)
     report = result.report()

@@ -7,7 +7,7 @@ from typing import Annotated
 
 import typer
 
-from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, lasting, naming_options, on_scene
+from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, lasting, naming_options, on_scene, split_at_commas
 from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
 from pendpin.errors import PendpinError
 from pendpin.ground.files import write_whole
@@ -64,7 +64,7 @@ def validate(
     cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
-        str | None, typer.Option(help="Methods, separated by commas; all that can run a case if absent.")
+        list[str] | None, typer.Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
     html: Annotated[Path | None, typer.Option(help="A page with the table, the motions and the sources.")] = None,
     limit: Limit = None,
@@ -80,7 +80,7 @@ def validate(
     if listed:
         print_report(sources_report(), json)
         return
-    chosen = methods.split(",") if methods else None
+    chosen = split_at_commas(methods) or None
     with limited(limit) as work:
         with waiting("the published cases", json, work) as progress:
             report = compare(cases or (), chosen, progress)
@@ -114,7 +114,8 @@ def cost(
     chosen: SceneInput,
     duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
     methods: Annotated[
-        str | None, typer.Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
+        list[str] | None,
+        typer.Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".'),
     ] = None,
     accuracy: Annotated[
         float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
@@ -137,8 +138,13 @@ def cost(
     from pendpin.verification.work_precision.cost import cost as measure
 
     refuse_outputs(chosen.files, plot=plot)
-    names = [name.strip() for name in methods.split(",")] if methods else None
-    options = {"methods": names, "accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
+    options = {
+        "methods": split_at_commas(methods) or None,
+        "accuracy": accuracy,
+        "peers": peers,
+        "thorough": thorough,
+        "budget": budget,
+    }
     chosen = replace(chosen, scene=lasting(chosen.scene, duration, None))
     with limited(limit) as work:
         asked = naming_options("methods", "accuracy")
@@ -162,14 +168,14 @@ def doctor(
         ),
     ] = None,
     convention: Annotated[
-        str | None,
+        list[str] | None,
         typer.Option(
             help="theta-ccw, phi-reversed, z-up, z-mirrored, swapped, b3-up, transposed, separated by commas; or standard. "
             "Found if absent."
         ),
     ] = None,
     symbols: Annotated[
-        str | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
+        list[str] | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
     ] = None,
     scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations describe.")] = None,
     html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
@@ -185,10 +191,11 @@ def doctor(
     from pendpin.doctor.report import lines, write_report
 
     refuse_outputs([file], html=html)
+    differences, own = (",".join(texts) if texts else None for texts in (convention, symbols))
     with naming_options():
-        check_choices(rod, convention)
+        check_choices(rod, differences)
     with working("reading", limit, json) as progress:
-        diagnosis = diagnose_file(file, rod, convention, progress, symbols, scene)
+        diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
     print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
     if html:
         print_files([write_report(html, diagnosis)], json)

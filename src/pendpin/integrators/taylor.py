@@ -4,6 +4,7 @@ import time
 import weakref
 from collections.abc import Callable, Sequence
 from copy import copy
+from functools import cache
 from operator import add, mul, neg, sub, truediv
 from typing import Any, NamedTuple
 
@@ -27,6 +28,14 @@ COMPENSATED = 1e-15  # tolerances below are met with compensated sums in the ser
 FIRST_STEP = float(np.exp(-2))  # of the radius of convergence: the best there is (Jorba, Zou)
 LONGEST_STEP = 2.0  # times the shortest time of an effect: the longest step of a series, which knows all derivatives
 STEPS_AT_ONCE = 4096  # between two calls of the progress callback
+
+
+class CompiledSeries(NamedTuple):
+    """heyoka's integrator of one structure and tolerance, which further runs copy."""
+
+    first: Any
+    free: list[Any]  # copies that no run uses
+    compile_seconds: float  # s, of the run that compiled it
 
 
 class SeriesMemory(NamedTuple):
@@ -119,7 +128,7 @@ class Taylor(Integrator):
 
     def compiled(self, engine: Engine) -> Any:
         """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""
-        joints = len(engine.model.joints)
+        begin, joints = time.thread_time(), len(engine.model.joints)
         if not engine.symbolic:
             raise InputError("solver.engine: taylor compiles series of its own; leave solver.engine out")
         if joints > MAX_JOINTS:
@@ -142,8 +151,9 @@ class Taylor(Integrator):
 
         if self.tolerance not in equations.series:
             first, self._compiling = wait_for(compile_series)
-            equations.series[self.tolerance] = first, []
-        first, free = equations.series[self.tolerance]
+            took = time.thread_time() - begin + self._compiling
+            equations.series[self.tolerance] = CompiledSeries(first, [], took)
+        first, free, _ = equations.series[self.tolerance]
         try:  # one that no other run uses, until this one is gone: a copy takes a millisecond
             series = free.pop()
         except IndexError:
@@ -151,6 +161,35 @@ class Taylor(Integrator):
         weakref.finalize(self, free.append, series).atexit = False
         series.pars[:] = run_time_parameters(recording, parameters.values)
         return series
+
+
+@cache
+def start_compiler() -> float:
+    """The s of a first compilation, that of y' = -y: heyoka's LLVM starts in it, in 0.08 s, if nothing was compiled before.
+
+    Called before the first series, it keeps that out of the time of whichever is compiled first. 0 without heyoka.
+    """
+    try:
+        hy = heyoka()
+    except ImportError:
+        return 0.0
+
+    def compile_decay() -> float:
+        begin, y = time.thread_time(), hy.make_vars("y")
+        hy.taylor_adaptive([(y, -y)], [1.0], tol=0.1, compact_mode=True)
+        return time.thread_time() - begin
+
+    return wait_for(compile_decay)
+
+
+def seconds_of_compiling(scene: Scene, dynamics: Dynamics) -> float:
+    """The s of a first run that are not integration: to start heyoka's compiler, and to compile the series of a scene.
+
+    They are those of this process, in whichever run it compiled them; without the series if it did not.
+    """
+    equations, _ = equations_of(dynamics.engine, dynamics.effects, scene.start.time)
+    series = equations.series.get(scene.solver.tolerance)
+    return start_compiler() + (series.compile_seconds if series else 0.0)
 
 
 def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[float]:

@@ -85,15 +85,18 @@ class Function:
 
     @cached_property
     def text(self) -> Text:
-        """Its text in LLVM's language."""
-        return Text(self.recording, self._tables)
+        """Its text in LLVM's language; writing it counts as compiling."""
+        begin = time.thread_time()
+        text = Text(self.recording, self._tables)
+        self.compile_seconds += time.thread_time() - begin
+        return text
 
     def code(self) -> Code:
         """The code, compiled if it was not."""
         with self._lock:  # a second code in the place of the first would free it while another thread runs it
             if self._code is None:
-                begin = time.thread_time()
-                self._code = Code(str(self.text), len(self.text.schedule.needed))
+                text, begin = self.text, time.thread_time()
+                self._code = Code(str(text), len(text.schedule.needed))
                 self.compile_seconds += time.thread_time() - begin
             return self._code
 

@@ -9,14 +9,15 @@ from pathlib import Path
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import bind
 from pendpin.engines import Compiled
 from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
+from pendpin.integrators.taylor import seconds_of_compiling, start_compiler
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
+from pendpin.runs.preparation import Prepared
 from pendpin.runs.simulate import Budget, halting, run_to_setting
 from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods, least_tolerance
 from pendpin.verification import simulators
@@ -130,6 +131,8 @@ def cost(
     _check(scene, methods, accuracy, peers)
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
+    if "taylor" in (methods or METHODS):
+        start_compiler()  # apart from the reference's series, as a first run of any series needs it
     bench = _bench(scene, accuracy, thorough, repetitions, budget, progress)
     series = [_method(bench, method) for method in methods or _suited(bench)]
     others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
@@ -293,7 +296,8 @@ def _method(bench: _Bench, method: str) -> Series:
     def run(setting: float, stop: float) -> Trial:
         begin, scene = time.thread_time(), bench.scene.by(name, setting)
         try:
-            result = run_to_setting(scene if name == method else uncompiled(scene), progress=halting(stop))
+            scene = scene if name == method else uncompiled(scene)
+            result = run_to_setting(scene, progress=halting(stop))
         except Interrupted:
             raise
         except PendpinError as error:
@@ -301,7 +305,8 @@ def _method(bench: _Bench, method: str) -> Series:
             seconds = stop if isinstance(error, Halted) else time.thread_time() - begin
             return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
         stats = result.stats
-        compiling = max(stats.compile_seconds, _compiled_in(scene)) if "compiled" in stats.engine else 0.0
+        compiles = name == "taylor" or "compiled" in stats.engine
+        compiling = max(stats.compile_seconds, _compiled_in(scene)) if compiles else 0.0
         counts = (stats.seconds, stats.steps, stats.evaluations, compiling)
         return Trial(marks(bench.model, result.tips, result.q), *counts, f"{stats.library} {stats.version}")
 
@@ -309,8 +314,11 @@ def _method(bench: _Bench, method: str) -> Series:
 
 
 def _compiled_in(scene: Scene) -> float:
-    """The s in which this process compiled the scene's equations, in whichever run that was."""
-    engine = bind(scene.with_solver(engine="compiled")).engine
+    """The s in which this process compiled what the scene's method integrates, in whichever run that was."""
+    prepared = Prepared.of(scene)  # as for its last run: equations without what stays 0 in the motion are others
+    engine = prepared.dynamics.engine
+    if prepared.scene.solver.method == "taylor":
+        return seconds_of_compiling(prepared.scene, prepared.dynamics)
     return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
 
 
