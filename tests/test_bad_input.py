@@ -113,6 +113,7 @@ def test_unknown_keys_are_listed_in_one_order() -> None:
 
 ODD = {  # what a call was given, and what is said of it
     "load_scene": (lambda: pp.load_scene(3), "3 is not the path of a file"),
+    "load_scene of no name": (lambda: pp.load_scene(""), "the name of the file is empty"),
     "Scene.save": (lambda: builtin_scene().save(3), "3 is not the path of a file"),
     "Scene.replace": (lambda: builtin_scene().replace(3), "3 is not a mapping of key paths"),
     "Scene.duration": (lambda: setattr(builtin_scene(), "duration", 3), "scene.replace(duration=...) gives another"),

@@ -94,7 +94,9 @@ def test_a_scene_is_the_truth_of_its_own_text():
     chain = chain.replace(effects=[pp.effects.Gravity()])
     right = r"$\frac{d}{dt}\frac{\partial L}{\partial\dot\theta_1} = \frac{\partial L}{\partial\theta_1}$"
     assert [f.verdict for f in pp.diagnose(right, scene=chain).findings] == ["holds"]
-    assert [f.verdict for f in pp.diagnose("$E = T - V$", scene=chain).findings] == ["fails"]
+    wrong = pp.diagnose("$E = T - V$", scene=chain)
+    assert [f.verdict for f in wrong.findings] == ["fails"]
+    assert "\n1 equation of the scene's chain of 2 rods: " in str(wrong)
 
 
 PENDULUM = r"$J = I + m h^2$, $J\ddot\theta = -m g h\sin\theta$, $T = \frac12 J\dot\theta^2$, $V = -m g h\cos\theta$, "

@@ -53,8 +53,10 @@ def test_a_list_without_files_is_refused() -> None:
 @pytest.mark.parametrize(
     ("free", "said"),
     [
-        ("model.rods[1].com", "the scene has 1 rods, counted from 0"),
+        ("model.rods[1].com", "the scene has 1 rod, counted from 0"),
         ("model.rods[0].massa", "did you mean 'mass'"),
+        ("model.rods[0].joint", "not one of: length, mass, radius, com, inertia, payload, payload_radius, at"),
+        ("model.rods[0].copies", "is not one of"),
         ("effects[1].static", "set it to a guess"),
         ("effects[0].kind", "is not one of"),
         ("start.positions.theta", "is not a number of a rod or an effect"),

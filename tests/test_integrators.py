@@ -334,6 +334,13 @@ def test_settings_that_do_not_fit(given: dict, message: str) -> None:
     assert message in str(caught.value)
 
 
+def test_a_fault_that_follows_from_another_is_not_counted() -> None:
+    """That no step is given follows from the tolerance in its place."""
+    with pytest.raises(pp.InputError) as caught:
+        pp.simulate(scene(THICK), method="rk4", tolerance=1e-9)
+    assert str(caught.value).endswith("rk4 takes a step, not a tolerance")
+
+
 def test_a_setting_given_in_the_call_displaces_that_of_the_scene() -> None:
     """A tolerance or a step of the scene that the method given in the call does not take is left out."""
     assert pp.simulate(scene(THICK, tolerance=1e-6), method="rk4", step=0.1).stats.tolerance is None

@@ -356,6 +356,15 @@ def test_the_spectrum_of_a_plane_is_that_of_its_block() -> None:
     assert found.exponents == pytest.approx(np.sort(growth)[::-1], abs=1e-8)
 
 
+@pytest.mark.parametrize("axis", ["x", "y"])
+def test_rods_on_hinges_of_one_axis_are_in_a_plane(axis: str) -> None:
+    """They have no joint across it: the exponents of the plane are all of them."""
+    hinge = {"joint": "hinge", "axis": axis}
+    two = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, **hinge), pp.Rod(length=0.7, mass=0.4, **hinge)])
+    chosen = scene(q=(1.0, 0.5), model=two)
+    np.testing.assert_array_equal(pp.lyapunov(chosen, planar=True).exponents, pp.lyapunov(chosen).exponents)
+
+
 def test_a_double_pendulum_in_a_plane_has_one_pair_of_exponents_that_is_not_0() -> None:
     """The textbook's (lambda, 0, 0, -lambda), from a start that is chaotic; energy and time give the two zeros.
 

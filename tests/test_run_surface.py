@@ -170,6 +170,11 @@ def test_what_is_no_time_is_refused() -> None:
     for times in (-0.1, 3.1, [1.0, 0.5], [], "soon", np.nan, [[1.0]]):
         with pytest.raises(pp.InputError, match="times: "):
             run.at(times)
+    for times, says in [(np.nan, "times: nan is not"), ([0.0, np.nan], r"times\[1\]: nan is not a finite number")]:
+        with pytest.raises(pp.InputError, match=says):
+            run.at(times)
+    with pytest.raises(pp.InputError, match=r"times\[1\]: nan is not a finite number"):
+        pp.simulate(SCENES["smooth"], times=[0, np.nan])
     for arguments, says in [
         (("thets",), "did you mean 'theta'"),
         (("theta", np.nan), "level"),
@@ -190,6 +195,10 @@ def test_names_and_tables(tmp_path: Path) -> None:
     )
     np.testing.assert_array_equal(run["R3_2"], run.reactions().R3[:, 1])
     np.testing.assert_array_equal(run["tip_x"], run.tips[:, -1, 0])
+    assert run.tips.shape[1] == 2
+    np.testing.assert_array_equal(run["tip_x_2"], run["tip_x"])
+    assert "tip_x_2" not in run.names
+    assert run.maximum("tip_z_2") == run.maximum("tip_z")
     np.testing.assert_array_equal(run["energy"], run.energy().total)
     with run.to_csv(tmp_path / "run.csv").open() as file:
         head, *rows = csv.reader(file)

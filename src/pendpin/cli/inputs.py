@@ -180,7 +180,16 @@ def flag(*names: str, **options: Any) -> Any:
     return typer.Option(*names, metavar="", **options)
 
 
-SceneFile = Annotated[Path | None, typer.Argument(help="Scene file (TOML); the built-in single rod if absent.")]
+def path(text: str) -> Path:  # older typers show its name as the type in the help
+    """The path of a scene file. Raises BadParameter for an empty name, of which Path makes the working folder."""
+    if not text:
+        raise typer.BadParameter("the name of the scene file is empty")
+    return Path(text)
+
+
+SceneFile = Annotated[
+    Path | None, typer.Argument(parser=path, help="Scene file (TOML); the built-in single rod if absent.")
+]
 UrdfFile = Annotated[
     str | None,
     typer.Option(metavar="FILE|NAME", help="A URDF, or a robot by name such as ur5, under gravity, from rest."),

@@ -41,7 +41,7 @@ def stability(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
     what = "the exponents" if lyapunov else "the rests"
-    with chosen.noted() as scene, working(what, limit, json):
+    with chosen.noted() as scene, working(what, limit, json), naming_options("period"):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
     print_report(found.report(), json)
     if plot and isinstance(found, Lyapunov):
@@ -92,7 +92,7 @@ def effects(
     from pendpin.sweeps.significance import significance
 
     what = "runs with and without each effect"
-    with working(what, limit, json), chosen.noted() as scene:
+    with working(what, limit, json), chosen.noted() as scene, naming_options("accuracy"):
         report = significance(scene, accuracy, thorough)
     print_report(report.report(), json)
 

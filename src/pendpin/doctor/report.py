@@ -152,7 +152,7 @@ def last_lines(diagnosis: Findings) -> list[str]:
     alone = ("holds", "holds under a condition", "fails", "is not checked")
     said = [(verdicts.count(one), *pair) for one, *pair in zip(VERDICTS, alone, words, strict=True)]
     counted = ", ".join(f"{n} {one if n == 1 else many}" for n, one, many in said if n or many != words[1])
-    answer = [f"{len(verdicts)} equations of {diagnosis.title}: {counted}."]
+    answer = [f"{len(verdicts)} equation{'s' * (len(verdicts) != 1)} of {diagnosis.title}: {counted}."]
     if diagnosis.doubtful and not diagnosis.wrong:
         answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
     if diagnosis.skipped:

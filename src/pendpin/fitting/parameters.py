@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, get_args
 
 import annotated_types
 import numpy as np
@@ -224,7 +224,8 @@ def _record(scene: Scene, key: str) -> Any:
     else:
         raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
     if place >= len(records):
-        raise InputError(f"free: {key}: the scene has {len(records)} {home.removeprefix('model.')}, counted from 0")
+        what = f"{home.removeprefix('model.').removesuffix('s')}{'s' * (len(records) != 1)}"
+        raise InputError(f"free: {key}: the scene has {len(records)} {what}, counted from 0")
     return records[place]
 
 
@@ -240,7 +241,7 @@ def _field(record: Any, name: str) -> Any:
 def _value(scene: Scene, key: str) -> Any:
     """What stands at a key path. Raises InputError."""
     record, (_, _, name, part) = _record(scene, key), _parse(key)
-    fields = [field for field in type(record).model_fields if field not in {"kind", "joints", "link", "joint"}]
+    fields = [field for field, info in type(record).model_fields.items() if _holds_floats(info.annotation)]
     if name not in fields:
         raise InputError(f"free: {key}: {not_one_of(name, fields)}")
     value = _field(record, name)
@@ -251,6 +252,11 @@ def _value(scene: Scene, key: str) -> Any:
             raise InputError(f"free: {key}: there is no entry [{part}] in {shown(value)}")
         return value[part]
     return value
+
+
+def _holds_floats(annotation: Any) -> bool:
+    """Whether the type of a field allows floats, alone or in a tuple: not names, choices and counts."""
+    return annotation is float or any(map(_holds_floats, get_args(annotation)))
 
 
 def _number(scene: Scene, key: str) -> float:

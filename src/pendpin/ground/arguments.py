@@ -61,6 +61,13 @@ def numbers(name: str, values: Any) -> Array:
         raise InputError(f"{name}: {shown(values)} are not numbers") from None
 
 
+def refuse_not_finite(name: str, array: Array) -> None:
+    """Raise InputError that names the first number of an array that is not finite, and its place."""
+    for place in np.argwhere(~np.isfinite(array))[:1].tolist():
+        where = "".join(f"[{i}]" for i in place)
+        raise InputError(f"{name}{where}: {array[tuple(place)]} is not a finite number")
+
+
 # --- key paths: the one notation for places in a scene, as model.rods[0].mass ---------------------------------------
 
 # Error messages, Scene.replace and the command line use them. A name with other characters than letters, digits, _ and -

@@ -30,6 +30,8 @@ def path_of(value: Any) -> Path:
     """The path that an argument names. Raises InputError for what is neither text nor a path."""
     if not isinstance(value, str | os.PathLike):
         raise InputError(f"{shown(value)} is not the path of a file")
+    if value == "":  # Path makes it the folder "."
+        raise InputError("the name of the file is empty")
     return Path(value)
 
 

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
 from pendpin.errors import InputError, RunError, is_number, shown
-from pendpin.ground.arguments import numbers
+from pendpin.ground.arguments import numbers, refuse_not_finite
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
 from pendpin.integrators.fixed import NEAR
@@ -128,9 +128,11 @@ class Continuation:
 
 def at(run: RunRecord, times: ArrayLike) -> RunRecord:
     """The run at any times within it, integrated to there from the samples before (Trajectory.at)."""
-    t = np.atleast_1d(numbers("times", times))
-    if t.ndim != 1 or not len(t) or not np.isfinite(t).all() or (np.diff(t) <= 0).any():
-        raise InputError(f"times: {shown(times)} are not finite numbers in rising order, at least one")
+    given = numbers("times", times)
+    refuse_not_finite("times", given)
+    t = np.atleast_1d(given)
+    if t.ndim != 1 or not len(t) or (np.diff(t) <= 0).any():
+        raise InputError(f"times: {shown(times)} are not numbers in rising order, at least one")
     for moment in t[[0, -1]]:
         if not run.t[0] <= moment <= run.t[-1]:
             raise InputError(f"times: {moment:.15g} s is outside the run, {run.t[0]:.15g} to {run.t[-1]:.15g} s")

@@ -4,11 +4,9 @@ import time
 from pathlib import Path
 from typing import Any
 
-import numpy as np
-
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
-from pendpin.ground.arguments import numbers
+from pendpin.ground.arguments import numbers, refuse_not_finite
 from pendpin.ground.arrays import ArrayLike
 from pendpin.runs.accuracy.target import run_to_accuracy
 from pendpin.runs.checkpoint import Checkpoint
@@ -50,8 +48,9 @@ def varied(
     chosen, rising = chosen_scene(scene), None
     if times is not None:
         array = numbers("times", times)
-        if array.ndim != 1 or not len(array) or not np.isfinite(array).all():
-            raise InputError(f"times: shape {array.shape}, where (n,) finite numbers are wanted, with at least one")
+        refuse_not_finite("times", array)
+        if array.ndim != 1 or not len(array):
+            raise InputError(f"times: shape {array.shape}, where (n,) numbers are wanted, with at least one")
         rising = tuple(array.tolist())
         duration = max(rising[-1] - chosen.start.time, 0.0) if duration is None else duration
     fields: dict[str, Any] = {} if duration is None else {"duration": duration}

@@ -76,7 +76,8 @@ class Solver(Record):
         method = info.data.get("method", "")
         if info.data.get("accuracy") is not None:
             return _none_beside_accuracy(step)
-        if method in fixed_methods() and step is None:
+        # a tolerance that was refused is the fault; that no step is given follows from it
+        if method in fixed_methods() and step is None and "tolerance" in info.data:
             raise ValueError(f"{method} takes a step, in s")
         if step is not None and method and method not in fixed_methods():
             raise ValueError(f"{method} takes a tolerance, not a step; a step is for {choices(fixed_methods())}")

@@ -112,12 +112,18 @@ def lyapunov(
 
 
 def _places_in_plane(variations: Variations) -> Indices:
-    """The places in the state (2 nv,) of the joints that move. Raises InputError where all move, or none."""
+    """The places in the state (2 nv,) of the joints that move in the plane. Raises InputError where all move, or none.
+
+    Of rods on hinges of one axis these are all joints, and nothing is refused.
+    """
     equations, start, nv = variations.equations, variations.start, variations.nv
     engine, effects = equations.variation.engine, equations.variation.effects
     still = staying_zero(engine, effects, variations.scene.start.time, np.flatnonzero(start == 0).tolist())
     moving = np.array([i for i in range(nv) if not {i, nv + i} <= set(still)], int)
-    if not 0 < len(moving) < nv:
+    tree = equations.model.rod_tree
+    if tree is not None and set(tree.kinds) in ({"x"}, {"y"}):  # hinges of one axis leave no way out of the plane
+        moving = np.arange(nv)
+    elif not 0 < len(moving) < nv:
         which = "every joint moves" if len(moving) else "nothing moves"
         raise InputError(
             f"planar: {which} from this start; give one in a plane, with phi and its rate 0, or leave it out"

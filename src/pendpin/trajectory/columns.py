@@ -32,7 +32,8 @@ def columns(run: Any) -> dict[str, Place]:
     t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
     rod), of a rod on a hinge the two moments that it carries, or, where no rod has a joint of its own, the wrench of each
     joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others; kinetic, potential, energy; work_ of each kind of
-    effect. The energy drift and the efforts are quantities, not columns.
+    effect. The energy drift and the efforts are quantities, not columns; tip_x_2 of two rods is a
+    second name of tip_x, and no column either.
 
     Of a chain also tension_1, the axial force at the upper end of rod 1, which is R3_1; omega1_1 to omega3_1, the angular
     velocity of rod 1 along b1, b2, b3; swing, the angle of the line from the support to the last tip from straight down;
@@ -129,9 +130,10 @@ def place_of(run: Any, name: str) -> Place:
     ):  # of each kind of effect, on each joint; none of a record
         kinds = getattr(run, "computed_efforts", ())
         places = {f"effort_{k}_{joint}": (EFFORTS, (k, j)) for k in kinds for j, joint in enumerate(run.joints)}
-    single = name.removesuffix("_1") if isinstance(name, str) and run.tips.shape[1] == 1 else name
-    if single != name and name not in places and single in places:
-        name = single
+    tips = run.tips.shape[1]
+    if isinstance(name, str) and name not in places and (tips == 1 or name.startswith("tip_")):
+        unnumbered = name.removesuffix(f"_{tips}")  # tip_x_2 of two rods is tip_x, theta_1 of a single rod theta
+        name = unnumbered if unnumbered in places else name
     if name not in places:
         raise InputError(f"{shown(name)} is not a quantity of this run{nearest_or_all(name, tuple(places))}")
     return places[name]
