@@ -233,6 +233,7 @@ def test_a_damped_rod_on_a_shaken_support_is_mathieus(angle: float, amplitude: f
     assert found.stable == stable
 
 
+@pytest.mark.slow
 def test_a_driven_swing_folds() -> None:
     """A damped pendulum near resonance: the branch turns back at a fold, where a multiplier is 1 and stability ends."""
     rod = pp.Rod(length=1.0, mass=1.0, com=1.0, inertia=(0, 0, 0))
@@ -246,6 +247,7 @@ def test_a_driven_swing_folds() -> None:
         assert orbit.orbit.q[-1] == pytest.approx(orbit.orbit.q[0], abs=1e-8)
 
 
+@pytest.mark.slow
 def test_a_driven_pendulum_doubles_its_period_again_and_again() -> None:
     """x'' + x'/2 + sin x = a cos(2 t/3): its swing loses its mirror image, then its period doubles at 1.0663, 1.0793, ...
 

@@ -118,6 +118,7 @@ def test_the_modes_of_a_mobile() -> None:
 # --- the examples -----------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_the_acrobot_swings_up(tmp_path: Path) -> None:
     """examples/acrobot.py runs as written; the work of the hip is that of the height, as it comes to rest."""
     done = subprocess.run(
