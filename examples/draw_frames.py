@@ -65,8 +65,8 @@ class Sheet:
     def text(self, place: Any, name: str, color: str) -> None:
         self.ax.text(*seen(place), name, color=color, ha="center", va="center", fontsize=12)
 
-    def arc(self, centre: Any, first: Any, last: Any, radius: float, name: str) -> None:
-        """The arc of an angle from one direction to another, with an arrow's head at its end."""
+    def arc(self, centre: Any, first: Any, last: Any, radius: float, name: str, at: float = 0.5) -> None:
+        """The arc of an angle from one direction to another, an arrow's head at its end, its name `at` a part of it."""
         first, last = (np.asarray(v) / np.linalg.norm(v) for v in (first, last))
         angle = np.arccos(first @ last)
         u = np.linspace(0, 1, 40)[:, None]
@@ -74,8 +74,8 @@ class Sheet:
         self.line(points[:-1], ANGLE, 1.6)
         look = {"color": ANGLE, "mutation_scale": 10, "shrinkA": 0, "shrinkB": 0}
         self.ax.add_patch(FancyArrowPatch(*seen(points[[-4, -1]]), arrowstyle="-|>", **look))
-        middle = (first + last) / np.linalg.norm(first + last)
-        self.text(centre + (radius + 0.07) * middle, name, ANGLE)
+        middle = (1 - at) * first + at * last
+        self.text(centre + (radius + 0.07) * middle / np.linalg.norm(middle), name, ANGLE)
 
     def rod(self, start: Any, b: np.ndarray, length: float = 1.0) -> None:
         self.line([start, start + length * b[:, 2]], ROD, 7)
@@ -102,7 +102,8 @@ def draw_angles(sheet: Sheet) -> None:
     sheet.arrow(o, 0.5 * x, AXIS, r"$x_W=x_I=a_1$")
     sheet.arrow(o, 0.34 * b[:, 1], BODY, "$a_2$")
     a3 = np.cross(x, b[:, 1])
-    sheet.arrow(o, 0.2 * a3, BODY, "$a_3$")
+    sheet.arrow(o, 0.2 * a3, BODY, "")
+    sheet.text(0.2 * a3 + 0.1 * b[:, 1], "$a_3$", BODY)  # beside the dashed line
     sheet.arc(o, z, after_theta, 0.56, r"$\theta$")
     sheet.arc(o, after_theta, b[:, 2], 0.78, r"$\phi$")
     G = 0.5 * b[:, 2]
@@ -148,7 +149,7 @@ def draw_chain_angles(sheet: Sheet) -> None:
         sheet.line([o, o + 0.75 * half[:, 2]], GREY, 1.0, (0, (1, 2)))
         sheet.arrow(o, 0.42 * above[:, 0], BODY, f"$a_{{1,{i}}}=" + ("x_I$" if i == 1 else "b_{1,1}$"))
         sheet.arrow(o, 0.34 * b[:, 1], BODY, f"$a_{{2,{i}}}$")
-        sheet.arc(o, above[:, 2], half[:, 2], 0.5, rf"$\theta_{i}$")
+        sheet.arc(o, above[:, 2], half[:, 2], 0.5, rf"$\theta_{i}$", at=0.66)
         sheet.arc(o, half[:, 2], b[:, 2], 0.68, rf"$\phi_{i}$")
         o, above = o + b[:, 2], b
     sheet.arrow(o, 0.16 * above[:, 2], BODY, "$b_{3,2}$")

@@ -377,7 +377,7 @@ def page(report: AgreementReport) -> str:
 
 @styled()
 def draw_motions(names: list[str]) -> Any:
-    """A figure with the path of the tip of each case, from the side, or from above where it stays level.
+    """A figure with the path of the tip of each case, seen where it is widest: from above where it stays level.
 
     Cases of frequencies and bounds of stability have no motion to draw.
     """
@@ -388,8 +388,9 @@ def draw_motions(names: list[str]) -> Any:
     for ax, name in zip(axes, names, strict=False):
         case = published_cases()[name]
         run = simulate(case.scene, duration=min(case.times[-1], SHOWN), samples=SAMPLES)
-        level = np.ptp(run.tips[:, -1, 2]) < 1e-3 * np.ptp(run.tips[:, -1], axis=0).max()
-        draw_path(ax, run, "above" if level else "side")
+        wide, deep, high = np.ptp(run.tips[:, -1], axis=0)
+        view = "above" if high < 1e-3 * max(wide, deep) else "side" if wide > deep else "front"
+        draw_path(ax, run, view)
         ax.set_title(name)
     for ax in axes[len(names) :]:
         ax.set_axis_off()

@@ -401,7 +401,7 @@ def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
     prices: dict[str, float] = {}
     for tool, curve in reversed(best.items()):
         times = [seconds for error in decades if (seconds := curve.seconds_at(error)) is not None]
-        if len(times) > 1:
+        if len(set(times)) > 1:  # one run that is accurate enough for all of them tells nothing of a digit
             prices[tool] = (times[-1] / times[0]) ** (1 / (len(times) - 1))
     names, bars = [NAMES.get(tool, tool) for tool in prices], list(prices.values())
     drawn = ax.barh(names, bars, 0.55, color=[TOOLS[tool] for tool in prices])
