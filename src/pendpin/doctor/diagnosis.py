@@ -154,7 +154,7 @@ class _Doctor:
         own = left.kind == "symbol" and left.written is not None and left.written.letter != "R"
         if own and equation.meaning(str(left.value)) == "R3" and "tension" not in one.statement.context.lower():
             states = random_states(self.system)
-            after = changed(equation, states, {id(left): np.negative})
+            after = changed(equation, states, {id(left): -states["R3"]})
             if after is not None and np.abs(after).max() < TOLERANCE * np.abs(states["R3"]).max():
                 condition = f"{one.latex.partition('=')[0].strip(' &')} is a compression"
                 return replace(found, verdict="holds if", condition=condition, equation=equation), []

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import residuals
+from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
 from pendpin.doctor.letters import Again, credit, held, option, proposed, settled, telling, weight
 from pendpin.doctor.printed import Printed, bind, read_equations
@@ -171,7 +171,7 @@ def _can_be_chosen(one: Printed, names: list[set[str]], system: System) -> bool:
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
     for equation in one.readings():
-        rows = np.concatenate([rows for rows, _ in residuals(equation, random_states(system))])
+        rows = stack_residuals(equation, random_states(system), plain=True)
         if rows.min() <= 0 <= rows.max() and not of_equation(equation, system.spec)[1]:
             return True
     return False

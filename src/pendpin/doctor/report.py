@@ -9,12 +9,12 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking import exact
-from pendpin.doctor.checking.residuals import Equation, residuals
+from pendpin.doctor.checking.exact import in_symbols
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, residuals
 from pendpin.doctor.findings import VERDICTS, Finding, Findings, Shared
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.tree import Unread
-from pendpin.doctor.systems.base import Quantities, System, dot
+from pendpin.doctor.systems.base import System, dot, free_states
 from pendpin.doctor.systems.rod import AXES
 from pendpin.errors import one_line
 from pendpin.ground.files import write_whole
@@ -57,27 +57,23 @@ def residual(equation: Equation, system: System) -> str:
     """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
 
     Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
-    Empty for an expression that is not a fraction of polynomials in these and their sines and cosines.
+    Empty for what no formula gives, as the dynamics of a scene.
     """
     if not system.spec.analytic:
         return ""
-    quantities = exact.polynomial_states(system, False)
     try:
-        texts = [_polynomials(rows, quantities) for rows, _ in residuals(equation, quantities)]
-    except (Unread, exact.Unprovable):
+        quantities = in_symbols(system)
+        numbers, symbols = (residuals(equation, q, plain=True) for q in (free_states(system), quantities))
+    except Unread:
         return ""
-    return next((text for text in texts if re.search(r"[a-z1-9]", text.replace("Matrix", ""))), texts[0])
-
-
-def _polynomials(rows: Any, quantities: Quantities) -> str:
-    """The rows of a residual; "sin theta" is a generator of the polynomials."""
-    if len(rows) == 3:
-        rows = [dot(np.asarray(rows), quantities[axis]) for axis in AXES["B"]]
-    entries = ["0" if row[0].zero else f"({row[0].num})/({row[0].den})" for row in rows]
-    entries = [re.sub(r"\b(sin|cos) (\w+)", r"\1(\2)", entry.removesuffix("/(1)")) for entry in entries]
-    width = {4: 2, 9: 3}.get(len(rows), 1)
-    rows_of = (", ".join(entries[i : i + width]) for i in range(0, len(rows), width))
-    return entries[0] if len(rows) == 1 else f"Matrix([{', '.join(f'[{row}]' for row in rows_of)}])"
+    for (values, size), (rows, _) in zip(numbers, symbols, strict=True):
+        if np.abs(values).max() > TOLERANCE * size.max():
+            rows = [dot(rows, quantities[axis]) for axis in AXES["B"]] if len(rows) == 3 else rows
+            width = {4: 2, 9: 3}.get(len(rows), 1)
+            entries = [str(row[0]) for row in rows]
+            lines = (f"[{', '.join(entries[i : i + width])}]" for i in range(0, len(entries), width))
+            return entries[0] if len(entries) == 1 else f"Matrix([{', '.join(lines)}])"
+    return "0"
 
 
 # --- as text --------------------------------------------------------------------------------------------------------
@@ -193,7 +189,7 @@ def _of_finding(finding: Finding) -> Iterator[Line]:
             yield [(label, "green"), (mend.words + explain_change(mend.old, mend.new), "")]
             yield [("            ", ""), *((part, "reverse" if new else "") for part, new in marked(mend))]
     elif finding.remark or not (finding.proved or finding.condition or finding.kind == "definition"):
-        yield [("      " + (finding.remark or "not proved, but it holds to 30 digits at 60 random states"), "dim")]
+        yield [("      " + (finding.remark or "compared in floats, not to 25 digits"), "dim")]
     elif finding.mends:
         yield [("      without that condition: ", "dim"), (finding.mends[0].words, "")]
 

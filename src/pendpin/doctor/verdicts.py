@@ -14,7 +14,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals, stack_residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
@@ -261,9 +261,9 @@ def _is_consequence(equation: Equation, source: Finding, printed: Printed, syste
     """Whether what an equation is off by is what an earlier one is off by, or what follows of that for the motion."""
     states = random_states(system)
     with suppress(Unread, KeyError, ValueError):
-        off = np.concatenate([rows for rows, _ in residuals(equation, states)])
+        off = stack_residuals(equation, states, plain=True)
         assert source.equation is not None
-        rows = [np.concatenate([rows for rows, _ in residuals(source.equation, states)])]
+        rows = [stack_residuals(source.equation, states, plain=True)]
         if source.equation.meaning(str(printed.sides[0].value)) in ("L", "T", "V"):
             context = source.equation.context(states)
             lefts, true = (euler_lagrange(source.equation.sides[i], system.spec) for i in (-1, 0))

@@ -13,7 +13,7 @@ from functools import cache
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import evaluate, norm
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals_and_sizes
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
@@ -125,24 +125,16 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
 
 
 def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
-    """Whether an equation contains nothing that the condition makes vanish."""
-    names = mentioned(equation)
-    if condition.system is not None:
-        return condition.free and not names & condition.absent
-    changing = set().union(*(dependents(system, name) for name, _ in condition.instead))
-    return condition.free and not names & changing
-
-
-def mentioned(equation: Equation) -> set[str]:
-    """The names in an equation but for one that stands alone on a side."""
-    lone = {side.value for side in equation.sides if side.kind == "symbol"}
+    """Whether an equation contains nothing, but for a name that stands alone on a side, that the condition makes vanish."""
     several = len(equation.sides) > 1
-    names: set[str] = set()
-    for side in equation.sides:
-        names |= set() if several and side.kind == "symbol" and side.value in lone else symbols(side)
-    for _ in range(4):
-        names |= set().union(*(symbols(equation.definitions[n]) for n in names & set(equation.definitions)))
-    return {equation.meaning(name) for name in names}
+    fresh = set().union(*(symbols(side) for side in equation.sides if not (several and side.kind == "symbol")))
+    names = set[str]()
+    while fresh:
+        names |= fresh
+        fresh = set().union(*(symbols(equation.definitions[n]) for n in fresh & equation.definitions.keys())) - names
+    changing = condition.absent if condition.system else frozenset[str]()
+    changing = changing.union(*(dependents(system, name) for name, _ in condition.instead))
+    return condition.free and changing.isdisjoint(map(equation.meaning, names))
 
 
 @cache
@@ -163,17 +155,17 @@ def _holds_under(equation: Equation, system: System, condition: Condition) -> bo
     """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
     special = condition.system or system
     here, full = random_states(special, condition.instead), random_states(special)
-    zero = any(side.kind == "number" and not side.value for side in equation.sides)
     try:
         if relative_error(equation, here, full) > TOLERANCE:
             return False
         if _zero_is_said(equation):
             return True
-        if max(np.abs(size).max() for _, size in residuals_and_sizes(equation, here)) < TRIVIAL:
+        if max(np.abs(size).max() for _, size in residuals(equation, here)) < TRIVIAL:
             return False
+        zero = any(side.kind == "number" and not side.value for side in equation.sides)
         for side in () if zero else equation.sides:
-            values = [norm(evaluate(side, equation.context(quantities))).max() for quantities in (here, full)]
-            if values[0] < TRIVIAL < values[1]:
+            special_size, size = (norm(evaluate(side, equation.context(q))).max() for q in (here, full))
+            if special_size < TRIVIAL < size:
                 return False
     except Unread:
         return False
@@ -192,8 +184,7 @@ def rounded(equation: Equation, system: System) -> bool:
     if len(numbers) != 1 or equation.names:
         return False
     digits = len(str(float(numbers[0].value)).partition(".")[2])
-    rows = [rows for rows, _ in residuals_and_sizes(equation, random_states(system))]
-    return max(float(norm(row).max()) for row in rows) <= 0.5000001 * 10.0**-digits
+    return np.abs(stack_residuals(equation, random_states(system))).max() <= 0.5000001 * 10.0**-digits
 
 
 def small_angles(equation: Equation, system: System) -> str:
@@ -203,7 +194,7 @@ def small_angles(equation: Equation, system: System) -> str:
     try:
         near, nearer = (random_states(system, scale=size) for size in SMALL)
         errors = [relative_error(equation, states) for states in (near, nearer)]
-        rests = [max(np.abs(rows).max() for rows, _ in residuals_and_sizes(equation, q)) for q in (near, nearer)]
+        rests = [np.abs(stack_residuals(equation, states)).max() for states in (near, nearer)]
     except Unread:
         return ""
     # what is left is of the second order, by itself and beside the terms
@@ -232,18 +223,16 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
     other = lambda name: name.lstrip("?").partition("_")[0] in NO_LOADS or "arrow" in name  # noqa: E731
-    loads = sure or not any(map(other, unknown))
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not loads or not moves:
+    if not moves or (any(map(other, unknown)) and not sure):
         return ""
-    bare = without(equation, unknown)
+    bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
-        here = random_states(system)
-        sides = sum(1 for rows, size in residuals_and_sizes(bare, here) if np.abs(size).min() > 0)
+        terms = any(np.abs(size).min() > 0 for _, size in residuals(bare, here))
         holds = relative_error(bare, here) < TOLERANCE
         small = "" if holds else small_angles(bare, system)
-        if sides and (small or holds):
+        if terms and (small or holds):
             words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
             return " and ".join([*words, small] if small else words)
     return ""

@@ -62,18 +62,14 @@ def common(parts: list[Dimension | None]) -> Dimension | None:
 
 def unit(dimension: Dimension) -> str:
     """A dimension as a unit."""
-    names = {(1, 2, -2): "N m", (1, 1, -2): "N", (0, 0, 0): "a pure number"}
-    plain = (int(dimension[0]), int(dimension[1]), int(dimension[2]))
-    if plain in names and plain == dimension:
+    names: dict[Dimension, str] = {(1, 2, -2): "N m", (1, 1, -2): "N", (0, 0, 0): "a pure number"}
+    if (plain := tuple(dimension)) in names:
         return names[plain]
-    parts = (f"{symbol}{_raised(power)}" for symbol, power in zip(("kg", "m", "s"), dimension, strict=True) if power)
-    return " ".join(parts)
-
-
-def _raised(power: float) -> str:
-    whole = Fraction(power).limit_denominator(100)
-    digits = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-    return "" if whole == 1 else str(whole).translate(digits) if whole.denominator == 1 else f"^({whole})"
+    digits, written = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"), []
+    for symbol, power in zip(("kg", "m", "s"), map(Fraction, dimension), strict=True):
+        raised = str(power).translate(digits) if power.denominator == 1 else f"^({power})"
+        written += [symbol + ("" if power == 1 else raised)] if power else []
+    return " ".join(written)
 
 
 def of_equation(equation: Equation, spec: Spec) -> tuple[Dimension | None, str]:

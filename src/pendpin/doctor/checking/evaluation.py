@@ -1,6 +1,6 @@
 """Trees to numbers: scalars, vectors and tensors, for any type of number."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from typing import Any
@@ -14,7 +14,7 @@ from pendpin.doctor.systems.rod import AXES, turned
 
 LARGEST = 12  # rows and columns of a matrix
 Known = dict[int, Values]  # the value of every node, by id
-Instead = Mapping[int, Values | Callable[[Values], Values]]  # what nodes, by id, are changed to
+Instead = Mapping[int, Values]  # what nodes, by id, are changed to
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,9 +57,8 @@ class Context:
         if name in CONSTANTS and self.floats:
             return self.quantities.number(0)
         if name not in self.quantities:
-            raise Unread(
-                f"the symbol {name.lstrip('?')} is not known: say what it is with --symbols, or in a definition", place
-            )
+            known = f"the symbol {name.lstrip('?')} is not known: say what it is with --symbols, or in a definition"
+            raise Unread(known, place)
         try:
             return self.quantities[name]
         except KeyError as missing:
@@ -68,55 +67,47 @@ class Context:
     def means_constant(self, node: Node) -> bool:
         """Whether a symbol stands for what does not move."""
         name = self.meaning(node.value)
-        inside = self.definitions.get(name)
-        if inside is not None and name not in self._open:
-            return all(self.meaning(part) in self.quantities.spec.still for part in symbols(inside))
-        return name in self.quantities.spec.still
-
-    def constant(self, value: Fraction) -> Values:
-        """A number, for every state."""
-        top, bottom = (self.quantities.number(part) for part in (value.numerator, value.denominator))
-        return top if value.denominator == 1 else top / bottom
+        inside = symbols(self.definitions[name]) if name in self.definitions and name not in self._open else {name}
+        return all(self.meaning(part) in self.quantities.spec.still for part in inside)
 
 
 def evaluate(node: Node, context: Context, known: Known | None = None, instead: Instead | None = None) -> Values:
     """The value of a tree; those of its parts go to `known`. `instead` gives nodes, by id, another value.
 
-    Or it gives a function of the node's own value. Raises Unread where numbers and vectors are mixed.
+    Raises Unread where numbers and vectors are mixed.
     """
-    change = instead.get(id(node)) if instead else None
-    if isinstance(change, np.ndarray):
-        return change
+    if instead and id(node) in instead:
+        return instead[id(node)]
     inside = () if node.kind == "derivative" else node.children
     value = _value(node, [evaluate(child, context, known, instead) for child in inside], context)
-    if change is not None:
-        value = change(value)
     if known is not None:
         known[id(node)] = value
     return value
 
 
 def _value(node: Node, parts: list[Values], context: Context) -> Values:
+    place, quantities = node.span[0], context.quantities
     match node.kind:
         case "number":
-            return context.constant(node.value)
+            top, bottom = quantities.number(node.value.numerator), node.value.denominator
+            return top if bottom == 1 else top / quantities.number(bottom)
         case "symbol":
-            return context.symbol(node.value, node.span[0])
+            return context.symbol(node.value, place)
         case "sum":
             return _sum(node, parts)
         case "product":
             return _product(node, parts)
         case "power":
-            return power(parts[0], node.value, node.span[0], context)
+            return _power(parts[0], node.value, place, quantities)
         case "function":
-            return function(node.value, parts[0], node.span[0], context)
+            return _function(node.value, parts[0], place, quantities)
         case "derivative":
-            return derivative(node, context)
+            return _derivative(node, context)
         case _:
             return _matrix(node, parts, context)
 
 
-def derivative(node: Node, context: Context) -> Values:
+def _derivative(node: Node, context: Context) -> Values:
     """A derivative in time or by a coordinate or rate. Raises Unread for one by anything else.
 
     That of H, the energy as a function of coordinates and momenta, is by a coordinate that of the Lagrangian reversed, and
@@ -143,19 +134,6 @@ def derivative(node: Node, context: Context) -> Values:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
 
 
-def _product(node: Node, parts: list[Values]) -> Values:
-    """Factors from left to right, but a tensor and the vector behind it first, as in omega x I omega."""
-    factors = list(zip(node.value, parts, node.children, strict=True))
-    for i in range(len(factors) - 2, -1, -1):
-        (operator, first, child), (joint, second, _) = factors[i : i + 2]
-        if first.ndim == 3 and second.ndim == 2 and joint in "*.":
-            factors[i : i + 2] = [(operator, multiply(first, second, joint, child.span[0]), child)]
-    value = factors[0][1]
-    for operator, part, child in factors[1:]:
-        value = multiply(value, part, operator, child.span[0])
-    return value
-
-
 def _sum(node: Node, parts: list[Values]) -> Values:
     shape = max((part.shape[:-1] for part in parts), key=len)
     total: Any = 0
@@ -167,34 +145,38 @@ def _sum(node: Node, parts: list[Values]) -> Values:
     return total
 
 
-def multiply(a: Values, b: Values, operator: str, place: int) -> Values:
+def _product(node: Node, parts: list[Values]) -> Values:
+    """Factors from left to right, but a tensor and the vector behind it first, as in omega x I omega."""
+    factors = list(zip(node.value, parts, node.children, strict=True))
+    for i in range(len(factors) - 2, -1, -1):
+        (operator, first, child), (joint, second, _) = factors[i : i + 2]
+        if first.ndim == 3 and second.ndim == 2 and joint in "*.":
+            factors[i : i + 2] = [(operator, _multiply(first, second, joint, child.span[0]), child)]
+    value = factors[0][1]
+    for operator, part, child in factors[1:]:
+        value = _multiply(value, part, operator, child.span[0])
+    return value
+
+
+def _multiply(a: Values, b: Values, operator: str, place: int) -> Values:
     """A product of scalars, vectors and tensors, as far as it has a meaning. Raises Unread."""
-    if operator == "/":
-        if b.ndim != 1:
-            raise Mismatch("a division by a vector", place)
-        with np.errstate(all="ignore"):
-            return a / b
+    if operator == "/" and b.ndim != 1:
+        raise Mismatch("a division by a vector", place)
     if 1 in (a.ndim, b.ndim):
-        with np.errstate(invalid="ignore"):  # 0 times infinite, as in a sum
-            return a * b
+        with np.errstate(all="ignore"):  # 0 times infinite, as in a sum
+            return a / b if operator == "/" else a * b
     if a.shape[-2] != b.shape[0]:
         raise Mismatch("a product of vectors of different lengths", place)
     if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
         return cross(a, b)
-    if a.ndim == 2 and b.ndim == 3:
-        return _row_times(a, b)
-    if a.ndim == 3:
-        return np.stack([dot(row, b) for row in a]) if b.ndim == 2 else np.stack([_row_times(row, b) for row in a])
-    if b.ndim == 2 and operator in "*.":
+    if a.ndim == b.ndim == 2 and operator in "*.":
         return dot(a, b)
-    raise Mismatch("a product of vectors that has no meaning", place)
+    if a.ndim == b.ndim == 2:
+        raise Mismatch("a product of vectors that has no meaning", place)
+    return np.einsum(f"{'ij'[3 - a.ndim :]}n,{'jk'[: b.ndim - 1]}n->{'i' * (a.ndim - 2)}{'k' * (b.ndim - 2)}n", a, b)
 
 
-def _row_times(row: Values, matrix: Values) -> Values:
-    return np.stack([dot(row, matrix[:, j]) for j in range(matrix.shape[1])])
-
-
-def power(base: Values, exponent: Fraction, place: int, context: Context) -> Values:
+def _power(base: Values, exponent: Fraction, place: int, quantities: Quantities) -> Values:
     """A power; the square of a vector is that of its length. Raises Unread."""
     if base.ndim > 1:
         if exponent != 2 or base.ndim != 2:
@@ -202,54 +184,50 @@ def power(base: Values, exponent: Fraction, place: int, context: Context) -> Val
         return dot(base, base)
     with np.errstate(all="ignore"):
         if exponent.denominator == 2:
-            base, exponent = context.quantities.xp.sqrt(base), exponent * 2
+            base, exponent = quantities.xp.sqrt(base), exponent * 2
         whole = int(exponent)
-        value = base ** abs(whole) if whole else context.quantities.number(1)
-        return context.quantities.number(1) / value if whole < 0 else value
+        value = base ** abs(whole) if whole else quantities.number(1)
+        return quantities.number(1) / value if whole < 0 else value
 
 
-def function(name: str, x: Values, place: int, context: Context) -> Values:
+def _function(name: str, x: Values, place: int, quantities: Quantities) -> Values:
     """A function of a number. Raises Unread for a vector."""
-    if name == "transpose" and x.ndim > 1:
+    if name == "transpose":
         return x.swapaxes(0, 1) if x.ndim == 3 else x
-    if name == "norm" and x.ndim == 2:
-        x, name = dot(x, x), "sqrt"
+    if name == "norm" and x.ndim <= 2:
+        x, name = (dot(x, x) if x.ndim == 2 else x * x), "sqrt"
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
+    xp, one = quantities.xp, quantities.number(1)
     with np.errstate(all="ignore"):
-        return _FUNCTIONS[name](x, context.quantities.xp, context.quantities.number(1))
-
-
-_FUNCTIONS: dict[str, Callable[[Values, Any, Values], Values]] = {
-    "sin": lambda x, xp, one: xp.sin(x),
-    "cos": lambda x, xp, one: xp.cos(x),
-    "tan": lambda x, xp, one: xp.sin(x) / xp.cos(x),
-    "sec": lambda x, xp, one: one / xp.cos(x),
-    "csc": lambda x, xp, one: one / xp.sin(x),
-    "cot": lambda x, xp, one: xp.cos(x) / xp.sin(x),
-    "norm": lambda x, xp, one: xp.sqrt(x * x),
-    "sqrt": lambda x, xp, one: xp.sqrt(x),
-    "transpose": lambda x, xp, one: x,
-}
+        match name:
+            case "tan":
+                return xp.sin(x) / xp.cos(x)
+            case "cot":
+                return xp.cos(x) / xp.sin(x)
+            case "sec" | "csc":
+                return one / (xp.cos(x) if name == "sec" else xp.sin(x))
+            case _:
+                return getattr(xp, name)(x)
 
 
 def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
-    quantities = context.quantities
+    quantities, (rows, columns) = context.quantities, node.value
+    scalars, vectors = (all(part.ndim == ndim for part in parts) for ndim in (1, 2))
     if node.value == (3, 3):
-        if any(part.ndim != 1 for part in parts):
+        if not scalars:
             raise Unread("a matrix of vectors", node.span[0])
-        rows = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
-        return turned(quantities, rows) if context.tensors else rows
-    framed = AXES[context.frame][0] in quantities  # a system in a plane has no frames: its columns are lists
-    if node.value == (3, 1) and framed and all(part.ndim == 1 for part in parts):
-        axes = AXES[context.frame]
-        return sum(
-            (part * quantities[axis] for part, axis in zip(parts, axes, strict=True)), start=quantities.number(0)
-        )
-    if node.value == (3, 1) and all(part.ndim == 2 for part in parts) and not context.tensors:
+        tensor = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
+        return turned(quantities, tensor) if context.tensors else tensor
+    axes = AXES[context.frame]
+    if (
+        node.value == (3, 1) and scalars and axes[0] in quantities
+    ):  # a system in a plane has no frames: columns are lists
+        components = zip(parts, axes, strict=True)
+        return sum((part * quantities[axis] for part, axis in components), start=quantities.number(0))
+    if node.value == (3, 1) and vectors and not context.tensors:
         return np.stack(parts)
-    rows, columns = node.value
-    if 1 < rows <= LARGEST and columns <= LARGEST and all(part.ndim == 1 for part in parts):
+    if 1 < rows <= LARGEST and columns <= LARGEST and scalars:
         lines = [np.stack(parts[i * columns : (i + 1) * columns]) for i in range(rows)]
         return np.stack(parts) if columns == 1 else np.stack(lines)
     raise Unread("a matrix of this size, or one of vectors", node.span[0])
@@ -258,7 +236,7 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
 def scale(node: Node, context: Context, known: Known) -> Values:
     """The size of the terms that make up a value (n,): sums are taken without their signs. Floats only."""
     match node.kind:
-        case "sum":
+        case "sum" | "matrix":
             return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
         case "product":
             value: Any = 1.0
@@ -268,8 +246,6 @@ def scale(node: Node, context: Context, known: Known) -> Values:
             return value
         case "power" if node.value > 0:
             return scale(node.children[0], context, known) ** float(node.value)
-        case "matrix":
-            return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
         case "derivative":  # its terms are of the size of those below it, where a rate is of the size of 1
             inside = Known()
             evaluate(node.children[0], context, inside)

@@ -4,7 +4,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import pairwise, product
+from itertools import islice, pairwise, product
 
 import numpy as np
 
@@ -17,6 +17,7 @@ TOLERANCE = 1e-9  # relative to the terms, in floats
 # each known up to a constant of its own: by how much it is moved to see its slope
 ENERGIES = {"V": 1, "E": 2, "L": -3, "V1": 5, "V2": 7}
 MOST_READINGS = 24
+ZERO = Node("number", (0, 0), Fraction(0))  # the right side of an expression alone
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,127 +44,106 @@ class Equation:
     @cached_property
     def names(self) -> set[str]:
         """The quantities in it, those inside definitions too."""
-        found = set().union(*(symbols(side) for side in self.sides))
-        fresh = found & self.definitions.keys()
+        found = set[str]()
+        fresh = set().union(*map(symbols, self.sides))
         while fresh:
-            below = set().union(*(symbols(self.definitions[name]) for name in fresh)) - found
-            found |= below
-            fresh = below & self.definitions.keys()
-        return {self.meanings.get(name, name) for name in found}
+            found |= fresh
+            fresh = set().union(*(symbols(self.definitions[name]) for name in fresh & self.definitions.keys())) - found
+        return set(map(self.meaning, found))
 
     @cached_property
-    def floats(self) -> bool:
-        """Whether a constant may be added: an energy stands in it, and not only its derivatives."""
-        names = {part.value for side in self.sides for part in _undifferentiated(side)}
-        return bool({self.meanings.get(name, name) for name in names} & ENERGIES.keys())
+    def energies(self) -> list[Node]:
+        """The energies in it but for those inside derivatives: a constant may be added to each."""
+
+        def below(node: Node) -> Iterator[Node]:
+            inside = () if node.kind == "derivative" else node.children
+            yield from (one for child in inside for one in below(child))
+            if node.kind == "symbol" and self.meaning(node.value) in ENERGIES:
+                yield node
+
+        return [node for side in self.sides for node in below(side)]
 
     def context(self, quantities: Quantities) -> Context:
         """The equation's own meanings over some quantities."""
-        return Context(
-            quantities,
-            self.definitions,
-            self.frame,
-            self.meanings,
-            bool({"inertia", "inertiaO"} & self.names),
-            self.floats,
-        )
+        tensors, floats = bool({"inertia", "inertiaO"} & self.names), bool(self.energies)
+        return Context(quantities, self.definitions, self.frame, self.meanings, tensors, floats)
 
     def readings(self, words: Vocabulary) -> Iterator["Equation"]:
         """Itself with every other meaning of its names and columns, the likeliest first."""
         several: dict[str, tuple[str, ...]] = {}
-        for part in (p for p in parts(self.sides) if p.written is not None):
-            assert part.written is not None
-            if len(found := words(part.written)) > 1 and found[0] not in self.definitions:
+        for written in filter(None, (part.written for part in parts(self.sides))):
+            if len(found := words(written)) > 1 and found[0] not in self.definitions:
                 several[found[0]] = found
         columns = any(p.kind == "matrix" and p.value == (3, 1) for p in parts(self.sides))
         choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
-        for _, choice in zip(range(MOST_READINGS), choices, strict=False):
-            chosen = dict(zip(several, choice, strict=False))
-            yield replace(self, frame=choice[-1], meanings=chosen)
-
-
-def _undifferentiated(node: Node) -> Iterator[Node]:
-    """The symbols in an expression but for those inside derivatives."""
-    if node.kind == "symbol":
-        yield node
-    elif node.kind != "derivative":
-        for child in node.children:
-            yield from _undifferentiated(child)
+        for *chosen, frame in islice(choices, MOST_READINGS):
+            yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
 
 
 def residuals(
-    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
-) -> Iterator[tuple[Values, Values]]:
+    equation: Equation,
+    quantities: Quantities,
+    known: Known | None = None,
+    instead: Instead | None = None,
+    plain: bool = False,
+) -> list[tuple[Values, Values]]:
     """Of each pair of neighbouring sides: left minus right, rows of scalars (k, n), and the size of the terms (n,).
 
     `instead` gives parts another value; the sizes are then 0. Raises Unread where a vector is set equal to a number.
+
+    They are less what a constant in the energies may account for, but for `plain` ones. That constant is the residual over
+    its slope in the energies. It may depend on the parameters, which the second half of the states shares with the first:
+    what is left is the difference between the halves, times the slope.
     """
+    found: list[tuple[Values, Values]] = []
     if equation.names & {"q_i", "dq_i"}:
         for angle in ("theta", "phi"):
-            meant = {"q_i": angle, "dq_i": f"d{angle}"}
-            yield from residuals(replace(equation, meanings=equation.meanings | meant), quantities, known, instead)
-        return
-    sized = quantities.xp is np and instead is None
+            meant = equation.meanings | {"q_i": angle, "dq_i": f"d{angle}"}
+            found += residuals(replace(equation, meanings=meant), quantities, known, instead, plain)
+        return found
     known = {} if known is None else known
     context = equation.context(quantities)
-    values = [evaluate(side, context, known, instead) for side in equation.sides]
-    if len(values) == 1:
-        values.append(quantities.number(0))
-    for i, (left, right) in enumerate(pairwise(values)):
+    sides = equation.sides if len(equation.sides) > 1 else (*equation.sides, ZERO)
+    values = [evaluate(side, context, known, instead) for side in sides]
+    for (left, right), pair in zip(pairwise(values), pairwise(sides), strict=True):
         if left.shape[:-1] != right.shape[:-1]:  # 0 fits any shape
             if left.ndim == right.ndim:
-                raise Mismatch("vectors of different lengths are set equal", equation.sides[i].span[0])
-            small = i if left.ndim < right.ndim else i + 1
-            node = equation.sides[small] if small < len(equation.sides) else None
-            if node is not None and not (node.kind == "number" and node.value == 0):
-                raise Mismatch("a vector is set equal to a number", node.span[0])
-            left, right = (np.zeros_like(right), right) if small == i else (left, np.zeros_like(left))
+                raise Mismatch("vectors of different lengths are set equal", pair[0].span[0])
+            small = pair[0] if left.ndim < right.ndim else pair[1]
+            if small.kind != "number" or small.value:
+                raise Mismatch("a vector is set equal to a number", small.span[0])
+            left, right = (np.zeros_like(right), right) if small is pair[0] else (left, np.zeros_like(left))
         size: Values = np.zeros(1)
-        if sized:
-            size = norm(left) + sum((scale(side, context, known) for side in equation.sides[i : i + 2]), start=size)
-        yield (left - right).reshape(-1, left.shape[-1]), size
-
-
-def residuals_and_sizes(
-    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
-) -> Iterator[tuple[Values, Values]]:
-    """The residuals, less what a constant in the energies may account for.
-
-    That constant is the residual over its slope in the energies. It may depend on the parameters, which the second half of
-    the states shares with the first: what is left is the difference between the halves, times the slope.
-    """
-    plain = residuals(equation, quantities, known, instead)
-    if not equation.floats:
-        yield from plain
-        return
+        if quantities.xp is np and instead is None:
+            size = norm(left) + sum((scale(side, context, known) for side in pair), start=size)
+        found.append(((left - right).reshape(-1, left.shape[-1]), size))
+    if plain or not equation.energies:
+        return found
+    moved = dict(instead or {})
+    for node in (node for node in equation.energies if id(node) not in moved):
+        name = equation.meaning(node.value)
+        moved[id(node)] = quantities[name] + quantities.number(ENERGIES[name])
     half = quantities.shape[-1] // 2
-    for (rows, size), slope in zip(plain, slopes(equation, quantities, instead), strict=True):
-        if not np.any(slope):
-            yield rows, size
-        else:
+    for i, (there, _) in enumerate(residuals(equation, quantities, None, moved, plain=True)):
+        rows, size = found[i]
+        if np.any(slope := there - rows):
             with np.errstate(all="ignore"):
                 constant = rows / slope
-            yield (constant[:, :half] - constant[:, half : 2 * half]) * slope[:, :half], size
+            found[i] = (constant[:, :half] - constant[:, half : 2 * half]) * slope[:, :half], size
+    return found
 
 
 def stack_residuals(
-    equation: Equation, quantities: Quantities, known: Known | None = None, instead: Instead | None = None
+    equation: Equation,
+    quantities: Quantities,
+    known: Known | None = None,
+    instead: Instead | None = None,
+    plain: bool = False,
 ) -> Values:
     """The residuals as one array (k, n); where a constant in the energies halves some rows, all have the first half."""
-    rows = [rows for rows, _ in residuals_and_sizes(equation, quantities, known, instead)]
+    rows = [rows for rows, _ in residuals(equation, quantities, known, instead, plain)]
     states = min(part.shape[1] for part in rows)
     return np.concatenate([part[:, :states] for part in rows])
-
-
-def slopes(equation: Equation, quantities: Quantities, instead: Instead | None) -> list[Values]:
-    """How the residuals change as the zero of potential energy is moved by one unit, rows (k, n)."""
-    moved = dict(instead or {})
-    for node in (part for side in equation.sides for part in _undifferentiated(side)):
-        name = equation.meanings.get(node.value, node.value)
-        if name in ENERGIES and id(node) not in moved:
-            moved[id(node)] = quantities[name] + quantities.number(ENERGIES[name])
-    both = (residuals(equation, quantities, None, values) for values in (moved, instead or {}))
-    return [there - here for (there, _), (here, _) in zip(*both, strict=True)]
 
 
 def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Values | None:
@@ -181,8 +161,8 @@ def relative_error(equation: Equation, quantities: Quantities, full: Quantities 
     `full` gives other states whose terms the residual is compared with: where nothing turns, terms may be rounding alone.
     """
     with np.errstate(all="ignore"):
-        here = list(residuals_and_sizes(equation, quantities))
-        there = here if full is None else residuals_and_sizes(equation, full)
+        here = residuals(equation, quantities)
+        there = here if full is None else residuals(equation, full)
         tops = np.array([np.sqrt(np.mean(np.sum(rows**2, 0))) for rows, _ in here])
         bottoms = np.array([np.sqrt(np.mean(size**2)) for _, size in there])
     if not (np.isfinite(tops).all() and np.isfinite(bottoms).all()):

@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
 from pendpin.doctor.mending.writing import Printer, Splice, overlap, spliced
@@ -127,8 +127,8 @@ def _needing(equation: Equation, name: str, system: System) -> System | None:
         """The residual with each size of the symbol."""
         nodes = (part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name)
         places = [id(node) for node in nodes]
-        every = (residuals(equation, q, None, dict.fromkeys(places, q.number(size))) for size in sizes)
-        return [np.concatenate([rows for rows, _ in one]) for one in every]
+        instead = (dict.fromkeys(places, q.number(size)) for size in sizes)
+        return [stack_residuals(equation, q, None, values, plain=True) for values in instead]
 
     def needed(q: Quantities) -> Values:
         one, two = rows(q, 1, 2)
@@ -237,7 +237,7 @@ def standing(equation: Equation, system: System) -> tuple[Values, float]:
     An equation multiplied by 4 holds as well; of two mends the one that gives a law in its usual form is the likelier.
     """
     quantities, spec = free_states(system), system.spec
-    values = np.concatenate([rows for rows, _ in residuals(equation, quantities)])
+    values = stack_residuals(equation, quantities, plain=True)
     dimension, disagreement = of_equation(equation, spec)
     usual = dimension is None or tuple(map(int, dimension)) in {*spec.dimensions.values(), (0, 2, -2)}
     odd = 0.0 if usual and not disagreement else UNUSUAL

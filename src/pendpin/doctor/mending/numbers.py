@@ -14,7 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import Known, evaluate
-from pendpin.doctor.checking.residuals import Equation, changed, residuals, stack_residuals
+from pendpin.doctor.checking.residuals import Equation, changed, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, walk
 from pendpin.doctor.systems.base import Quantities, Values, dot, formula
 
@@ -122,7 +122,7 @@ class Numbers:
                 one, two = (self._plain({id(node): (start**power + k) ** (1 / power)}) for k in (1, 2))
                 slope = one - rows
                 if np.abs(two - one - slope).max() <= 1e-10 * np.abs(two).max():
-                    if power == 1 and not self.equation.floats:
+                    if power == 1 and not self.equation.energies:
                         self._slopes[id(node)] = slope
                     step = -(rows * slope).sum(0) / (slope * slope).sum(0)
                     wanted = start**power + step
@@ -132,14 +132,14 @@ class Numbers:
 
     def _plain(self, values: Mapping[int, Values]) -> Values:
         """The residual with other values, (k, n), an energy's constant taken as 0."""
-        every = residuals(self.equation, self.quantities, None, {**self._untouched_values(values), **values})
         with np.errstate(all="ignore"):
-            return np.concatenate([rows for rows, _ in every])
+            instead = {**self._untouched_values(values), **values}
+            return stack_residuals(self.equation, self.quantities, None, instead, plain=True)
 
     def _untouched_values(self, values: Mapping[int, Values]) -> Known:
         """The values of what the parts do not stand in; none where an energy's zero is found by moving it."""
         touched = set().union(*(self._above[place] for place in values))
-        return {} if self.equation.floats else {p: value for p, value in self.known.items() if p not in touched}
+        return {} if self.equation.energies else {p: value for p, value in self.known.items() if p not in touched}
 
 
 # --- values read back as monomials ----------------------------------------------------------------------------------
