@@ -56,7 +56,8 @@ def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, aske
             "joints of one kind"
         )
     equations, parameters = equations_of(engine, effects, start, asked, by_rod)
-    return Compiled(engine, equations, Values.of(parameters), time.thread_time() - begin)
+    base, still = (engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())
+    return Compiled(base, still, equations, Values.of(parameters), time.thread_time() - begin)
 
 
 def in_motion(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:

@@ -12,9 +12,9 @@ from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.dynamics.symbols import bodies_joints, external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
+from pendpin.engines.chains import Thin
 from pendpin.engines.machine.code import Block
 from pendpin.engines.machine.tape import Recording
-from pendpin.engines.spherical import Thin
 from pendpin.equations import recursion, thin_recursion
 from pendpin.equations.trees import Tree, joints_at, outward, prepared, total
 from pendpin.ground.arrays import Array, applied, cross, dot, transposed

@@ -4,17 +4,8 @@ May import: model, effects, equations and what is below them.
 To add an engine: a class in a file here, and when it is taken in dynamics/dynamics.py (`choose_engine`).
 """
 
-from pendpin.engines.base import (
-    CALLBACK_EVERY_SLOW,
-    AngleEngine,
-    Derivative,
-    Engine,
-    Loads,
-    ProgressCallback,
-    Sample,
-)
-from pendpin.engines.chain import LongChain
+from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
+from pendpin.engines.chains import MAX_SPHERICAL, Directions, LongChain, Spherical
 from pendpin.engines.compiled import Compiled, Moving
 from pendpin.engines.machine.code import Function, Values
 from pendpin.engines.pinocchio import Canonical, CanonicalForm, Revolute
-from pendpin.engines.spherical import MAX_SPHERICAL, Directions, Spherical

@@ -58,7 +58,6 @@ class Engine(ABC):
     name: str
     compile_seconds: float = 0.0
     compiles = False  # whether its equations are machine code
-    symbolic = True  # whether its equations can be recorded
     on_angles = False  # whether its state is y = (q, v), so that phi = ±pi/2 is singular for thin rods
 
     def __init__(self, model: Model, loads: Loads) -> None:

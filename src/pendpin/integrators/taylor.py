@@ -129,7 +129,7 @@ class Taylor(Integrator):
     def compiled(self, engine: Engine) -> Any:
         """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""
         begin, joints = time.thread_time(), len(engine.model.joints)
-        if not engine.symbolic:
+        if engine.compiles:
             raise InputError("solver.engine: taylor compiles series of its own; leave solver.engine out")
         if joints > MAX_JOINTS:
             most = f"{MAX_JOINTS // 2} rods, or {MAX_JOINTS} joints"

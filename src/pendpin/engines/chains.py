@@ -1,8 +1,8 @@
-"""Chains of thin rods without joint effects: every joint acts as a spherical joint, and no position is singular.
+"""Chains of rods by the hand-derived equations, O(n), on angles and in directions; few thin rods on spherical joints.
 
-A thin rod has no axial inertia, so its direction is its complete state; only the angles are singular at phi = ±pi/2. Short
-chains use Pinocchio's spherical joints, long ones the hand-derived equations in directions. Angles are computed
-from the directions, continuously.
+A thin rod has no axial inertia: without joint effects its joint acts as a spherical joint, its direction is its complete
+state, and only the angles are singular at phi = ±pi/2. Short chains of them use Pinocchio's spherical joints, long ones the
+hand-derived equations in directions. Angles are computed from the directions, continuously.
 """
 
 from abc import abstractmethod
@@ -14,16 +14,16 @@ from typing import Any
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
-from pendpin.engines.chain import LongChain
+from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
 from pendpin.engines.pinocchio import Revolute, centres_of, external_forces
-from pendpin.equations.base import PHI, split_by_rod
-from pendpin.equations.chain import angles, thin
-from pendpin.equations.chain.kinematics import ChainInertia, Joints, rods_last
-from pendpin.ground.arrays import Array, across, cross
+from pendpin.equations.base import PHI, THETA, split_by_rod
+from pendpin.equations.chain import angles, solution, thin
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, motion, rods_last
+from pendpin.ground.arrays import Array, Indices, across, applied, cross
 from pendpin.model.bodies import append_body, pinocchio, with_gravity
 from pendpin.model.build import FLIP, SIGNS, Model
 
+BATCH = 1 << 13  # rods solved at once: what they need stays in the fast memory of a processor
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
 OFF = 1e-14  # of a square: a vector is unit within this
 # Where the product of cos(phi) of at most MAX_SPHERICAL thin rods is above this, ABA agrees with the chain equations within
@@ -31,6 +31,84 @@ OFF = 1e-14  # of a square: a vector is unit within this
 # the pole itself.
 REGULAR = 0.1
 MAX_SPHERICAL = 10  # rods; in longer chains Pinocchio's spherical joints lose digits (docs/pinocchio_notes.md)
+
+
+class LongChain(AngleEngine):
+    """Every joint's reactions as the unknowns of one banded system; y = (q, v)."""
+
+    name = "chain"
+
+    def __init__(self, model: Model, loads: Loads) -> None:
+        super().__init__(model, loads)
+        assert model.chain is not None
+        self._chain = model.chain
+
+    def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """(v, q'') from one banded solve."""
+
+        def derivative(dy: Array, t: float, y: Array) -> None:
+            q, v = y.reshape(2, -1)
+            dy[:] = np.concatenate([v, self.accelerate(t, q, v)])
+
+        return count_calls(derivative, progress)
+
+    def motion(self, y: Array) -> Motion:
+        """Poses and velocities of all rods from y = (q, v), (2 nv,)."""
+        return self._motion(*split_by_rod(y.reshape(2, -1)))
+
+    def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """Solves of some states at a time; the wrench on a massless cross is its rod's, in the cross's frame."""
+        size, a, wrench = max(1, BATCH // self._chain.n), np.empty(q.shape), np.empty((*q.shape, 6))
+        states = (t, q, v) if torque is None else (t, q, v, torque)
+        for part in (slice(i, i + size) for i in range(0, len(t), size)):
+            block = self._solve(*(x[part] for x in states))
+            a[part] = block.acceleration.reshape(-1, q.shape[1])
+            wrench[part, PHI] = block.wrench * np.tile(SIGNS, 2)
+            s, c = np.sin(q[part, PHI, None]), np.cos(q[part, PHI, None])
+            x, y, z = (block.wrench[..., i::3] for i in range(3))
+            of_cross = wrench[part, THETA]
+            of_cross[..., ::3], of_cross[..., 1::3], of_cross[..., 2::3] = c * x + s * z, -y, s * x - c * z
+        return Sample(a, wrench)
+
+    def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
+        """q'' (nv,) rad/s² from one banded solve, with torques (nv,) added."""
+        extra = None if torque is None else torque[None]
+        return self._solve(np.array([t]), q[None], v[None], extra).acceleration.reshape(-1)
+
+    def compliance(self, q: Array, joints: Indices) -> Array:
+        """Columns (nv, k) of the inverse mass matrix at q (nv,), one solve for each of k joints."""
+        k, shape = len(joints), (len(joints), self._chain.n, 2)
+        torque = np.zeros((k, len(q)))
+        torque[np.arange(k), joints] = 1.0
+        angles = np.broadcast_to(split_by_rod(q), shape)
+        unit_responses = solution.solve(self._chain, angles, np.zeros(shape), np.zeros(3), torque=torque.reshape(shape))
+        return unit_responses.acceleration.reshape(k, -1).T
+
+    def _solve(self, t: Array, q: Array, v: Array, extra: Array | None = None) -> solution.ChainSolution:
+        """The chain equations at times (n,) and states (n, nv), all at once."""
+        loads = self.loads
+        angles, rates = split_by_rod(q), split_by_rod(v)
+        torque, force, moment = extra, None, None
+        if loads.torque is not None:
+            of_effects = np.array([loads.torque(*state) for state in zip(t, q, v, strict=True)])
+            torque = of_effects if extra is None else of_effects + extra
+        if torque is not None:
+            torque = torque.reshape(angles.shape)
+        if loads.wrench is not None:
+            force, moment = (x * SIGNS for x in loads.wrenches(t, self._motion(angles, rates)))
+        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
+        return solution.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
+
+    def _motion(self, q: Array, v: Array) -> Motion:
+        """Poses and velocities in W of n rods with angles and rates q, v (..., n, 2)."""
+        moving = motion(self._chain, q, v)
+        start = np.zeros((*q.shape[:-2], 1, 3))
+        return Motion(
+            np.concatenate([start, moving.tips[..., :-1, :]], -2) * SIGNS,
+            FLIP @ moving.frames @ FLIP,
+            np.concatenate([start, moving.tip_velocities[..., :-1, :]], -2) * SIGNS,
+            applied(moving.frames, moving.omega) * SIGNS,
+        )
 
 
 class Thin(Engine):
@@ -44,10 +122,6 @@ class Thin(Engine):
     @abstractmethod
     def directions(self, y: Array) -> tuple[Array, Array]:
         """Unit directions of the rods and their rates, (n, rods, 3) in I, from states y (n, size)."""
-
-    @abstractmethod
-    def speeds(self, y: Array) -> Array:
-        """How fast the rods' directions turn, |d'| (n, rods) in rad/s, from states y (n, size)."""
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
         """Angles and rates (n, nv) read from directions, with states between where a rod passes near a pole."""
@@ -74,7 +148,7 @@ class Thin(Engine):
 
     def density(self, y: Array) -> float:
         """The states per second between which no rod turns more than TURN relative to the one above; y (n, size)."""
-        speed = self.speeds(y)
+        speed = np.linalg.norm(self.directions(y)[1], axis=-1)
         speed[:, 1:] += speed[:, :-1].copy()
         return float(speed.max()) / TURN
 
@@ -132,11 +206,6 @@ class Directions(Thin):
         d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
         d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
         return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
-
-    def speeds(self, y: Array) -> Array:
-        """|omega| (k, n) from states (k, 6 n)."""
-        omega = y[:, 3 * self.chain.n :].reshape(len(y), -1, 3)
-        return np.sqrt(np.einsum("kni,kni->kn", omega, omega))
 
     def project(self, y: Array) -> Array:
         """The state (6 n,) with unit directions and omega normal to them."""
@@ -207,10 +276,6 @@ class Spherical(Thin):
         d = -R[..., 2]
         rate = cross(np.einsum("knij,knj->kni", R, omega), d)
         return d * SIGNS, rate * SIGNS
-
-    def speeds(self, y: Array) -> Array:
-        """|d'| (k, n) from states (k, 7 n)."""
-        return np.linalg.norm(self.directions(y)[1], axis=-1)
 
     def project(self, y: Array) -> Array:
         """The state (7 n,) with unit quaternions and no spin."""
