@@ -18,8 +18,8 @@ import numpy as np
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.compiling import external_wrenches, tree_with_numbers
 from pendpin.dynamics.parameters import GIVEN
-from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.ground.arguments import number_at

@@ -18,8 +18,8 @@ from scipy.integrate import solve_ivp
 
 import pendpin as pp
 from pendpin import effects as fx
+from pendpin.dynamics.compiling import record, records_by_rod
 from pendpin.dynamics.dynamics import bind
-from pendpin.dynamics.symbols import record, records_by_rod
 from pendpin.effects.joints import _asin_over_x
 from pendpin.graphics.run_drawing import plots_of
 from pendpin.model import kinematics

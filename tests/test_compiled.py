@@ -20,10 +20,9 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
-from pendpin.dynamics.compiling import compilable
+from pendpin.dynamics.compiling import compilable, record
 from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.symbols import record
 from pendpin.engines import Compiled
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.code import Block, Callback, Code, Function

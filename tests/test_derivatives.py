@@ -12,9 +12,9 @@ from effect_cases import EFFECTS, MODELS
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.compiling import external_wrenches, tree_with_numbers
 from pendpin.dynamics.derivatives import Variational
 from pendpin.dynamics.parameters import GIVEN
-from pendpin.dynamics.symbols import external_wrenches, tree_with_numbers
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.model.bodies import with_gravity

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.dynamics.efforts import explain
+from pendpin.dynamics.dynamics import explain
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
 from pendpin.sweeps import significance as significance_module
 from pendpin.sweeps.significance import significance

@@ -12,7 +12,7 @@ from scipy import stats
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.dynamics.symbols import staying_zero
+from pendpin.dynamics.compiling import staying_zero
 from pendpin.errors import Interrupted
 from pendpin.sweeps import cases, plan
 from pendpin.sweeps.cases import Block, Task, run_block, run_case

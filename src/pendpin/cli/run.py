@@ -60,7 +60,7 @@ def run(
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
     from pendpin.dynamics.dynamics import bind
-    from pendpin.dynamics.efforts import explain as explain_run
+    from pendpin.dynamics.dynamics import explain as explain_run
     from pendpin.graphics.figure import save_plot
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run

@@ -39,10 +39,9 @@ NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice a
 
 
 class HeldTorque(Torque):
-    """A Torque with `every` in the dynamics of one run, which integrates with what is held.
+    """A Torque with `every` in the dynamics of one run: the function itself as long as none has begun.
 
-    As long as no run has begun it is the function itself. During one it is what was sampled last; afterwards, for
-    accelerations and work at the samples, the recorded output.
+    During the run it is what was sampled last; afterwards, for accelerations and work at the samples, the recorded output.
     """
 
     _effect: Torque = PrivateAttr()
@@ -87,14 +86,11 @@ class HeldTorque(Torque):
         Raises InputError for outputs that are not of these joints.
         """
         self._start, room = start, np.zeros((self._place(end) + 1, len(self._joints)))
-        self._given = 0 if recorded is None else min(len(recorded), len(room))
-        if recorded is not None:
-            if recorded.shape[1:] != room.shape[1:]:
-                raise InputError(
-                    f"the run's outputs of a torque are of {recorded.shape[1:]} joints, not {room.shape[1:]}"
-                )
-            room[: self._given] = recorded[: self._given]
-        self._values, self._current = room, None
+        given = room[:0] if recorded is None else recorded[: len(room)]
+        if given.shape[1:] != room.shape[1:]:
+            raise InputError(f"the run's outputs of a torque are of {given.shape[1:]} joints, not {room.shape[1:]}")
+        room[: len(given)] = given
+        self._given, self._values, self._current = len(given), room, None
 
     def is_instant(self, t: float) -> bool:
         """Whether t, in s since the start, is an instant but for its rounding."""
@@ -161,9 +157,8 @@ LATEST = 340  # digits: more than a time times a frequency can have before its p
 def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
-    In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold.
-
-    Raises InputError for a joint or link that the model lacks, whatever the strength.
+    In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold. Raises InputError
+    for a joint or link that the model lacks, whatever the strength.
     """
     acts = list(expand_as_written(model, effects))
     for i, effect in enumerate(acts):
@@ -196,9 +191,9 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
         # a number that derivatives.py makes complex has the place of the real one
         return repr(value.real) if isinstance(value, complex) else repr(value)
 
-    def place(pair: tuple[Effect, str]) -> tuple[str, ...]:
-        effect, _ = pair
-        return (type(effect).__name__, *(text(getattr(effect, name)) for name in type(effect).model_fields))
+    def place(pair: tuple[Effect, str]) -> list[str]:
+        kind = type(pair[0])
+        return [kind.__name__, *(text(getattr(pair[0], name)) for name in kind.model_fields)]
 
     return sorted(acts, key=place) if len(acts) > 1 else acts
 
@@ -307,7 +302,7 @@ def readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
 
 
 def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects with those that an as_written stands for.
+    """The effects with those that an as_written stands for: the damping, friction and limits that its URDF writes.
 
     The first of them takes its place, the others come at the end: every other effect keeps its place in the list.
     Raises InputError where the model has no file that could have written any.
@@ -325,26 +320,17 @@ def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, 
 
 def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:
     """One effect for each number, or pair of limits, that some of the joints share."""
-
-    def grouped(key: Callable[[WrittenJoint], tuple]) -> dict[tuple, list[str]]:
-        """The names of the joints by their numbers, without those that have none."""
-        groups = dict[tuple, list[str]]()
-        for joint in joints:
-            if any(number is not None for number in key(joint)):
-                groups.setdefault(key(joint), []).append(joint.name)
-        return groups
-
-    def limits(joint: WrittenJoint) -> tuple[float | None, ...]:
-        return tuple(x if math.isfinite(x) else None for x in (joint.lower, joint.upper))
-
+    laws: list[tuple[bool, type[Effect], Callable[[WrittenJoint], dict[str, float]]]] = [
+        (effect.damping, Viscous, lambda joint: {"coefficient": joint.damping}),
+        (effect.friction, DryFriction, lambda joint: {"kinetic": joint.friction}),
+        (effect.limits, Stop, lambda joint: {"lower": joint.lower, "upper": joint.upper}),
+    ]
     effects = list[Effect]()
-    if effect.damping:
-        by_value = grouped(lambda joint: (joint.damping or None,))
-        effects += [Viscous(coefficient=damping, joints=names) for (damping,), names in by_value.items()]
-    if effect.friction:
-        by_value = grouped(lambda joint: (joint.friction or None,))
-        effects += [DryFriction(kinetic=friction, joints=names) for (friction,), names in by_value.items()]
-    if effect.limits:
-        by_value = grouped(limits)
-        effects += [Stop(lower=lower, upper=upper, joints=names) for (lower, upper), names in by_value.items()]
+    for acts, kind, written in laws:
+        names = dict[tuple[tuple[str, float], ...], list[str]]()  # of the joints, by their numbers
+        for joint in joints if acts else ():
+            numbers = tuple((name, x) for name, x in written(joint).items() if math.isfinite(x) and (x or kind is Stop))
+            if numbers:
+                names.setdefault(numbers, []).append(joint.name)
+        effects += [kind(**dict(numbers), joints=some) for numbers, some in names.items()]
     return effects

@@ -12,15 +12,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.dynamics.acting import (
-    chosen_bodies,
-    chosen_joints,
-    in_order,
-    law,
-    plain_arithmetic,
-    readable,
-    since,
-)
+from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, plain_arithmetic, readable, since
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
 from pendpin.engines import Loads
@@ -120,20 +112,17 @@ class Binding:
                 wrenches.append(bound.at)
         complete = self.complete
 
+        def exert(t: Any, motion: Motion) -> tuple[Array, Array]:
+            parts = [function(t, motion) for function in wrenches]
+            return parts[0] if len(parts) == 1 else tuple(sum(x, np.zeros(3)) for x in zip(*parts, strict=True))
+
         def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
-            motion, (first, *others) = complete(t, motion), wrenches
-            if not others:
-                return first(t, motion)
-            forces, moments = zip(*(function(t, motion) for function in wrenches), strict=True)
-            return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
+            return exert(t, complete(t, motion))
 
         def many(t: Array, motion: Motion) -> tuple[Array, Array]:
             """The wrench at times (k,) and motions (k, n, ...)."""
-            shape = motion.origin.shape
-            completed, spread = complete(t, motion), t[:, None, None]
-            parts = [function(spread, completed) for function in wrenches]
-            force, moment = parts[0] if len(parts) == 1 else (sum(x, np.zeros(3)) for x in zip(*parts, strict=True))
-            return np.broadcast_to(force, shape), np.broadcast_to(moment, shape)
+            force, moment = exert(t[:, None, None], complete(t, motion))
+            return np.broadcast_to(force, motion.origin.shape), np.broadcast_to(moment, motion.origin.shape)
 
         return Loads(
             self.numbers(constant),
@@ -157,13 +146,6 @@ class Binding:
 
         return each
 
-    # --- what all bodies share --------------------------------------------------------------------------------------
-
-    @property
-    def steady(self) -> bool:
-        """Whether what all bodies share does not change with time."""
-        return all(effect.constant for effect in self.effects if isinstance(effect, FieldEffect))
-
     def field(self, effect: FieldEffect, name: str) -> Callable[[Any], Array]:
         """A function of time of a field, by its name, as a function t -> (3,)."""
         moved, early = effect.since(self.start)
@@ -180,21 +162,17 @@ class Binding:
         frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
         fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]
         steady = self.numbers(sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)))
-        varying = [self.field(effect, "field") for effect in fields if not effect.constant]
-        positions = [self.field(effect, "position") for effect in frames]
-        velocities = [self.field(effect, "velocity") for effect in frames]
-
-        def shared(functions: Sequence[Callable[[Any], Array]], t: Any, first: Array) -> Array:
-            """The sum (3,) of functions of the time, at times (k,) as (k, 1, 3)."""
-            vectors = (function(t) for function in functions)
-            return sum((x[:, None] if x.ndim > 1 else x for x in vectors), first)
+        sums = {"gravity": ([self.field(effect, "field") for effect in fields if not effect.constant], steady)}
+        if frames:
+            sums["pivot"] = [self.field(effect, "position") for effect in frames], np.zeros(3)
+            sums["pivot_velocity"] = [self.field(effect, "velocity") for effect in frames], np.zeros(3)
 
         def complete(t: Any, motion: Motion) -> Motion:
-            motion = motion._replace(gravity=shared(varying, t, steady))
-            if not frames:
-                return motion
-            pivot, velocity = shared(positions, t, np.zeros(3)), shared(velocities, t, np.zeros(3))
-            return motion._replace(pivot=pivot, pivot_velocity=velocity)
+            given = dict[str, Array]()
+            for name, (functions, first) in sums.items():
+                vectors = (function(t) for function in functions)  # (3,); at times (k,) they are (k, 3)
+                given[name] = sum((x[:, None] if x.ndim > 1 else x for x in vectors), first)
+            return motion._replace(**given)
 
         return complete
 
@@ -248,6 +226,7 @@ class BoundField(Bound):
         return readable(self.effect, self._where, self._binding.xp, self._binding.field(self.effect, "field"))
 
     def power(self) -> Power:
+        """The sum of m v . field over the bodies, W."""
         field, bodies, xp = self.at, self._binding.bodies, self._binding.xp
 
         def power(state: State) -> Any:
@@ -257,6 +236,7 @@ class BoundField(Bound):
         return power
 
     def potential(self) -> Potential | None:
+        """That of a constant field, J."""
         if not self.effect.constant:
             return None
         model, field = self._binding.model, self.effect.field(0.0)
@@ -277,8 +257,9 @@ class BoundTorque(Bound):
         if each is not None:
             of_rods = numbers.bodies(each.reshape(len(model.rods), -1))
             torques = partial(torques, each=of_rods.reshape(-1, each.shape[-1]))
-        if self._angles is not None:  # the law is of every rod's theta and phi
-            torques = _on_joints(torques, self._angles[: 2 if numbers.by_rod else None])
+        if self._angles is not None:  # the law is of every rod's theta and phi, and some rods have one of them
+            angles = self._angles[: 2 if numbers.by_rod else None]
+            return self._timed(lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles])
         if self.effect.on is None:
             return self._timed(torques)
         chosen = chosen_joints(model, self.effect.on, self._where)
@@ -311,19 +292,16 @@ class BoundTorque(Bound):
         return None if self._each is None or tree is None or tree.angles.all() else tree.angles.ravel()
 
     def power(self) -> Power:
+        """torque . v, W."""
         torque, xp = self.at, self._binding.xp
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
+        """That which the effect offers, J."""
         chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
         of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles))
         return self._where_offered(lambda q, poses: self.effect.potential(of_law(q), **given))
-
-
-def _on_joints(torques: Torque, angles: Array) -> Torque:
-    """A law of every rod's theta and phi as one of the model's joints, where some rods have one of them."""
-    return lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles]
 
 
 def _spread(x: Array, angles: Array) -> Array:
@@ -365,6 +343,7 @@ class BoundWrench(Bound):
         return self._timed(lambda t, motion: tuple(map(scattered, wrench(t, some, motion.of(chosen)))))
 
     def power(self) -> Power:
+        """The sum of F . v + M . omega over the bodies, W."""
         complete, bodies, xp, wrench = self._binding.complete, self._binding.bodies, self._binding.xp, self.at
 
         def power(state: State) -> Any:
@@ -374,8 +353,8 @@ class BoundWrench(Bound):
         return power
 
     def potential(self) -> Potential | None:
-        # it may look at gravity and at where W is: where these change with time, it has no potential
-        if not self._binding.steady:
+        """That which the effect offers, J. It may look at gravity and at where W is: None where these change with time."""
+        if not all(effect.constant for effect in self._binding.effects if isinstance(effect, FieldEffect)):
             return None
         chosen = chosen_bodies(self._binding.model, self.effect.on, self._where)
         bodies, rest = bodies_of(self._binding.model).of(chosen), np.zeros((len(chosen), 3))

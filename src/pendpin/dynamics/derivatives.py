@@ -17,11 +17,10 @@ import numpy as np
 
 from pendpin.dynamics.acting import acting, expand_as_written
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import look_up
+from pendpin.dynamics.compiling import MOTION, Asked, look_up, parameters_of, record, records_by_rod
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters
-from pendpin.dynamics.symbols import MOTION, Asked, parameters_of, record, records_by_rod
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines import AngleEngine, Engine, LongChain, Revolute, Values
 from pendpin.engines.machine import llvm
@@ -216,10 +215,8 @@ def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, .
 
 
 def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[Any, ...]:
-    """The records with an imaginary part in the number at a path, whose place at `depth` is that of one of them.
-
-    Empty if there is no such record.
-    """
+    """The records with an imaginary part in the number at a path, whose place at `depth` is that of one of them."""
+    # Empty if there is no such record.
     place, rest = path[depth] if len(path) > depth else None, path[depth + 1 :]
     if not isinstance(place, int) or place >= len(records):
         return ()

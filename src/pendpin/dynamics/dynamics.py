@@ -1,7 +1,7 @@
-"""A model with its effects bound once: accelerations, joint wrenches, energy; nothing is evaluated for the rest."""
+"""A model with its effects bound once: accelerations, joint wrenches, energy, efforts; nothing is evaluated for the rest."""
 
 import math
-from collections.abc import Callable, Hashable
+from collections.abc import Callable, Hashable, Sequence
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -9,24 +9,26 @@ from typing import Any, Literal
 
 import numpy as np
 
-from pendpin.dynamics.acting import HeldTorque, acting
-from pendpin.dynamics.binding import Accounts, Binding
-from pendpin.dynamics.compiling import compile_engine, in_motion
+from pendpin.dynamics.acting import HeldTorque, acting, recall_outputs
+from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
+from pendpin.dynamics.compiling import Asked, compile_engine, in_motion
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
-from pendpin.dynamics.samples import Sampler, compile_sampler, samples_compile
-from pendpin.dynamics.symbols import Asked
-from pendpin.effects import ContactEffect, Effect
+from pendpin.dynamics.samples import Sampler, compile_sampler
+from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
-from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
+from pendpin.engines.pinocchio import centres_of, forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
-from pendpin.model.bodies import with_gravity
+from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model, build
 from pendpin.model.notes import homes
-from pendpin.scene import METHODS, Form, Scene, chosen_scene
-from pendpin.trajectory import HingeReactions, Reactions
+from pendpin.scene import METHODS, Form, Scene, chosen_scene, scene_of
+from pendpin.trajectory import HingeReactions, Reactions, RunRecord, Stats
+
+CONTACTS = "contacts"  # dry friction and stops together
+Effort = Callable[[float, Array, Array, Motion], Array]  # t since the start, q, v (nv,), motion -> (nv,)
 
 
 class Dynamics:
@@ -106,8 +108,7 @@ class Dynamics:
 
     def use_compiled_samples(self) -> None:
         """Compute samples in machine code where that is possible: those of rods with pendpin's own effects."""
-        if samples_compile(self.model, self.effects):
-            self.sampler = compile_sampler(self._base, self.effects, self.start)
+        self.sampler = compile_sampler(self._base, self.effects, self.start)
 
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape, and not finite."""
@@ -232,3 +233,88 @@ def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions 
     M1 = np.select([kinds == "universal", kinds == "y"], [-Mc * s, M1], none)
     M3 = np.where(kinds == "universal", Mc * c, M3)
     return HingeReactions(R1, R2, -minus_R3, M1, np.where(kinds == "x", M2, none), M3, Mc)
+
+
+# --- what acts on each joint of a run, effect by effect, and in words what a scene's dynamics evaluate -----------------
+
+
+def efforts(run: RunRecord) -> dict[str, Array]:
+    """The generalised force of each kind of effect on each joint at the samples, (n, nv) in N m, N for slides.
+
+    Of a field and of a wrench on a body by d'Alembert's principle, J^T F; of a joint effect its torques. What dry friction
+    and stops exert is what the motion needs and nothing else gives: together they are "contacts". The sum of all is the
+    inverse dynamics of the motion. Raises InputError where the run's scene cannot be built again, and for a chain too long
+    for Pinocchio.
+    """
+    dynamics = bind(scene_of(run))
+    recall_outputs(dynamics.sampled_torques, run, float(run.t[-1]) - dynamics.start, dynamics.start)
+    if dynamics.model.pin is None:
+        raise InputError(f"efforts: {len(run.joints)} joints are too many for Pinocchio's memory")
+    pin, model = pinocchio(), dynamics.model.pin.copy()
+    model.gravity = pin.Motion.Zero()
+    data, engine, start = model.createData(), Revolute(dynamics.model, dynamics.loads), dynamics.start
+    acts = [(bound.effect.kind, _effort(dynamics, bound, model)) for bound in dynamics.binding.acts if bound]
+    kinds = dict.fromkeys(kind for kind, _ in acts)
+    out = {kind: np.zeros_like(run.q) for kind in kinds}
+    rest = np.zeros_like(run.q)
+    for i, (t, q, v, a) in enumerate(zip(run.t - start, run.q, run.v, run.a, strict=True)):
+        motion = engine.motion(np.concatenate([q, v]))
+        for kind, effort in acts:
+            out[kind][i] += effort(float(t), q, v, motion)
+        rest[i] = pin.rnea(model, data, q, v, a) - sum(out[kind][i] for kind in kinds)
+    return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
+
+
+def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
+    """The generalised force of one effect. `model` is a pin.Model without gravity."""
+    pin, model = pinocchio(), model.copy()
+    data, complete, coms = model.createData(), dynamics.binding.complete, dynamics.binding.bodies.com
+
+    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
+        if isinstance(bound, BoundTorque):
+            return bound.at(t, q, v)
+        if isinstance(bound, BoundField):
+            model.gravity.linear = np.asarray(bound.at(t), float)
+            return -pin.computeGeneralizedGravity(model, data, q)
+        wrenches = turn_into_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
+        external, still = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints), np.zeros(len(q))
+        return -pin.rnea(model, data, q, still, still, external)
+
+    return effort
+
+
+def explain(dynamics: Dynamics, stats: Stats) -> tuple[str, ...]:
+    """Lines of text for a person, in the order in which an evaluation goes; `stats` of the run, which chose its engine."""
+    model, loads, effects = dynamics.model, dynamics.loads, dynamics.effects
+
+    def names(of: Sequence[str]) -> str:
+        more = f", ... ({len(of)} in all)" if len(of) > 6 else ""
+        return ", ".join(of[:6]) + more if of else "none"
+
+    def interface(title: str, chosen: list[Effect]) -> list[str]:
+        return [f"{title}: {names([effect.kind for effect in chosen])}"] if chosen else []
+
+    fields = [e for e in effects if isinstance(e, FieldEffect)]
+    constant = names([e.kind for e in fields if e.constant])
+    calls = {
+        "the fields that vary with time": loads.varying is not None,
+        "the joint torques": loads.torque is not None,
+        "the kinematics of the bodies and the wrenches on them": loads.wrench is not None,
+        "one solve for the accelerations": True,
+        "another one for the torques that hold joints, if any are held": dynamics.contacts is not None,
+    }
+    one = stats.method == "taylor" or "compiled" in stats.engine
+    called = "one compiled function of all this" if one else ", ".join(call for call, made in calls.items() if made)
+    return (
+        f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}",
+        f"constant fields: {constant}, summed once: {np.array2string(loads.constant, precision=6)} m/s²",
+        *interface("fields that vary with time", [e for e in fields if not e.constant]),
+        *(f"joint torques: {e.kind} on {names(e.on or model.joints)}" for e in effects if isinstance(e, JointEffect)),
+        *interface(
+            "body wrenches, from the poses and velocities of all bodies",
+            [e for e in effects if isinstance(e, BodyEffect)],
+        ),
+        *(f"events: {e.kind} on {names(e.joints or model.joints)}" for e in effects if isinstance(e, ContactEffect)),
+        *interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)]),
+        f"an evaluation calls: {called}",
+    )

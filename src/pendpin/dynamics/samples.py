@@ -1,15 +1,20 @@
 """What is computed at the samples of a run, as machine code: accelerations, wrenches, poses and the kinetic energy."""
 
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.dynamics.binding import Binding, bodies_of
-from pendpin.dynamics.compiling import compilable, look_up
+from pendpin.dynamics.compiling import (
+    bodies_joints,
+    compilable,
+    external_wrenches,
+    look_up,
+    motion_in_links,
+    tree_with_numbers,
+)
 from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
-from pendpin.dynamics.symbols import bodies_joints, external_wrenches, motion_in_links, tree_with_numbers
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
 from pendpin.engines.chains import Thin
@@ -60,30 +65,27 @@ class Sampler:
         return RodSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, more[:, -1].copy())
 
 
-def samples_compile(model: Model, effects: Sequence[Effect]) -> bool:
-    """Whether samples are computed in machine code: those of rods with pendpin's own effects."""
+def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler | None:
+    """The samples of rods with pendpin's own effects in machine code, at times since `start` in s; None of others."""
+    model = engine.model
     few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
-    return few and compilable(model, effects)
-
-
-def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler:
-    """The samples of rods in machine code, at times since `start` in s."""
+    if not (few and compilable(model, effects)):
+        return None
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
-    parameters = list_parameters(engine.model, _by_rod(engine.model))
+    parameters = list_parameters(model, _by_rod(model))
     parameters.constant("samples")
     _sampled(engine, effects, start, parameters, np)
-    equations = look_up(parameters.structure, partial(record_samples, engine, effects, start), parameters)
-    return Sampler(engine.model, equations.block(Values.of(parameters)))
 
+    def record() -> Recording:
+        """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
+        tape, numbers, xp, state = begin_state(model, _by_rod(model), PARTS)
+        rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state)
+        if numbers.by_rod:
+            return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
+        return Recording(tape, [], [*rows, kinetic], width=state.size)
 
-def record_samples(engine: Engine, effects: Sequence[Effect], start: float) -> Recording:
-    """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
-    tape, numbers, xp, state = begin_state(engine.model, _by_rod(engine.model), PARTS)
-    rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state)
-    if numbers.by_rod:
-        return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
-    return Recording(tape, [], [*rows, kinetic], width=state.size)
+    return Sampler(model, look_up(parameters.structure, record, parameters).block(Values.of(parameters)))
 
 
 def _by_rod(model: Model) -> bool:
@@ -96,7 +98,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     numbers.constant((thin, numbers.by_rod))
     loads = Binding(model, effects, xp, start, numbers).loads
     bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
-    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+    external = external_wrenches(model, loads, numbers, tree, xp)
 
     def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:
         """By the articulated bodies and Newton-Euler."""

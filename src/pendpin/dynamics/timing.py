@@ -74,11 +74,9 @@ def timing(
 def _sample(
     dynamics: Dynamics, effects: Sequence[Effect], i: int, q: Array, v: Array, duration: float
 ) -> tuple[Array, Array, Array]:
-    """One effect at even times t (n,): t, the times of its jumps (j,), and its values (n, k) less these jumps.
-
-    They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
-    only, and not at rest; no direction of the joints is special.
-    """
+    """One effect at even times t (n,): t, the times of its jumps (j,), and its values (n, k) less these jumps."""
+    # They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
+    # only, and not at rest; no direction of the joints is special.
     binding = Binding(dynamics.model, effects, start=dynamics.start)
     bound: Any = binding.bound(effects[i], f"effects[{i}]")
 

@@ -15,11 +15,10 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import look_up
+from pendpin.dynamics.compiling import external_wrenches, look_up, records_by_rod, tree_with_numbers
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
-from pendpin.dynamics.symbols import external_wrenches, records_by_rod, tree_with_numbers
 from pendpin.effects import Effect
 from pendpin.engines import Engine, Values
 from pendpin.engines.machine.tangents import STATE, add_tangents
@@ -83,7 +82,7 @@ def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: 
     numbers.constant(() if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies)))
     loads = Binding(model, effects, xp, start, numbers).loads
     tree = tree_with_numbers(model, numbers)
-    external = None if loads.wrench is None else external_wrenches(model, loads, numbers, tree, xp)
+    external = external_wrenches(model, loads, numbers, tree, xp)
 
     def residual(t: Any, q: Array, v: Array, a: Array) -> Array:
         wrenches = recursion.wrenches(tree, q, v, a, loads.field(t), external and external(t, q, v), xp)
@@ -246,10 +245,8 @@ def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, i
 
 
 def _frequency_and_damping(one: complex, other: complex) -> tuple[float, float]:
-    """Frequency and damping ratio of two eigenvalues: s² + 2 zeta omega s + omega² is 0 at both.
-
-    Of two real ones on either side of 0 the growing one counts: its rate, with a damping ratio of -1.
-    """
+    """Frequency and damping ratio of two eigenvalues: s² + 2 zeta omega s + omega² is 0 at both."""
+    # Of two real ones on either side of 0 the growing one counts: its rate, with a damping ratio of -1.
     if one.imag:
         return abs(one), -one.real / abs(one) + 0.0
     if one.real > 0 > other.real or (one.real > 0 and other.real == 0):

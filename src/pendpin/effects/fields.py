@@ -266,10 +266,8 @@ def _vector_at(track: Track, t: Any, order: int) -> Any:
 
 
 def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
-    """E Omega, (n, 3), of omega (3,) or (n, 3): E is the integral of r r^T dm about the centre of mass.
-
-    It has no part across a thin rod.
-    """
+    """E Omega, (n, 3), of omega (3,) or (n, 3): E is the integral of r r^T dm about the centre of mass."""
+    # It has no part across a thin rod.
     trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)
     E = trace[:, None, None] / 2 * np.eye(3) - bodies.inertia
     R = motion.rotation

@@ -140,10 +140,8 @@ class Bending(JointEffect):
 
 
 def _half_angle_squares(s1: Any, c1: Any, s2: Any, c2: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
-    """The squares of sine and cosine of alpha / 2, from those of theta and phi and the direction (x, y, z) of no moment.
-
-    A quarter of the squares of difference and sum of two unit vectors: both without cancellation, and never below 0.
-    """
+    """The squares of sine and cosine of alpha / 2, from those of theta and phi and the direction (x, y, z) of no moment."""
+    # A quarter of the squares of difference and sum of two unit vectors: both without cancellation, and never below 0.
     dx, dy, dz = s2, -s1 * c2, -c1 * c2
     return (
         ((dx - x) ** 2 + (dy - y) ** 2 + (dz - z) ** 2) * 0.25,

@@ -18,6 +18,7 @@ from pendpin.engines.base import (
     Loads,
     ProgressCallback,
     Sample,
+    count_calls,
 )
 from pendpin.ground.arrays import Array, Indices, Mask, cross
 from pendpin.model.bodies import Body, in_mass_unit, pinocchio, with_gravity
@@ -181,25 +182,15 @@ class Revolute(AngleEngine):
         return CanonicalForm(self.model, self.loads)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
-        pin, data, tau, nv, aba = self._pin_model, self._data, self._no_torque, self._pin_model.nv, self._aba
-        accelerate = self.accelerate if self._loaded else None
-        state = rates = q = v = dq = dv = np.empty(0)
-        calls, every = 0, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
+        """(v, q'') by Pinocchio's ABA."""
+        nv, pin, data, aba, tau = self._pin_model.nv, self._pin_model, self._data, self._aba, self._no_torque
 
         def derivative(dy: Array, t: float, y: Array) -> None:
-            nonlocal state, rates, q, v, dq, dv, calls
-            if y is not state:  # solvers pass the same arrays many times: slice them once
-                state, q, v = y, y[:nv], y[nv:]
-            if dy is not rates:
-                rates, dq, dv = dy, dy[:nv], dy[nv:]
-            calls += 1
-            if not calls % every:
-                progress(t)
-            dq[:] = v
-            dv[:] = accelerate(t, q, v) if accelerate else aba(pin, data, q, v, tau)
+            q, v = y[:nv], y[nv:]
+            dy[:nv] = v
+            dy[nv:] = self.accelerate(t, q, v) if self._loaded else aba(pin, data, q, v, tau)
 
-        return derivative, lambda: calls
+        return count_calls(derivative, progress, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY)
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""

@@ -48,10 +48,9 @@ class _Wrench(NamedTuple):
 
 
 class _Body(NamedTuple):
-    """A link with all that hangs on it: first = A first' + B second' + bias, second = B^T first' + C second' + bias.
+    """A link with all that hangs on it: first = A first' + B second' + bias, second = B^T first' + C second' + bias."""
 
-    First and second stand for moment and force, the primes for alpha and a; `_swapped` exchanges the roles.
-    """
+    # First and second stand for moment and force, the primes for alpha and a; `_swapped` exchanges the roles.
 
     A: Array  # (..., 3, 3), symmetric
     B: Array  # (..., 3, 3)

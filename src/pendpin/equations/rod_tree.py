@@ -117,11 +117,9 @@ def _solve(tree: RodTree, field: Array, q: Array, v: Array, torque: Array, force
 
 
 def _solve_sparse(tree: RodTree, conditions: Array, loads: Array, gap: Array) -> tuple[Array, Array]:
-    """The accelerations (states, n, 6) and reactions (states, n, 5) from balances and conditions.
-
-    conditions (states, n, 2, 5, 6) of each joint, on the accelerations of its rod and of the rod above; loads
-    (states, n, 6), gap (states, n, 5). A universal joint has four conditions: its fifth reaction is 0.
-    """
+    """The accelerations (states, n, 6) and reactions (states, n, 5) from balances and conditions."""
+    # conditions (states, n, 2, 5, 6) of each joint, on the accelerations of its rod and of the rod above; loads
+    # (states, n, 6), gap (states, n, 5). A universal joint has four conditions: its fifth reaction is 0.
     from scipy.sparse import bmat, bsr_array, diags_array
     from scipy.sparse.linalg import splu
 

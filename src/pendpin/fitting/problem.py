@@ -13,10 +13,10 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from pendpin.dynamics.binding import Binding
+from pendpin.dynamics.compiling import staying_zero
 from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.symbols import staying_zero
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.engines.machine import llvm
 from pendpin.errors import InputError, RunError

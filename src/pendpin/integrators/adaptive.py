@@ -51,10 +51,9 @@ class StateScales(NamedTuple):
 
 
 class Adaptive(Integrator):
-    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike.
+    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike, up to events too.
 
-    Its steps can be searched for events. With `in_machine_code` its equations are those of a compiled engine, and CyRK's
-    loops call them directly.
+    With `in_machine_code` its equations are those of a compiled engine, and CyRK's loops call them directly.
     """
 
     def __init__(self, method: Method, setting: float, in_machine_code: bool = False) -> None:
@@ -124,8 +123,6 @@ class Adaptive(Integrator):
                 states.extend(part.inside(due))
         return Segment(*finite_part(np.array(states), steps, failure))
 
-    # --- up to events -----------------------------------------------------------------------------------------------
-
     def compiled_block(self, engine: Engine, progress: ProgressCallback) -> Block | None:
         """The equations of a compiled engine; None if the method calls them from Python."""
         if not self._in_machine_code:
@@ -159,11 +156,7 @@ class Adaptive(Integrator):
 
 @dataclass
 class _Progress:
-    """The progress callback of a run, and what it raised.
-
-    It stands apart from the method: a block that refers to the method which refers to the block would stay in memory, and
-    Pinocchio's data with it.
-    """
+    """The progress callback of a run, and what it raised; apart from the method: a cycle would keep Pinocchio's data."""
 
     callback: ProgressCallback
     error: BaseException | None = None
@@ -174,10 +167,8 @@ class _Progress:
             raise self.error
 
     def answers(self) -> Generator[bool, float, None]:
-        """Call the callback with each t that is sent; an exception is raised after CyRK has returned.
-
-        A function that CyRK calls would begin outside its `try`, and Python raises there what Ctrl-C left pending.
-        """
+        """Call the callback with each t that is sent; an exception is raised after CyRK has returned."""
+        # A function that CyRK calls would begin outside its `try`, and Python raises there what Ctrl-C left pending.
         while True:
             try:
                 while True:
@@ -204,11 +195,7 @@ def derivative_of(block: Block) -> Derivative:
 
 @dataclass(frozen=True, eq=False)
 class OnSciPy(Stepper):
-    """A method of SciPy; its first step follows from the rates of the motion.
-
-    SciPy has one relative tolerance. Where it must not count for some number, the change of the state since the
-    start is integrated.
-    """
+    """A method of SciPy; its first step follows from the rates of the motion."""
 
     method: Method
     tolerance: float
@@ -233,24 +220,17 @@ class OnSciPy(Stepper):
             if failure:
                 yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
                 return
-            states, dense = np.stack([before, origin + solver.y]), solver.dense_output()
-            yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense(s).T)
-
-    def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The state (size,) at the end of the solver's steps."""
-        if end <= t:
-            return y
-        solver, origin = self._solver(t, y, end)
-        while solver.status == "running":
-            solver.step()
-        return origin + solver.y
+            states, dense = np.stack([before, origin + solver.y]), cache(solver.dense_output)
+            yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense()(s).T)
 
     def _solver(self, t: float, y: Array, end: float) -> tuple[Any, Array]:
         """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
         from scipy import integrate  # late: it takes 0.2 s
 
         (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
-        if not relative.all():
+        if (
+            not relative.all()
+        ):  # SciPy's one relative tolerance would count there: the change of the state is integrated
             size, origin = size + np.where(relative, np.abs(y), 0.0), y
         solver = getattr(integrate, self.method.library_name)(
             lambda t, change: rates(t, origin + change),
@@ -290,7 +270,7 @@ class InMachineCode(Stepper):
             t, y = float(bounds[-1]), states[-1]
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The last state (size,)."""
+        """The last state (size,), without an interpolation of the steps."""
         return self.call.solved(y, t, end).states(y)[-1] if end > t else y
 
 

@@ -143,10 +143,8 @@ def uncompiled(scene: Scene) -> Scene:
 
 
 def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
-    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only.
-
-    By forward differences with a `step` relative to the state.
-    """
+    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only."""
+    # By forward differences with a `step` relative to the state.
     derivative, _ = dynamics.engine.derivative(lambda t: None)
     if len(y) > LARGE:
         return 0.0, _fastest(derivative, y)

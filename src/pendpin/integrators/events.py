@@ -51,9 +51,11 @@ class Stepper(ABC):
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """The steps from y (size,) at t to `end`, s."""
 
-    @abstractmethod
     def state_at(self, t: float, y: Array, end: float) -> Array:
         """The state (size,) at `end`, from y at t, as accurate as a step and not as its interpolation."""
+        for part in self.steps(t, y, end) if end > t else ():
+            y = part.states[-1]
+        return y
 
 
 @dataclass(frozen=True)
@@ -67,10 +69,6 @@ class AtRest(Stepper):
         bounds = np.linspace(t, end, max(1, int(np.ceil((end - t) / self.longest))) + 1)
         yield Steps(bounds, np.tile(y, (len(bounds), 1)), lambda s: np.tile(y, (len(s), 1)))
 
-    def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The same state (size,)."""
-        return y
-
 
 def integrate_to_event(
     stepper: Stepper, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
@@ -78,8 +76,8 @@ def integrate_to_event(
     """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
     An event is a time at which a guard falls to 0 and then below -floor (m,). The state is integrated again up to the
-    event and the time is corrected with it, so that both have the accuracy of a step and not of its interpolation. An
-    output time at the event belongs to the next segment: its sample is the state after the event.
+    event and the time is corrected with it: both have the accuracy of a step. An output time at the event belongs to the
+    next segment: its sample is the state after the event.
     """
     samples, taken = np.empty((0, len(y))), 0
     for part in stepper.steps(t, y, end):
@@ -111,10 +109,8 @@ def instant(t: float, length: float) -> float:
 
 
 def _locate(stepper: Stepper, guards: Guards, part: Steps, event: "Crossing") -> tuple[float, Array]:
-    """The time of an event in some steps and the state (size,) there, by Newton's method and new integrations.
-
-    The last correction is so small that the change of the interpolation serves.
-    """
+    """The time of an event in some steps and the state (size,) there, by Newton's method and new integrations."""
+    # The last correction is so small that the change of the interpolation serves.
     (begin, end), start, t = part.bounds[event.place :][:2].tolist(), part.states[event.place], event.t
     y = stepper.state_at(begin, start, t)
     for _ in range(REFINEMENTS):
@@ -206,10 +202,8 @@ def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
 
 
 def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
-    """Those of the k intervals between bounds (k + 1,) that have to be searched for floor (m,), the last one first.
-
-    A function whose first term outweighs the slopes of all others has its least value at an end.
-    """
+    """Those of the k intervals between bounds (k + 1,) that have to be searched for floor (m,), the last one first."""
+    # A function whose first term outweighs the slopes of all others has its least value at an end.
     begin, end = bounds[:-1, None], bounds[1:, None]
     times = begin + (end - begin) * SHARES
     times[:, -1:] = end

@@ -194,10 +194,8 @@ class Gauss(Integrator):
         return in_q, in_v
 
     def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
-        """The derivative of the residual in V, (s nv, s nv).
-
-        M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
-        """
+        """The derivative of the residual in V, (s nv, s nv)."""
+        # M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
         a, (s, nv, _) = self.rule.a, N.shape
         J = h * a[:, None, :, None] * (N[:, :, None, :] - in_v.transpose(1, 0, 2)[None])
         J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)

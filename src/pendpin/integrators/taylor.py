@@ -113,10 +113,8 @@ class Taylor(Integrator):
         return Segment(np.concatenate(states), self._steps - before, failure, SeriesMemory(series.state.copy()))
 
     def _take_first_step(self, end: float) -> None:
-        """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge.
-
-        From rest at right angles to gravity, three of four coefficients vanish.
-        """
+        """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge."""
+        # From rest at right angles to gravity, three of four coefficients vanish.
         series = self._integrator
         series.step(max_delta_t=0.0, write_tc=True)
         coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())

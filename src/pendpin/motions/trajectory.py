@@ -134,7 +134,7 @@ class Trajectory(RunRecord):
         together as "contacts". Their sum is the inverse dynamics of the motion. By name: run["effort_gravity_theta_1"].
         Raises InputError.
         """
-        from pendpin.dynamics.efforts import efforts
+        from pendpin.dynamics.dynamics import efforts
 
         return efforts(with_samples(self))
 

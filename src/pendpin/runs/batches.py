@@ -17,9 +17,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.acting import acting
-from pendpin.dynamics.compiling import equations_of, in_motion
+from pendpin.dynamics.compiling import equations_of, in_motion, parameters_of
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.symbols import parameters_of
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided

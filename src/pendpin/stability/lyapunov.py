@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.symbols import staying_zero
+from pendpin.dynamics.compiling import staying_zero
 from pendpin.errors import InputError, shown
 from pendpin.graphics.style import BESIDE, PALE, TIME, new_figure, styled
 from pendpin.ground.arguments import axes, flag

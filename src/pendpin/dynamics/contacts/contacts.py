@@ -236,10 +236,8 @@ class Contacts:
     # --- what is large and what is small ----------------------------------------------------------------------------
 
     def _torques(self, holding: Array, scales: Scales) -> Array:
-        """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them.
-
-        The rounding errors of other joints act on a joint too; their torques are compared per length.
-        """
+        """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them."""
+        # The rounding errors of other joints act on a joint too; their torques are compared per length.
         size = scales.torque + np.abs(holding)
         return size + _OTHERS * (size * self.length).max(initial=0.0) / self.length
 
@@ -265,11 +263,9 @@ def _solved(A: Array, b: Array) -> Array:
 
 
 def _impact(v: Array, columns: Array, joints: Indices, side: Array, back: Array) -> Array:
-    """The rates (nv,) after one simultaneous impact, from v (nv,): the stops push k joints to their sides (k,).
-
-    By impulses p >= 0, with the columns (nv, k) of the compliance. A joint that is pushed leaves with its rate before times
-    `back` (k,), the restitution; one that is not pushed, because the others carry it away, leaves faster.
-    """
+    """The rates (nv,) after one simultaneous impact, from v (nv,): the stops push k joints to their sides (k,)."""
+    # By impulses p >= 0, with the columns (nv, k) of the compliance. A joint that is pushed leaves with its rate before
+    # times `back` (k,), the restitution; one that is not pushed, because the others carry it away, leaves faster.
     away = side * v[joints]
     bounce = back * np.maximum(-away, 0.0)
     impulse = _pushes(side[:, None] * columns[joints] * side, bounce - away)
@@ -279,11 +275,9 @@ def _impact(v: Array, columns: Array, joints: Indices, side: Array, back: Array)
 
 
 def _pushes(A: Array, b: Array) -> Array:
-    """The p >= 0 (k,) with A p >= b for which only those rows are equal whose p is above 0; A (k, k) positive definite.
-
-    Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
-    L. Vicente, Math. Comp. 63 (1994), 625).
-    """
+    """The p >= 0 (k,) with A p >= b for which only those rows are equal whose p is above 0; A (k, k) positive definite."""
+    # Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
+    # L. Vicente, Math. Comp. 63 (1994), 625).
     unit = math.ldexp(1.0, math.frexp(np.diag(A).max())[1])  # a power of 2, so that the unit of mass changes no bit
     A = A / unit
     size = np.sqrt(np.diag(A))

@@ -104,10 +104,8 @@ def rates_and_mode(
 
 
 def _too_small(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode) -> Mask:
-    """The joints (nv,) whose motion is too small to follow: `REST` is farther than they go.
-
-    These leave their stops and fall back, or slide, against friction or from it, so near to a standstill.
-    """
+    """The joints (nv,) whose motion is too small to follow: `REST` is farther than they go."""
+    # These leave their stops and fall back, or slide, against friction or from it, so near to a standstill.
     joints, _ = contacts.at_stops(q)
     leaving, sliding = np.zeros(len(q), bool), (contacts.static > 0) & (v != 0)
     leaving[joints] = v[joints] != 0

@@ -192,11 +192,9 @@ class Text:
         yield "after:"
 
     def _loop(self, loop: int, behind: str) -> Iterator[str]:
-        """A loop over the rods, outward or inward, and the label of the code behind it.
-
-        It carries the address of the rod's row in each array. LLVM does not see that they advance evenly: it would take a
-        quarter of its time to look for fewer addresses (loop strength reduction), and the code is not faster for it.
-        """
+        """A loop over the rods, outward or inward, and the label of the code behind it."""
+        # It carries the address of the rod's row in each array. LLVM does not see that they advance evenly: it would take a
+        # quarter of its time to look for fewer addresses (loop strength reduction), and the code is not faster for it.
         schedule, is_inward = self.schedule, loop % 2 == 0
         begin, end, step = ("%last", "0", -1) if is_inward else ("0", "%last", 1)
         reads = {place: self._read_at(place) for place in schedule.read(loop)}

@@ -123,10 +123,8 @@ def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
 
 
 def _continuous(pairs: Array, start: Array | None) -> Array:
-    """The pairs (2, k) that follow on each other, from pairs with |phi| <= pi/2.
-
-    From one sample to the next the other pair is nearer if theta changes by over pi less the larger |phi|.
-    """
+    """The pairs (2, k) that follow on each other, from pairs with |phi| <= pi/2."""
+    # From one sample to the next the other pair is nearer if theta changes by over pi less the larger |phi|.
     begin = pairs[:, 0] if start is None else start
     turned = np.cos(begin[1]) < 0
     theta, phi = np.concatenate([_other(begin) if turned else begin, pairs.T.ravel()]).reshape(-1, 2).T

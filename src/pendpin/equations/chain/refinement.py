@@ -162,12 +162,10 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
 
 
 def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) -> float:
-    """The size of a step relative to x (r, K), turn (3, K) or to the terms that cancel in them; the worst state.
-
-    Near equilibrium the rods hardly turn, but their accelerations relative to free fall, linear, do not vanish. Rounding
-    errors are compared with the forces and moments of these accelerations, and with known moments that others balance,
-    such as those of a joint held by friction.
-    """
+    """The size of a step relative to x (r, K), turn (3, K) or to the terms that cancel in them; the worst state."""
+    # Near equilibrium the rods hardly turn, but their accelerations relative to free fall, linear, do not vanish. Rounding
+    # errors are compared with the forces and moments of these accelerations, and with known moments that others balance,
+    # such as those of a joint held by friction.
     rods, at_work = system.rods, np.abs(linear).max(0)
     forces = _share(rods.n, step.x[:3], x[:3], rods.m * at_work)
     with np.errstate(over="ignore"):  # levers next to nothing

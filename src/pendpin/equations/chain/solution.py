@@ -149,10 +149,8 @@ def _count_to_last(marked: Mask, n: int) -> int:
 def _solve_single_thin(
     rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, external: _External
 ) -> tuple[Array, Array]:
-    """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment.
-
-    Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
-    """
+    """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment."""
+    # Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
     (s, c), (o1, o2, o3), (moment1, moment2, _) = joints.phi, omega, np.broadcast_to(external.moment, omega.shape)
     still = joints.into(-np.reshape(field, (-1, 3)).T) - external.push  # m/s², of a rod at rest, less free fall
     lever, inertia = rod.m * rod.h, rod.inertia[0] + rod.m * rod.h**2
@@ -184,11 +182,9 @@ def _balances(
 
 
 def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:
-    """Angular accelerations (3, K) of rods on spherical joints, in the frames that the angles give them, which do spin.
-
-    Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
-    decides, from the support down.
-    """
+    """Angular accelerations (3, K) of rods on spherical joints, in the frames that the angles give them, which do spin."""
+    # Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
+    # decides, from the support down.
     (s_t, c_t), (s, c) = joints.theta, joints.phi
     a1 = alpha[0] + np.where(spherical, omega[1] * omega[2], 0.0)
     a2 = alpha[1] - np.where(spherical, omega[0] * omega[2], 0.0)
