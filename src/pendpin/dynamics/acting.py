@@ -149,8 +149,6 @@ def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: floa
         one.begin(start, end, outputs)
 
 
-# --- the effects of a scene that act --------------------------------------------------------------------------------
-
 LATEST = 340  # digits: more than a time times a frequency can have before its point
 
 
@@ -231,9 +229,6 @@ def built_in(effects: Sequence[Effect]) -> bool:
     return all(are_ours) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)
 
 
-# --- the law of one effect, as a function of the time since the start of the run ------------------------------------
-
-
 def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Callable[..., Any]:
     """A method of an effect, by its name. That of a user's own class gets copies, and what it returns is checked."""
     method = partial(getattr(numbers.effect(effect), name), xp=xp)
@@ -296,9 +291,6 @@ def readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
             ) from None
 
     return named
-
-
-# --- the effect as_written in a model: viscous damping, dry friction and stops from the numbers of its URDF ---------
 
 
 def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:

@@ -293,7 +293,7 @@ def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, aske
     return Compiled(base, still, equations, Values.of(parameters), time.thread_time() - begin)
 
 
-def in_motion(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:
+def drop_zeros(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:
     """The engine for motions from q, v (nv,): without the numbers of its state that stay 0, where there are such."""
     y = engine.pack(q, v)
     zero = tuple(np.flatnonzero(y == 0).tolist())

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import HeldTorque, acting, recall_outputs
 from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
-from pendpin.dynamics.compiling import Asked, compile_engine, in_motion
+from pendpin.dynamics.compiling import Asked, compile_engine, drop_zeros
 from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
@@ -94,7 +94,7 @@ class Dynamics:
 
         def make() -> Engine:
             base = self._in_directions if compiled else self.engine
-            moving = base if self.contacts else in_motion(base, self.effects, self.start, q, v)
+            moving = base if self.contacts else drop_zeros(base, self.effects, self.start, q, v)
             if moving is base:
                 return self.in_machine_code.engine if compiled else self.engine
             return compile_engine(moving, self.effects, self.start) if compiled else moving

@@ -33,17 +33,15 @@ class Timing(NamedTuple):
 
     def notes(self, duration: float, step: float | None) -> tuple[str, ...]:
         """Notes on a run of `duration` s, with a fixed step in s if it has one."""
-        said = [
+        notes = [
             f"{name} does not declare how fast it changes with time: it was sampled every {duration / SAMPLES:.3g} s, "
             f"and shorter changes may be missed; give it a `{declared}`"
             for name, declared in self.sampled
         ]
-        said += [
-            f"{name} changes within {shortest:.3g} s: take a smaller step than {step:g} s"
-            for name, shortest in self.fastest
-            if step is not None and step > shortest
-        ]
-        return tuple(said)
+        for name, shortest in self.fastest:
+            if step is not None and step > shortest:
+                notes.append(f"{name} changes within {shortest:.3g} s: take a smaller step than {step:g} s")
+        return tuple(notes)
 
 
 def timing(
@@ -52,7 +50,7 @@ def timing(
     """The pace of a scene's effects over a run from q, v (nv,), of `duration` s."""
     paces, fastest, sampled = [], [], []
     for i, effect in enumerate(effects):
-        if law_name(effect) is None or not duration or (isinstance(effect, FieldEffect) and effect.constant):
+        if law_owner(effect) is None or not duration or (isinstance(effect, FieldEffect) and effect.constant):
             continue
         name = f"effects[{i}] ({effect.kind})"
         pace = declared_pace(effect, dynamics.start, duration, tolerance or NEGLIGIBLE)
@@ -85,23 +83,16 @@ def _sample(
             return np.concatenate(bound.at(t, binding.complete(t, motion))).ravel()
         return bound.at(t) if isinstance(bound, BoundField) else bound.at(t, q, v)
 
-    away = np.sin(1.0 + np.arange(len(q)))
-    states = [(q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
-    moving = [(*state, dynamics.engine.motion(dynamics.engine.pack(*state))) for state in states]
+    away, states = np.sin(1.0 + np.arange(len(q))), []
+    for side in (0.0, 1.0, -1.0):
+        state = q + side * away, v + side * away
+        states.append((*state, dynamics.engine.motion(dynamics.engine.pack(*state))))
 
     def values(time: float) -> Array:
-        return np.nan_to_num(np.concatenate([exerted(time, *state) for state in moving]))
+        return np.nan_to_num(np.concatenate([exerted(time, *state) for state in states]))
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
     return t, *remove_jumps(values, t, np.array([values(float(time)) for time in t]), NEGLIGIBLE)
-
-
-# --- what an effect declares ------------------------------------------------------------------------------------------
-
-
-def law_name(effect: Effect) -> str | None:
-    """The name of the method by which an effect acts; None for a contact."""
-    return next((name for interface, name in LAWS.items() if isinstance(effect, interface)), None)
 
 
 def owner(effect: Effect, name: str) -> type:
@@ -109,14 +100,17 @@ def owner(effect: Effect, name: str) -> type:
     return next(kind for kind in type(effect).__mro__ if name in vars(kind))
 
 
+def law_owner(effect: Effect) -> type | None:
+    """The class that says how an effect acts; None for a contact."""
+    return next((owner(effect, name) for interface, name in LAWS.items() if isinstance(effect, interface)), None)
+
+
 def declared_pace(effect: Effect, start: float, duration: float, negligible: float) -> Pace | None:
     """The pace that an effect declares for a run; None if it does not, or its subclass overrides only how it acts.
 
     Raises InputError for a pace that cannot be.
     """
-    name = law_name(effect)
-    assert name is not None
-    if not issubclass(owner(effect, "pace"), owner(effect, name)):
+    if not issubclass(owner(effect, "pace"), law_owner(effect) or Effect):
         return None
     moved, early = effect.since(start)
     pace = moved.pace(early, early + duration, negligible)
@@ -134,28 +128,21 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
 
 def changes_with_time(effect: Effect, start: float, duration: float, negligible: float) -> bool:
     """Whether time makes a difference to an effect in a run; one that does not declare it may change."""
-    if law_name(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
+    if law_owner(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
         return False
     pace = declared_pace(effect, start, duration, negligible)
     return pace is None or len(pace.corners) > 0 or bool(np.isfinite(pace.shortest).any())
 
 
-def users_own(effect: Effect) -> bool:
-    """Whether an effect acts on positions and rates by a law that is not pendpin's own, and not at instants only."""
-    if not isinstance(effect, JointEffect | BodyEffect):
-        return False
-    name = law_name(effect)
-    assert name is not None
-    if isinstance(effect, Torque):
-        return effect.every is None
-    return not owner(effect, name).__module__.startswith("pendpin.")
-
-
 def declared_smooth(effect: Effect) -> bool | None:
-    """Whether a user's own effect declares that it is smooth in positions and rates; None if it does not say."""
+    """Whether a user's own law declares that it is smooth in positions and rates; None if it does not say.
+
+    True of what is pendpin's own, and of what acts at instants only.
+    """
     if isinstance(effect, Torque):
-        return effect.gradual
-    name = law_name(effect)
-    assert name is not None
-    said = owner(effect, "smooth")
-    return effect.smooth if said is not Effect and issubclass(said, owner(effect, name)) else None
+        return effect.gradual if effect.every is None else True
+    law = law_owner(effect)
+    if law is None or isinstance(effect, FieldEffect) or law.__module__.startswith("pendpin."):
+        return True
+    declares = owner(effect, "smooth")
+    return effect.smooth if declares is not Effect and issubclass(declares, law) else None

@@ -94,9 +94,6 @@ def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: 
     return residual
 
 
-# --- the modes of these matrices ---------------------------------------------------------------------------------------
-
-
 class Vibrations(NamedTuple):
     """Modes by rising frequency, one for each of n degrees of freedom."""
 

@@ -110,9 +110,6 @@ def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float)
     return numbers.reshape(shape)
 
 
-# --- fields ---------------------------------------------------------------------------------------------------------
-
-
 class FieldEffect(Effect):
     """A uniform acceleration field that acts on every mass."""
 
@@ -148,9 +145,6 @@ class FrameEffect(FieldEffect):
     def field(self, t: Any, xp: Any = np) -> Array:
         """Minus the acceleration of the origin of W, (3,) m/s²."""
         return -self.acceleration(t, xp)
-
-
-# --- joints ---------------------------------------------------------------------------------------------------------
 
 
 class JointEffect(Effect):
@@ -200,9 +194,6 @@ class OnJoints(JointNames, JointEffect):
     def on(self) -> tuple[str, ...] | None:
         """The joints of the record; all if None."""
         return self.joints
-
-
-# --- bodies ---------------------------------------------------------------------------------------------------------
 
 
 class Bodies(NamedTuple):

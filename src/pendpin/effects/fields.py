@@ -49,9 +49,6 @@ class Gravity(FieldEffect):
         return self.acceleration * (direction / np.sqrt(direction @ direction))
 
 
-# --- what a CSV file holds over time --------------------------------------------------------------------------------
-
-
 class Tracked(Effect):
     """An effect whose course may be a spline through the rows of a CSV file, which must cover the run."""
 
@@ -110,9 +107,6 @@ class Tracked(Effect):
         return self.model_copy(update={"track": self.track.since(start)}), 0.0
 
 
-# --- prescribed motion of the pivot ---------------------------------------------------------------------------------
-
-
 class Support(Tracked, FrameEffect):
     """The pivot is moved: W, whose origin it is, travels over the ground without turning.
 
@@ -160,9 +154,6 @@ class Support(Tracked, FrameEffect):
         frequency, wave = self.frequency or 0.0, xp.cos if order == 1 else xp.sin
         factor = 1.0 if order == 0 else frequency if order == 1 else -(frequency**2)
         return np.multiply.outer(wave(frequency * t + self.phase), np.array(self.amplitude) * factor)
-
-
-# --- a world that turns: the Earth, or a centrifuge -----------------------------------------------------------------
 
 
 class Rotation(Tracked, BodyEffect):

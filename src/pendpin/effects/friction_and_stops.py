@@ -103,9 +103,6 @@ class Stop(ContactEffect):
         return lower, math.inf if self.upper is None else self.upper, self.restitution
 
 
-# --- what a URDF says of its joints, taken at its word: its <dynamics> and <limit> (dynamics/acting.py) -----------------
-
-
 class AsWritten(Effect):
     """The damping, friction and limits that a URDF writes at its joints, as the effects viscous, dry_friction and stop.
 

@@ -63,8 +63,6 @@ class Spring(OnJoints):
         return self.stiffness / 2 * ((q - self.rest) ** 2).sum(-1)
 
 
-# --- bending stiffness: what makes a chain of rods a cable ----------------------------------------------------------
-
 _FOLDED = 2.0**-60  # added to cos²(alpha / 2): a rod folded back exactly has a finite moment, and others that of before
 _HALVINGS = 3  # of the angle: the series then sees at most sin²(180°/16), and no kink below 180°
 _TERMS = np.array([1.0])
@@ -162,8 +160,6 @@ def _asin_over_x(w: Any, u: Any, xp: Any) -> Any:
     return scale * series
 
 
-# --- motors ---------------------------------------------------------------------------------------------------------
-
 _DRIVE = ("torque", "amplitude", "frequency", "phase")
 _HOLD = ("target", "proportional", "derivative")
 
@@ -224,9 +220,6 @@ class Motor(JointEffect):
         if self.frequency is None:
             return np.array([steady])
         return np.array([steady + (self.amplitude or 0.0) * xp.sin(self.frequency * t + (self.phase or 0.0))])
-
-
-# --- a torque that is a function: a controller, a table, any law of one's own ---------------------------------------
 
 
 class Torque(OnJoints):

@@ -44,8 +44,6 @@ class RodSolution(NamedTuple):
     Mc: Array  # N m
 
 
-# --- the number types that one piece of arithmetic runs on ----------------------------------------------------------
-
 FUNCTIONS = ("sqrt", "exp", "log", "sin", "cos", "tan", "tanh")
 
 

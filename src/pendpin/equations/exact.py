@@ -56,9 +56,6 @@ def _sines(q: Array) -> tuple[np.ndarray, ...]:
     return np.sin(theta), np.sin(phi), np.cos(theta), np.cos(phi)
 
 
-# --- in a plane -----------------------------------------------------------------------------------------------------
-
-
 def planar_at(angle0: float, rate0: float, w: Real) -> Function:
     """x(t) with x'' = -w² sin(x), in mpmath numbers: sin(x/2) = k sn(w t + u0, k) where it swings, k < 1.
 
@@ -85,9 +82,6 @@ def amplitude(u: Real, m: Real) -> Real:
     half_turns = mp.nint(u / (2 * K))
     u -= 2 * K * half_turns  # am lies within a quarter turn
     return mp.pi * half_turns + mp.asin(mp.ellipfun("sn", u, m=m))
-
-
-# --- on the sphere --------------------------------------------------------------------------------------------------
 
 
 def spherical_at(direction0: Array, rate0: Array, w: Real) -> Callable[[Real], Vector]:

@@ -134,9 +134,6 @@ def accelerate_or_hold(
     return signs * a, signs * holding
 
 
-# --- Newton-Euler ---------------------------------------------------------------------------------------------------
-
-
 def _inertial(
     tree: Tree, joints: list[Joint], v: Array, a: Array, field: Array, external: Any, xp: Any
 ) -> list[_Wrench]:
@@ -171,9 +168,6 @@ def _newton_euler(m: Any, com: Array, inertia: Array, motion: _LinkMotion) -> _W
     force = m * motion.a + applied(motion.K, lever)
     moment = applied(J, motion.alpha) + gyroscopic(J, motion.omega) + cross(lever, motion.a)
     return _Wrench(force, moment)
-
-
-# --- articulated bodies ---------------------------------------------------------------------------------------------
 
 
 def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:

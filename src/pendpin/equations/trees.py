@@ -60,8 +60,6 @@ def total(x: Array, xp: Any = np) -> Any:
     return own(x) if own else np.sum(x)
 
 
-# --- trees of revolute and prismatic joints -------------------------------------------------------------------------
-
 _UNIT = np.eye(3)
 
 

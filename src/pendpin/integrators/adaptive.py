@@ -190,9 +190,6 @@ def derivative_of(block: Block) -> Derivative:
     return derivative
 
 
-# --- the steps of a method on the equations of one mode -------------------------------------------------------------
-
-
 @dataclass(frozen=True, eq=False)
 class OnSciPy(Stepper):
     """A method of SciPy; its first step follows from the rates of the motion."""

@@ -49,9 +49,6 @@ def refuse_steps(times: Array, step: float) -> None:
         raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
 
 
-# --- where the steps end --------------------------------------------------------------------------------------------
-
-
 class EqualSteps(NamedTuple):
     """Equal steps one after another."""
 
@@ -113,9 +110,6 @@ class StepGrid:
             done, offset = count, end
         self.place = GridPlace(t, 0, 0.0) if at_end else GridPlace(origin, done, offset)
         return Way(tuple(blocks), origin + offset, 0.0 if at_end else max(elapsed - offset, 0.0))
-
-
-# --- the methods ----------------------------------------------------------------------------------------------------
 
 
 class FixedMemory(NamedTuple):

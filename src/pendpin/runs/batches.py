@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.acting import acting
-from pendpin.dynamics.compiling import equations_of, in_motion, parameters_of
+from pendpin.dynamics.compiling import drop_zeros, equations_of, parameters_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
@@ -130,7 +130,7 @@ class Series:
         self.stopped, self.compile_seconds = Event(), 0.0
         self.dynamics = self.bound(self.scene)
         some = np.where(starts.any(0), np.random.default_rng(0).uniform(0.1, 1.0, starts.shape[1:]), 0.0)
-        self.engine: Engine = in_motion(self.dynamics.engine, self.dynamics.effects, scene.start.time, *some)
+        self.engine: Engine = drop_zeros(self.dynamics.engine, self.dynamics.effects, scene.start.time, *some)
         equations, parameters = equations_of(self.engine, self.dynamics.effects, scene.start.time)
         self._recording, self._structure = equations.recording, parameters.structure
         self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0

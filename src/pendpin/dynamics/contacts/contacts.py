@@ -69,8 +69,6 @@ class Contacts:
     falling: tuple[tuple[Array, DryFriction], ...] = ()  # friction that falls with speed: 1 for the joints it is on
     block: Block | None = None  # of the equations with these contacts in machine code, if they are used
 
-    # --- while nothing happens --------------------------------------------------------------------------------------
-
     def friction(self, v: Array, mode: Mode) -> Array:
         """The torques of sliding friction (..., nv) at rates v (..., nv)."""
         return sum((torque for _, torque in self.rubbing(v, mode.sign)), np.zeros_like(v))
@@ -140,8 +138,6 @@ class Contacts:
     def range(self, q: Array) -> tuple[Array, Array]:
         """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""
         return np.where(q >= self.upper, -np.inf, -self.static), np.where(q <= self.lower, np.inf, self.static)
-
-    # --- at an event ------------------------------------------------------------------------------------------------
 
     def at_stops(self, q: Array) -> tuple[Indices, Array]:
         """The joints (k,) that are at their stops, and the ways (k,) in which these push, -1 or 1; at positions q (nv,)."""
@@ -233,8 +229,6 @@ class Contacts:
         columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
         return backwards & (pushed < -rounding * (columns @ mode.torque[resting]))
 
-    # --- what is large and what is small ----------------------------------------------------------------------------
-
     def _torques(self, holding: Array, scales: Scales) -> Array:
         """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them."""
         # The rounding errors of other joints act on a joint too; their torques are compared per length.
@@ -294,9 +288,6 @@ def _pushes(A: Array, b: Array) -> Array:
         fewest, patience = (count, PATIENCE) if count < fewest else (fewest, patience - 1)
         pushing ^= unfit if patience >= 0 else np.arange(len(b)) == np.flatnonzero(unfit)[-1]
     raise RunError("the search for the stops that push does not end")
-
-
-# --- contacts -------------------------------------------------------------------------------------------------------
 
 
 def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) -> Contacts:

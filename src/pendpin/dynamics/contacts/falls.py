@@ -117,8 +117,6 @@ def _too_small(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode) -> 
     return (leaving & short) | (sliding & (v**2 <= 2 * fall.acceleration * least))
 
 
-# --- guards ---------------------------------------------------------------------------------------------------------
-
 FEW_ROUNDINGS = 4.5 * EPS  # of a position or a rate of order one
 SMALL = 1e-2  # of the tolerance: a guard less than this below 0 is not an event
 

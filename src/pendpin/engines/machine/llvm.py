@@ -134,8 +134,6 @@ class Library:
         return self._api.GetFunctionAddress(self._engine, name.encode())
 
 
-# --- the machine code of a function, and of the routines around it, which a process compiles once --------------------
-
 Rate = ctypes.CFUNCTYPE(None, c_void_p, ctypes.c_double, c_void_p, c_void_p, c_void_p)  # dy, t, y, block, more
 # The first argument is the address of the function; the others are those of the routine.
 Many = ctypes.CFUNCTYPE(None, c_void_p, ctypes.c_int64, *[c_void_p] * 5)

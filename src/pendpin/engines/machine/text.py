@@ -168,8 +168,6 @@ class Text:
         if self._has_trigonometry:
             yield f"declare void @{TRIGONOMETRY}(ptr, i64, ptr, ptr)"
 
-    # --- loops --------------------------------------------------------------------------------------------------------
-
     def _loops(self) -> Iterator[str]:
         """The loops over the rods; further results go to the scratch memory where they are not wanted."""
         yield f"  %part = mul i64 %rods, {self._width}"
@@ -255,8 +253,6 @@ class Text:
         for place, cell in self._stored.items():
             if schedule.loop[place] == loop:
                 yield place, _Row("stored", 0, self._count(self._stored)), cell
-
-    # --- operations ---------------------------------------------------------------------------------------------------
 
     def _operation(self, place: int, loop: int = 0) -> Iterator[str]:
         name, *operands = self.tape.operations[place]

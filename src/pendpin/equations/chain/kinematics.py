@@ -120,8 +120,6 @@ def below(x: Array, n: int) -> Array:
     return y
 
 
-# --- a chain's frames -----------------------------------------------------------------------------------------------
-
 CHUNK = 1 << 12  # rods handled at once in a batch of states: what they need stays in the fast memory of a processor
 
 

@@ -63,9 +63,6 @@ def empty_band(K: int, r: int) -> tuple[Array, Array]:
     return band.reshape(r * K, 2 * r).T, blocks
 
 
-# --- the equations of a chain on universal joints (docs/derivation_chain.md -----------------------------------------
-
-
 class Axes(NamedTuple):
     """The moment-carrying axis a3 of each joint: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above.
 

@@ -27,7 +27,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from pendpin.dynamics.timing import declared_smooth, users_own
+from pendpin.dynamics.timing import declared_smooth
 from pendpin.effects import Effect, Torque
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.kinematics import marks_at, tip_distance
@@ -105,7 +105,7 @@ def list_assumptions(effects: Sequence[Effect]) -> tuple[str, ...]:
     """A note on each effect of the user's own that does not declare that it is smooth, or that it is not."""
     notes = []
     for i, effect in enumerate(effects):
-        if not users_own(effect) or effect.idle or (smooth := declared_smooth(effect)):
+        if effect.idle or (smooth := declared_smooth(effect)):
             continue
         name, declaration = f"effects[{i}] ({effect.kind})", "gradual" if isinstance(effect, Torque) else "smooth"
         if smooth is False:
