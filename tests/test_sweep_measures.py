@@ -137,11 +137,18 @@ def test_the_largest_value_between_samples(waves: list[tuple[float, float, float
     def series(t: np.ndarray) -> np.ndarray:
         return (size * np.sin(rate * t + phase)).sum(0)
 
-    value, when = largest(t, series(t)[None], (size * rate * np.cos(rate * t + phase)).sum(0)[None])
+    value, when = largest(t, series(t)[None, :, None], (size * rate * np.cos(rate * t + phase)).sum(0)[None, :, None])
     top, slack = series(dense).max(), 1e-10 * size.sum()
     bound = (size * rate**2).sum() * (dense[1] ** 2 / 8)  # a dense sample may be so far below the top
     assert np.isnan(value[0]) or -slack <= value[0] - top <= slack + bound
     assert np.isnan(value[0]) or abs(series(when)[0] - value[0]) <= slack
+
+
+def test_the_largest_value_behind_a_start_at_rest() -> None:
+    """Of t² - 20,000 t⁴, which rises from rest and falls again before the second sample."""
+    t = np.linspace(0, 0.1, 11)
+    value, when = largest(t, (t**2 - 2e4 * t**4)[None, :, None], (2 * t - 8e4 * t**3)[None, :, None])
+    assert (value[0], when[0]) == (pytest.approx(1.25e-5, rel=1e-9), pytest.approx(0.005, rel=1e-6))
 
 
 @given(st.integers(0, 2**31))

@@ -111,7 +111,7 @@ class Motions(NamedTuple):
     @property
     def finite(self) -> Mask:
         """Which cases (c,) were integrated to their ends."""
-        return np.asarray(np.isfinite(self.q).all((1, 2)) & np.isfinite(self.v).all((1, 2)))
+        return np.asarray(np.isfinite(self.q[:, -1]).all(1) & np.isfinite(self.v[:, -1]).all(1))
 
 
 class Series:
@@ -183,7 +183,7 @@ class Series:
         motions, needed = self._attempt(cases, times, 1)
         again = needed > 1
         if len(cases.q) > 1:
-            again |= ~np.isfinite(motions.q[:, -1]).all(1)
+            again |= ~motions.finite
         for i in np.flatnonzero(again):
             place = np.array([i])
             motion, fine = self._attempt(cases.some(place), times, parts := 1)

@@ -137,8 +137,8 @@ def _statistic_of_motions(series: str, statistic: str, m: Motions) -> Array:
     joint = {name: i for i, name in enumerate(m.models[0].joints)}[series]
     if statistic not in EXTREMES:
         return STATISTICS[statistic](m.t, m.q[..., joint])
-    sign = EXTREMES[statistic]
-    value, t = largest(m.t, sign * m.q[..., joint], sign * m.v[..., joint])
+    sign, one = EXTREMES[statistic], slice(joint, joint + 1)
+    value, t = largest(m.t, sign * m.q[..., one], sign * m.v[..., one])
     return t if statistic == "argmax" else sign * value
 
 
@@ -244,22 +244,12 @@ def _swing_of_motions(m: Motions) -> Array:
     if m.models[0].chain is None:
         return np.full(len(m.q), np.nan)
     if plane := _turns_in_plane(m.q, m.v):
-        x, dx = map(_by_series, plane)
-        both = [largest(m.t, sign * x, sign * dx)[0] for sign in (1.0, -1.0)]
-        farthest, over = np.max(both, 0).reshape(-1, len(m.q)).max(0), np.abs(plane[0]).max((1, 2)) >= np.pi
-        return np.where(over, np.pi, np.minimum(farthest, np.pi))  # over the top at a sample, no matter how far
+        over = np.abs(plane[0]).max((1, 2)) >= np.pi  # at a sample, no matter how far
+        return np.where(over, np.pi, np.minimum(largest(m.t, *plane, sizes=True)[0], np.pi))
     turns = np.abs(m.v).sum(-1).max(1) * np.diff(m.t).max(initial=0.0)
     follows = np.asarray(~strays(np.diff(m.t)[:, None], m.q, m.v).any((1, 2)) & (turns < TURN))
-    squares, rates = map(_by_series, tilts_of_chain(m.q, m.v))
-    square = (
-        largest(m.t, squares, rates, np.tile(follows, len(squares) // len(follows)))[0].reshape(-1, len(m.q)).max(0)
-    )
+    square = largest(m.t, *tilts_of_chain(m.q, m.v), follows=follows)[0]
     return np.where(square < BELOW, 2 * np.arcsin(np.sqrt(np.minimum(square, BELOW))), np.nan)
-
-
-def _by_series(x: Array) -> Array:
-    """Series (rods c, n) of values (c, n, rods)."""
-    return np.moveaxis(x, -1, 0).reshape(-1, x.shape[1])
 
 
 def period(run: Trajectory) -> float:
