@@ -7,13 +7,14 @@ from copy import copy
 from functools import cache
 from operator import add, mul, neg, sub, truediv
 from typing import Any, NamedTuple
+from weakref import WeakKeyDictionary
 
 import numpy as np
 
 from pendpin.dynamics.compiling import equations_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Effect
-from pendpin.engines import Derivative, Engine, ProgressCallback
+from pendpin.engines import Derivative, Engine, Function, ProgressCallback
 from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
@@ -132,7 +133,7 @@ class Taylor(Integrator):
         if joints > MAX_JOINTS:
             most = f"{MAX_JOINTS // 2} rods, or {MAX_JOINTS} joints"
             raise InputError(f"solver.method: taylor takes up to {most}; this model has {joints}: take dop853")
-        equations, parameters = equations_of(engine, self._effects, self._start)
+        equations, numbers = equations_with_numbers(engine, self._effects, self._start)
         recording = equations.recording
 
         def compile_series() -> tuple[Any, float]:
@@ -157,8 +158,19 @@ class Taylor(Integrator):
         except IndexError:
             series = copy(first)
         weakref.finalize(self, free.append, series).atexit = False
-        series.pars[:] = run_time_parameters(recording, parameters.values)
+        series.pars[:] = numbers
         return series
+
+
+_known = WeakKeyDictionary[Engine, tuple[Function, list[float]]]()
+
+
+def equations_with_numbers(engine: Engine, effects: Sequence[Effect], start: float) -> tuple[Function, list[float]]:
+    """The equations of an engine with the effects that it was bound with, and the series' parameters: kept as it is."""
+    if (known := _known.get(engine)) is None:
+        equations, parameters = equations_of(engine, effects, start)
+        known = _known[engine] = equations, run_time_parameters(equations.recording, parameters.values)
+    return known
 
 
 @cache
@@ -185,7 +197,7 @@ def seconds_of_compiling(scene: Scene, dynamics: Dynamics) -> float:
 
     They are those of this process, in whichever run it compiled them; without the series if it did not.
     """
-    equations, _ = equations_of(dynamics.engine, dynamics.effects, scene.start.time)
+    equations, _ = equations_with_numbers(dynamics.engine, dynamics.effects, scene.start.time)
     series = equations.series.get(scene.solver.tolerance)
     return start_compiler() + (series.compile_seconds if series else 0.0)
 

@@ -10,7 +10,7 @@ from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.motions.continuation import strays
 
 POINTS = 6  # samples that a polynomial passes through
-EXACT = 1e-10  # of the largest value: what a polynomial may leave out
+EXACT = 2e-11  # of the largest value: what a polynomial may leave out by an estimate, which is right within a factor of five
 CORRECTIONS = 8  # of a top's place, by Newton's method: as many as double the digits from one to all, and some more
 FAR = 4.0  # times what the rates move a series in an interval: farther it does not get there, whatever it does
 
