@@ -9,6 +9,7 @@ import json
 import os
 import re
 import sys
+import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
@@ -20,7 +21,12 @@ os.environ["PENDPIN_CHECKOUT"] = str(HERE.parent)  # tutorials use its examples
 os.environ |= {"COLUMNS": "79", "NO_COLOR": "1", "TTY_COMPATIBLE": "0", "TTY_INTERACTIVE": "0"}  # no progress bars
 os.environ.setdefault("MPLBACKEND", "agg")
 
+from pendpin.graphics.style import STYLE  # noqa: E402
 from pendpin.ground.libraries import VERSION  # noqa: E402
+
+os.environ["MATPLOTLIBRC"] = tempfile.mkdtemp()  # figures that tutorials draw themselves look like pendpin's own
+look = [f"{key}: {', '.join(map(str, x)) if isinstance(x, tuple) else x}\n" for key, x in STYLE.items()]
+(Path(os.environ["MATPLOTLIBRC"]) / "matplotlibrc").write_text("".join(look).replace("#", ""))
 
 project = "pendpin"
 author = "pendpin developers"
@@ -38,6 +44,7 @@ extensions = [
     "reference_pages",
     "docstrings",
     "console",
+    "figures",
     "shared_players",
     "site_checks",
 ]

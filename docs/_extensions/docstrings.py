@@ -1,9 +1,14 @@
-"""The package's docstrings are plain text with `code`: here they become reStructuredText without changing a word."""
+"""The package's docstrings are plain text with `code`: here they become reStructuredText without changing a word.
 
+A default in a signature that is the name of a constant is shown as its value.
+"""
+
+import inspect
 import re
 from typing import Any
 
 _SPECIAL = re.compile(r"([*|\\])")
+_CONSTANT = re.compile(r"(?<== )[A-Z][A-Z_]+\b")
 _TRAILING_UNDERSCORE = re.compile(r"(?<=\w)_(?!\w)")
 
 
@@ -33,6 +38,19 @@ def convert(app: Any, what: str, name: str, thing: Any, options: Any, lines: lis
             lines[place] = escaped(line)
 
 
+def show_values(
+    app: Any, what: str, name: str, thing: Any, options: Any, signature: str | None, returned: str | None
+) -> tuple[str | None, str | None]:
+    """The signature with the values of constants: `every: float = 30.0`. A record that a run fills in has none."""
+    if signature and "<factory>" in signature:
+        return "", None
+    function = inspect.unwrap(thing.__init__ if isinstance(thing, type) else thing)
+    known = getattr(function, "__globals__", {})
+    if signature:
+        signature = _CONSTANT.sub(lambda found: repr(known.get(found[0], found[0])), signature)
+    return signature, returned
+
+
 def skip(app: Any, what: str, name: str, thing: Any, skipped: bool, options: Any) -> bool | None:
     """Leave out the fields of records (they stand in the table), and what has no docstring."""
     if name.startswith("model_") or name in ("kind",):
@@ -44,4 +62,5 @@ def setup(app: Any) -> dict[str, bool]:
     """Sphinx calls this."""
     app.connect("autodoc-process-docstring", convert, priority=400)
     app.connect("autodoc-skip-member", skip)
+    app.connect("autodoc-process-signature", show_values)
     return {"parallel_read_safe": True}
