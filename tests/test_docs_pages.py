@@ -99,3 +99,10 @@ def test_no_property_begins_with_a_colon_sentence() -> None:
             if isinstance(value, property) and not key.startswith("_"):
                 first = (value.__doc__ or "").split("\n")[0]
                 assert ":" not in first, f"{name}.{key}: {first}"
+
+
+def test_every_picture_is_shown() -> None:
+    """By a page or by the README."""
+    text = "\n".join(path.read_text() for path in [TOP / "README.md", *PAGES])
+    hidden = [path.name for path in (TOP / "docs" / "images").glob("*.png") if f"images/{path.name})" not in text]
+    assert not hidden

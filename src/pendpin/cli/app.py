@@ -8,6 +8,7 @@ import warnings
 from typing import Annotated, Any, NoReturn
 
 import typer
+from typer.core import TyperCommand, TyperGroup
 
 from pendpin.cli.inputs import flag
 from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
@@ -18,8 +19,43 @@ from pendpin.cli.verification import check, cost, doctor, hard, reference, valid
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.ground.libraries import VERSION, abandoned
 
+PLAIN = {  # what newer typers show of a value in the help, and what is shown here
+    "<bool>": "",
+    "<str>": "<text>",
+    "<list[str]>": "<text>",
+    "<list[Path]>": "<path>",
+    "<int>": "<whole number>",
+    "<int range>": "<whole number>",
+    "<float>": "<number>",
+    "<float range>": "<number>",
+}
+
+
+class Command(TyperCommand):
+    """A command whose help names the kinds of values in plain words."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return plain(super().get_params(ctx), ctx)
+
+
+class Group(TyperGroup):
+    """All commands together."""
+
+    def get_params(self, ctx: Any) -> list[Any]:
+        return plain(super().get_params(ctx), ctx)
+
+
+def plain(options: list[Any], ctx: Any) -> list[Any]:
+    """Parameters of a command, options with the kind of their value as PLAIN has it."""
+    for option in options:
+        if option.metavar is None and option.param_type_name == "option" and hasattr(option, "display_type"):
+            option.metavar = PLAIN.get(option.display_type(ctx))
+    return options
+
+
 app = typer.Typer(
     name="pendpin",
+    cls=Group,
     help="The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate.",
     no_args_is_help=True,
     add_completion=False,
@@ -105,5 +141,5 @@ for command in (  # in the order of the help
     *(run, check, view, plot, effects, cost, fit, hard, modes, stability, section, bifurcation, validate),
     *(reference, doctor, urdf, new, schema, sweep),
 ):
-    app.command()(command)
-app.command("map")(map_)
+    app.command(cls=Command)(command)
+app.command("map", cls=Command)(map_)

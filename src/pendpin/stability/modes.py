@@ -166,7 +166,7 @@ class Modes(Result):
         axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / (size or 1.0)
         for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
             for body in ends:
-                ax.plot(body[:, axis], body[:, 2], color=color, linewidth=width, solid_capstyle="round")
+                ax.plot(body[:, axis], body[:, 2], "-", color=color, linewidth=width, solid_capstyle="round")
         ax.set_title(f"mode {place + 1}\n{self.omega[place]:.4g} rad/s, {self.hertz[place]:.4g} Hz", fontsize=9)
         ax.set_xlabel(with_unit("xy"[axis], "m"))
         middle = float(np.mean(rest[..., axis]))

@@ -36,7 +36,7 @@ def sweep_report(dataset: Any) -> Report:
         ranges = {figure: float(of(good)) if good.size else np.nan for figure, of in figures.items()}
         measures[name] = ranges | {"none": values.size - good.size}
         kinds += [(kind, int((values == i).sum())) for i, kind in enumerate(dataset[name].attrs.get(KINDS, []), 1)]
-        rows.append((label(name, dataset), *(f"{x:.6g}" for x in ranges.values()), f"{measures[name]['none']}"))
+        rows.append((label(name, dataset), *(f"{x + 0.0:.6g}" for x in ranges.values()), f"{measures[name]['none']}"))
     counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
     waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
     words = [f"  attractor {kind}: {cases} cases" for kind, cases in kinds]

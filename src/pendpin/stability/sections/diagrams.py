@@ -43,8 +43,10 @@ class Portrait(Result):
         if len(self.section.of) != 2:
             raise InputError(f"of: a section is drawn of two quantities, not of {len(self.section.of)}")
         ax = axes("ax", ax) or new_figure(7.0, 5.5).subplots()
-        for points in self._shown():
-            ax.plot(*points.T, ".", ms=2.0, mew=0)
+        shown = self._shown()
+        size = float(np.clip(150 / np.sqrt(shown[..., 0].size + 1), 2.0, 6.0))
+        for points in shown:
+            ax.plot(*points.T, ".", ms=size, mew=0)
         x, y = (with_unit(name, self.units[name]) for name in self.section.of)
         ax.set(xlabel=x, ylabel=y)
         how = {1: ", rising", -1: ", falling", 0: ""}[self.section.direction]

@@ -346,7 +346,7 @@ div.wide { overflow-x: auto; }
 @media (max-width: 40rem) {
   table { font-size: 0.75rem; }
   th, td { padding: 0.35rem 0.15rem; }
-  td:last-child { overflow-wrap: anywhere; }
+  td:last-child { overflow-wrap: break-word; }
   svg { min-width: 40rem; }
 }
 </style></head><body>

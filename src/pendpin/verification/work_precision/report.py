@@ -294,7 +294,7 @@ def draw_cost(report: CostReport) -> Any:
     others = [curve for curve in report.curves if curve not in best.values()]
     for i, curve in enumerate(others):
         label = "_again" if i else f"{len(others)} other curves that were measured"
-        ax.plot(*_points(curve, report.error), color=PALE, linewidth=1, zorder=1, label=label)
+        ax.plot(*_points(curve, report.error), "-", color=PALE, linewidth=1, zorder=1, label=label)
     _frame(figure, ax, report)
     figure.legend(loc="outside upper right", ncols=3)  # beside the curves, not on them
     _draw_prices(prices, best)
