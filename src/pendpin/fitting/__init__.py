@@ -14,9 +14,9 @@ import numpy as np
 
 from pendpin.fitting.alternatives import explain_residual
 from pendpin.fitting.data import read_swings
-from pendpin.fitting.fitting import Setting, Solution, prepare, solve
+from pendpin.fitting.fitting import prepare, solve
 from pendpin.fitting.parameters import combinations, replace_checked, substitute
-from pendpin.fitting.prediction import Prediction, compared_samples, fitted_prediction, predict
+from pendpin.fitting.prediction import compared_samples, fitted_prediction, predict
 from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import whiteness
 from pendpin.ground.arguments import flag, function
@@ -58,17 +58,14 @@ def fit(
     compared_samples(others or (), hold_out_start)  # what is wrong with them is said before the search
     solution = solve(setting, progress)
     prediction = None if others is None else predict(setting, solution, others, hold_out_start)
-    return _report(setting, solution, prediction, time.process_time() - begin)
+    seconds = time.process_time() - begin
 
-
-def _report(setting: Setting, solution: Solution, prediction: Prediction | None, seconds: float) -> Fit:
-    """The report of a solution."""
-    free, nz, nx, columns = setting.free, len(solution.z), len(solution.x), setting.columns
+    chosen, nz, nx, columns = setting.free, len(solution.z), len(solution.x), setting.columns
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
     # The fitted numbers by key path, and their gradients by the unknowns (nx,); zeros are in the unit of [data].
-    numbers = free.values(solution.z).tolist()
-    values = dict(zip(free.keys, map(float, numbers), strict=True))
-    gradients = {k: np.pad(row, (0, nx - nz)) for k, row in zip(free.keys, free.gradients(solution.z), strict=True)}
+    numbers = chosen.values(solution.z).tolist()
+    values = dict(zip(chosen.keys, map(float, numbers), strict=True))
+    gradients = {k: np.pad(row, (0, nx - nz)) for k, row in zip(chosen.keys, chosen.gradients(solution.z), strict=True)}
     sizes = [setting.table.in_si(name)[0] for name in columns]
     offsets = {n: float(x) / size for n, x, size in zip(columns, solution.offsets, sizes, strict=True)}
     for row, name in enumerate(columns if nx > nz else ()):
@@ -80,14 +77,14 @@ def _report(setting: Setting, solution: Solution, prediction: Prediction | None,
     unsure = tuple(key for key in values if key not in known)
     errors = known if certainty.enough else {}
     matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), nx)
-    batch, scene = solution.problem.batch, substitute(setting.scene, free.keys, numbers, replace_checked)
+    batch, scene = solution.problem.batch, substitute(setting.scene, chosen.keys, numbers, replace_checked)
     return Fit(
         scene=replace_checked(scene, {"data": replace_checked(setting.table, {"offsets": offsets})}),
         values=values,
         errors=errors,
         covariance=matrix @ certainty.covariance @ matrix.T,
         undetermined=unsure,
-        combinations=combinations(setting.scene, free, solution.z, certainty, set(unsure)) if follows else (),
+        combinations=combinations(setting.scene, chosen, solution.z, certainty, set(unsure)) if follows else (),
         train=train,
         hold_out=prediction,
         noise=dict(zip(columns, setting.noise.tolist(), strict=True)),

@@ -23,8 +23,6 @@ AGAINST = 1.01  # times the held-out error without a part: it does not help
 SMALL = 1e-5  # of the largest torque of gravity: first guess of a friction, so that a search begins near the fit
 SLOW = 5.0  # rad/s: first guess of a Stribeck speed
 SLENDER = 20.0  # length over diameter: first guess of a rod in the air
-
-
 _Other = tuple[str, bool, Scene, list[str]]  # name, whether it is there, the scene without or with it, what is free
 
 
@@ -73,8 +71,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     friction that stood in for drag, or was hidden by it, is seen only then.
     """
 
-    def compare(others: Iterable[_Other]) -> list[tuple[Part, _Model]]:
-        """Parts with their models, each fitted from the model that there is."""
+    def compare(others: Iterable[_Other]) -> list[tuple[Part, _Model]]:  # each fitted from the model that there is
         compared = []
         for name, present, scene, keys in others:
             progress(f"{'without' if present else 'with'} {name}")
@@ -151,15 +148,11 @@ def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
     size = SMALL * sum(weights)
     length = min(rod.length for rod in model.rods) if isinstance(model, Chain) else 1.0
-    added: dict[str, tuple[Any, list[str]]] = {
-        "viscous": (Viscous(coefficient=size / SLOW), ["coefficient"]),
-        "dry_friction": (DryFriction(kinetic=size), ["kinetic"]),
-        "drag": (Drag(diameter=length / SLENDER, coefficient=0.01), ["coefficient"]),
-    }
-    for kind, (effect, names) in added.items():
-        if kind not in kinds:
-            more = [f"effects[{many}].{name}" for name in names]
-            yield kind, False, replace_checked(scene, {"effects": (*scene.effects, effect)}), [*keys, *more]
+    drag = Drag(diameter=length / SLENDER, coefficient=0.01)
+    for effect in (Viscous(coefficient=size / SLOW), DryFriction(kinetic=size), drag):
+        if effect.kind not in kinds:
+            key = f"effects[{many}].{'kinetic' if isinstance(effect, DryFriction) else 'coefficient'}"
+            yield effect.kind, False, replace_checked(scene, {"effects": (*scene.effects, effect)}), [*keys, key]
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, DryFriction) and effect.stribeck is None:
             low, high = 0.98 * effect.kinetic, 1.02 * effect.kinetic + size

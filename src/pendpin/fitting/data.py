@@ -132,9 +132,8 @@ def _pick_columns(names: list[str], table: Data) -> list[str]:
     wanted = [table.time, *([table.segment] if table.segment else []), *table.columns]
     for name in wanted:
         if name not in names:
-            written = (
-                f"time = {shown(names[0])}" if name == table.time else f"columns = {{ {shown(names[-1])} = [...] }}"
-            )
+            column = f"columns = {{ {shown(names[-1])} = [...] }}"
+            written = f"time = {shown(names[0])}" if name == table.time else column
             hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
             raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
     return wanted
@@ -174,8 +173,7 @@ def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str)
         rows = np.flatnonzero((labels == name) & ~np.isnan(y).all(1))  # where a sensor gave something
         missing = int(np.isnan(y[labels == name]).sum())
         swings.append(Swing(name, t[rows], y[rows], numbers[rows], source, missing))
-    for swing in swings:
-        _refuse_odd(swing, table, angles, counted)
+        _refuse_odd(swings[-1], table, angles, counted)
     if not swings:
         raise InputError("no samples")
     _refuse_twice(swings)
@@ -202,11 +200,8 @@ def _refuse_odd(swing: Swing, table: Data, angles: Array, counted: str) -> None:
     if (late := np.diff(swing.t) <= 0).any():
         i = int(np.argmax(late))
         other = "" if table.segment else "; where another swing begins there, name a column of segments in [data]"
-        where, order = (
-            f"{counted} {swing.rows[i + 1]}",
-            f"{swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s",
-        )
-        raise InputError(f"{where}, column {table.time}: {order}{other}")
+        order = f"{swing.t[i + 1]:.10g} s does not come after {swing.t[i]:.10g} s"
+        raise InputError(f"{counted} {swing.rows[i + 1]}, column {table.time}: {order}{other}")
     for k, name in enumerate(table.columns):
         seen = ~np.isnan(swing.y[:, k])
         jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP

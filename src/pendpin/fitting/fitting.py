@@ -224,9 +224,9 @@ def _guess_starts(setting: Setting, problem: Problem, x: Array) -> Array:
 
 def restart(setting: Setting, problem: Problem) -> Problem:
     """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
-    fresh = _problem(setting)
-    kept = {"batch": problem.batch, "weights": problem.weights, "share": problem.share}
-    return _rescale(setting, replace(fresh, still=np.zeros_like(fresh.still), **kept), fresh.prior)
+    fresh, p = _problem(setting), problem
+    fresh = replace(fresh, still=np.zeros_like(fresh.still), batch=p.batch, weights=p.weights, share=p.share)
+    return _rescale(setting, fresh, fresh.prior)
 
 
 def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:

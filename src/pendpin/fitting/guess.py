@@ -26,10 +26,7 @@ STARTS = 12  # of the search for angles, for each sample of tips
 
 
 def time_scale(swings: Sequence[Swing], noise: Array) -> float:
-    """The time in s in which the fastest column moves by half its standard deviation, about half a radian of phase.
-
-    noise (columns,) is not counted as a motion.
-    """
+    """The time in s in which the fastest column moves by half its deviation; noise (columns,) is not a motion."""
     return min(_moves(swing.t, swing.y[:, k], noise[k]) for swing in swings for k in range(swing.y.shape[1]))
 
 
@@ -126,8 +123,7 @@ def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: 
     y = np.repeat(np.nan_to_num(swing.y), STARTS, 0)  # (m STARTS, columns)
     q = np.tile(draw.uniform(-np.pi, np.pi, (STARTS, n)), (m, 1))
 
-    def off(q: Array) -> Array:
-        """Columns at joint angles (m STARTS, n) less the measured ones (m STARTS, columns), m."""
+    def off(q: Array) -> Array:  # columns at joint angles (m STARTS, n) less the measured ones (m STARTS, columns), m
         angles = np.zeros((len(q), sensors.angles.shape[1]))
         angles[:, moving] = q
         return angles @ sensors.angles.T + tips_at(model, angles) @ sensors.tips.T - y
@@ -159,16 +155,14 @@ def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper
     """The unknowns (nx,) that explain the measured accelerations best: robust least squares, a tenth of a second."""
     size, last = np.sqrt(np.mean(samples.measured**2)) or 1.0, {}
 
-    def residuals(x: Array) -> Array:
-        """At unknowns (nx,): accelerations less the measured ones (n N,), over their size, then the pull of the guess."""
+    def residuals(x: Array) -> Array:  # accelerations less the measured ones (n N,), over their size; the guess's pull
         a, J = samples.accelerations(np.where(still, prior, x))
         off = (a - samples.measured) / size
         fine = np.abs(off) < FAR_OFF  # nor is it NaN
         last[x.tobytes()] = np.where(fine[:, None] & ~still, np.nan_to_num(J) / size, 0.0)
         return np.concatenate([np.where(fine, off, FAR_OFF), PULL * (x - prior) / scale])
 
-    def slopes(x: Array) -> Array:
-        """The derivatives (n N + nx, nx) of the residuals, which were evaluated at the same unknowns just before."""
+    def slopes(x: Array) -> Array:  # of the residuals, which were evaluated at the same unknowns just before
         J = last[x.tobytes()]
         last.clear()
         return np.concatenate([J, np.diag(PULL / scale)])

@@ -8,7 +8,7 @@ import annotated_types
 import numpy as np
 
 from pendpin.effects import DryFriction
-from pendpin.errors import InputError, not_one_of, shown
+from pendpin.errors import InputError, is_number, not_one_of, shown
 from pendpin.fitting.uncertainty import Certainty
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array
@@ -69,7 +69,12 @@ def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
         raise InputError(f"free: {shown(free)} is neither a key path nor a list of them")
     keys = _expand(scene, texts)
-    guess = np.array([_number(scene, key) for key in keys])
+    guess = []
+    for key in keys:
+        if not is_number(value := _value(scene, key)):
+            raise InputError(f"free: {key}: {shown(value)} is not a number")
+        guess.append(float(value))
+    guess = np.array(guess)
     columns, positive, start, lower, upper = [], [], [], [], []
     for rows, matrix, first, low, high in _groups(scene, keys, guess):
         guess[rows] = matrix @ np.asarray(first)  # of a body that cannot be, one that can
@@ -133,10 +138,7 @@ class Combination(NamedTuple):
 
 
 def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsure: set[str]) -> tuple[Combination, ...]:
-    """The ratios of a chain that the data determine, of those that hold an undetermined number; z (nz,).
-
-    They have errors if the data are long enough.
-    """
+    """The ratios of a chain that the data determine, of those with an undetermined number; z (nz,)."""
     if not isinstance(scene.model, Chain) or not scene.model.tip_to_tip or not unsure:
         return ()
     last, names = scene.model.count - 1, list[tuple[str, str]]()
@@ -148,13 +150,10 @@ def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsur
     torques = [row for row, key in enumerate(free.keys) if key.startswith("effects") and key in unsure]
     names += [(f"{free.keys[row]} / first moment of rod {last + 1}", "") for row in torques]
 
-    def ratios(values: Array) -> Array:
-        """Those of the names at the free numbers (K,)."""
+    def ratios(values: Array) -> Array:  # those of the names at the free numbers (K,)
         chain: Any = substitute(scene, free.keys, list(values), replace_unchecked).model
         below, inertia, first = 0.0, [], []
-        for rod in reversed(
-            chain.all_rods
-        ):  # about its joint (kg m²) and first (kg m), with the masses that hang on it
+        for rod in reversed(chain.all_rods):  # about its joint, kg m², and first, kg m, with what hangs on it
             m, h, I1, _, _ = rod.properties
             inertia.insert(0, I1 + m * h * h + below * rod.length**2)
             first.insert(0, m * h + below * rod.length)
@@ -214,21 +213,6 @@ def _expand(scene: Scene, texts: Sequence[str]) -> list[str]:
     return keys
 
 
-def _record(scene: Scene, key: str) -> Any:
-    """The rod or effect that a key path names. Raises InputError where there is none."""
-    home, place, _, _ = _parse(key)
-    if home == "effects":
-        records = scene.effects
-    elif isinstance(scene.model, Chain):
-        records = scene.model.rods
-    else:
-        raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
-    if place >= len(records):
-        what = f"{home.removeprefix('model.').removesuffix('s')}{'s' * (len(records) != 1)}"
-        raise InputError(f"free: {key}: the scene has {len(records)} {what}, counted from 0")
-    return records[place]
-
-
 def _field(record: Any, name: str) -> Any:
     """The value of a field; of a rod's absent centre of mass and inertia those of a uniform rod."""
     value = getattr(record, name)
@@ -239,8 +223,15 @@ def _field(record: Any, name: str) -> Any:
 
 
 def _value(scene: Scene, key: str) -> Any:
-    """What stands at a key path. Raises InputError."""
-    record, (_, _, name, part) = _record(scene, key), _parse(key)
+    """What stands at a key path of a rod or an effect. Raises InputError."""
+    home, place, name, part = _parse(key)
+    if home == "model.rods" and not isinstance(scene.model, Chain):
+        raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
+    records: Any = scene.effects if home == "effects" else getattr(scene.model, "rods", ())
+    if place >= len(records):
+        what = f"{home.removeprefix('model.').removesuffix('s')}{'s' * (len(records) != 1)}"
+        raise InputError(f"free: {key}: the scene has {len(records)} {what}, counted from 0")
+    record = records[place]
     fields = [field for field, info in type(record).model_fields.items() if _holds_floats(info.annotation)]
     if name not in fields:
         raise InputError(f"free: {key}: {not_one_of(name, fields)}")
@@ -257,14 +248,6 @@ def _value(scene: Scene, key: str) -> Any:
 def _holds_floats(annotation: Any) -> bool:
     """Whether the type of a field allows floats, alone or in a tuple: not names, choices and counts."""
     return annotation is float or any(map(_holds_floats, get_args(annotation)))
-
-
-def _number(scene: Scene, key: str) -> float:
-    """The number at a key path. Raises InputError."""
-    value = _value(scene, key)
-    if isinstance(value, bool) or not isinstance(value, int | float):
-        raise InputError(f"free: {key}: {shown(value)} is not a number")
-    return float(value)
 
 
 # --- search coordinates ---------------------------------------------------------------------------------------------
@@ -296,7 +279,9 @@ def _groups(scene: Scene, keys: list[str], guess: Array):
 
 def _bounds(scene: Scene, key: str) -> tuple[float, float]:
     """Between what a number that moves alone may be: the limits of its field, and those of the numbers beside it."""
-    record, (_, _, name, part) = _record(scene, key), _parse(key)
+    home, place, name, part = _parse(key)
+    model: Any = scene.model
+    record = scene.effects[place] if home == "effects" else model.rods[place]
     if isinstance(record, Rod) and name == "inertia":
         others = np.delete(np.array(_field(record, name)), part or 0)
         return float(abs(others[0] - others[1])), float(others.sum())
@@ -307,7 +292,7 @@ def _bounds(scene: Scene, key: str) -> tuple[float, float]:
         limit = queue.pop()
         queue += [*getattr(limit, "__metadata__", ()), *getattr(limit, "__args__", ()), *getattr(limit, "metadata", ())]
         if isinstance(limit, annotated_types.Gt):
-            lower = max(lower, _LEAST * _number(scene, key))  # a positive number stays one
+            lower = max(lower, _LEAST * _value(scene, key))  # a positive number stays one
         elif isinstance(limit, annotated_types.Ge) and limit.ge == 0:
             lower = max(lower, 0.0)
     if isinstance(record, DryFriction) and name == "kinetic" and record.static is not None:

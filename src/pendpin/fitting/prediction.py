@@ -102,9 +102,8 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
     """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
     if not is_number(start) or not 0 < start < 1:
-        raise InputError(
-            f"hold_out_start: {shown(start)} is not between 0 and 1: it is the part that a start is fitted on"
-        )
+        why = "is not between 0 and 1: it is the part that a start is fitted on"
+        raise InputError(f"hold_out_start: {shown(start)} {why}")
     compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
     for late, swing in zip(compared, swings, strict=True):
         late[:FEWEST] = False

@@ -39,13 +39,6 @@ AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may acceler
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
 
 
-class Motion(NamedTuple):
-    """One motion of n moving joints at M times, and its derivatives by D directions: search coordinates, then the start."""
-
-    q: Array  # (M, nv)
-    by: Array  # (D, M, nv)
-
-
 @dataclass(frozen=True, eq=False)
 class Pendulum:
     """A scene whose free numbers are search coordinates z (nz,), with its n joints that move."""
@@ -86,8 +79,11 @@ class Bound:
     variations: Variations
     gradients: Array  # (K, nz), of the free numbers by the search coordinates
 
-    def move(self, start: Array, times: Array) -> Motion:
-        """The motion from a start (2n,) at the first of some times (M,) in s. RunError where it cannot be integrated."""
+    def move(self, start: Array, times: Array) -> tuple[Array, Array]:
+        """The motion (M, nv) from a start (2n,) at the first of some times (M,) in s, and its derivatives (D, M, nv).
+
+        By D directions: search coordinates, then the start. Raises RunError where it cannot be integrated.
+        """
         nv, places = self.variations.nv, self.pendulum.places
         y = np.zeros(2 * nv)
         y[places] = start
@@ -96,7 +92,7 @@ class Bound:
             *(y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)),
             most=EVALUATIONS * (FEW + (times[-1] - times[0]) / self.pendulum.pace),
         )
-        return Motion(states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv]))
+        return states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv])
 
     def accelerate(self, t: Array, q: Array, v: Array) -> tuple[Array, Array]:
         """Accelerations (n, N) of joints that slide, by q, v (n, N) at times (N,) in s, and derivatives (nz + 2n, n, N)."""
@@ -119,12 +115,12 @@ class Bound:
 
     def measure(self, start: Array, times: Array) -> tuple[Array, Array]:
         """What the sensors show of a motion without their zeros (M, columns), and its derivatives (M, columns, D)."""
-        sensors, free, z, motion = self.pendulum.sensors, self.pendulum.free, self.z, self.move(start, times)
-        values, slopes = motion.q @ sensors.angles.T, motion.by @ sensors.angles.T
+        sensors, free, z, (q, by) = self.pendulum.sensors, self.pendulum.free, self.z, self.move(start, times)
+        values, slopes = q @ sensors.angles.T, by @ sensors.angles.T
         if not sensors.tips.any():
             return values, slopes.transpose(1, 2, 0)
         of_tips = []
-        for direction, change in enumerate(motion.by):  # central differences in closed form
+        for direction, change in enumerate(by):  # central differences in closed form
             dz, size = np.zeros(len(z)), np.abs(change).max(initial=0.0)
             if direction < len(z):
                 dz[direction], size = 1.0, max(size, 1 / abs(z[direction]) if z[direction] else 1.0)
@@ -132,9 +128,9 @@ class Bound:
             for side in (h, -h):
                 numbers = [float(x) for x in free.values(z + side * dz)]
                 moved = substitute(self.scene, free.keys, numbers, replace_unchecked)
-                sides.append(tips_at(build(moved.model), motion.q + side * change))
+                sides.append(tips_at(build(moved.model), q + side * change))
             of_tips.append((sides[0] - sides[1]) / (2 * h))
-        values = values + tips_at(self.variations.equations.model, motion.q) @ sensors.tips.T
+        values = values + tips_at(self.variations.equations.model, q) @ sensors.tips.T
         return values, (slopes + np.array(of_tips) @ sensors.tips.T).transpose(1, 2, 0)
 
     def _by_coordinates(self, by: Array) -> Array:
@@ -195,7 +191,7 @@ class Problem:
 
     @property
     def nz(self) -> int:
-        """How many search coordinates there are."""
+        """The number of search coordinates."""
         return len(self.pendulum.free.start)
 
     def split(self, x: Array) -> tuple[Array, Array]:
@@ -272,8 +268,7 @@ class Solved:
 def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_START_STEPS) -> Solved:
     """The starts (2n, P) that explain the data best at unknowns x: Gauss-Newton, piece by piece, halved where worse."""
 
-    def basis(J: Array) -> tuple[Array, Array]:
-        """Q (P, R, 2n) and the inverse of U (P, 2n, 2n) of derivatives by the starts J = Q U (P, R, 2n)."""
+    def basis(J: Array) -> tuple[Array, Array]:  # Q (P, R, 2n) and the inverse of U (P, 2n, 2n) of J = Q U (P, R, 2n)
         Q, R = np.linalg.qr(np.nan_to_num(J))
         return Q, np.linalg.pinv(R, rcond=1e-12)
 

@@ -19,7 +19,6 @@ from pendpin.graphics.style import (
     BLACK,
     COLORS,
     SHADE,
-    join_units,
     new_figure,
     plain_name,
     styled,
@@ -119,9 +118,8 @@ class Fit(Result):
         angle = np.linspace(0.0, 2 * np.pi, ELLIPSE)
         values, directions = np.linalg.eigh(self.covariance[np.ix_(places, places)])
         circle = np.sqrt(-2 * np.log1p(-level)) * np.column_stack([np.cos(angle), np.sin(angle)])
-        return (
-            np.array([self.values[one], self.values[other]]) + circle * np.sqrt(np.maximum(values, 0.0)) @ directions.T
-        )
+        centre = np.array([self.values[one], self.values[other]])
+        return centre + circle * np.sqrt(np.maximum(values, 0.0)) @ directions.T
 
     @styled()
     def plot_region(self, one: str, other: str, ax: Any = None) -> Any:
@@ -204,10 +202,8 @@ class Fit(Result):
         if self.explained and self.white > WHITE:
             return "The model explains the data: the residuals are white and no larger than the noise."
         if self.explained:
-            memory = f"{self.solution.certainty.memory:.2g} s"
-            return (
-                f"Noise of the sensors that is correlated over {memory} explains what the model leaves over: {sizes}."
-            )
+            memory = f"correlated over {self.solution.certainty.memory:.2g} s"
+            return f"Noise of the sensors that is {memory} explains what the model leaves over: {sizes}."
         if times <= NOISY:
             return f"The model cannot explain the data: residuals are small, but go with the motion (p = {self.white:.1g})."
         what = f"{sizes}, {float(f'{100 * part:.2g}'):g} % of the motion, and correlated"
@@ -258,9 +254,8 @@ class Fit(Result):
                 f"{certainty.duration:.3g} s of data. Measure for longer, or mend the model."
             )
         if self.errors and self.inflation > WIDER:
-            rows.append(
-                f"Standard errors are up to {self.inflation:.3g} times wider because the residuals are correlated."
-            )
+            wider = f"{self.inflation:.3g} times wider"
+            rows.append(f"Standard errors are up to {wider} because the residuals are correlated.")
         rms, usual = self.train.rms, self.train.usual
         outlying = any(rms[name] > NOISY * usual[name] for name in rms)
         without = f"; without outliers {self.train.listed(usual)}" if outlying else ""
@@ -305,7 +300,7 @@ def draw_fit(fit: Fit) -> Any:
         middle.fill_between([], [], [], color=COLORS[0], alpha=0.2, linewidth=0, label="95 % of\npredictions")
         middle.legend(**BESIDE)
     top.legend(**BESIDE)
-    unit = join_units(sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__))
+    unit = " or ".join(sorted({fit.train.table.in_si(name)[1] for name in fit.train.columns}, key="m".__eq__))
     top.set_ylabel(f"measured, fitted ({unit})")
     middle.set_ylabel(f"measured minus fitted ({unit})")
     middle.set_xlabel("time, swings one after the other (s)")

@@ -109,8 +109,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
         sums = np.array([scores[swing == k].sum((0, 1)) for k in range(many)])
         others.append((sums.T @ sums * many / (many - 1), many - 1))
 
-    def variances(meat: Array) -> Array:
-        """Those of the unknowns (nx,) from the covariance (k, k) of sums of scores."""
+    def variances(meat: Array) -> Array:  # of the unknowns (nx,) from the covariance (k, k) of sums of scores
         return np.einsum("xk,kl,xl->x", V, meat, V)
 
     base, variance = variances(white), variances(meat)
@@ -173,16 +172,12 @@ def series_of(t: Array, seen: Mask) -> Series:
 
 
 def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kinds:
-    """The kinds of noise that explain residuals r (N,) of least squares.
-
-    These are less what `starts` (N, 2n), piece by piece, and `scores` (N, k) explain.
-    """
+    """The kinds of noise that explain residuals r (N,), less what `starts` (N, 2n) and `scores` (N, k) explain."""
     blocks, between = np.column_stack([starts, scores, r]), np.median(series.gap[np.isfinite(series.gap)])
     times = np.geomspace(SHORTEST * between, LONGEST * series.durations.max(), TIMES)
     ratios = np.geomspace(LEAST, MOST, RATIOS)
 
-    def compare() -> Kinds:
-        """Those of all pairs of times and ratios that are likely."""
+    def compare() -> Kinds:  # those of all pairs of times and ratios that are likely
         pairs = [x.reshape(-1) for x in np.meshgrid(times, ratios)]
         filters = zip(*_filters(series, pairs[0], pairs[1] / (1 + pairs[1])), strict=True)
         logs, variances = np.array([_likelihood(series, *kind, blocks, starts.shape[1]) for kind in filters]).T
@@ -190,8 +185,9 @@ def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kind
         some = likelihood > UNLIKELY
         return Kinds(pairs[0][some], pairs[1][some], variances[some], likelihood[some] / likelihood[some].sum())
 
-    def narrow(tried: Array, likely: Array) -> Array:
-        """As many values as were tried, from below the least of the likely ones to above the largest."""
+    def narrow(
+        tried: Array, likely: Array
+    ) -> Array:  # as many values, from below the least likely to above the largest
         low, high = (int(np.argmin(np.abs(tried - x))) for x in (likely.min(), likely.max()))
         return np.geomspace(tried[max(low - 1, 0)], tried[min(high + 1, len(tried) - 1)], len(tried))
 

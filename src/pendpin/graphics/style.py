@@ -1,7 +1,7 @@
 """The one look of every figure: colours, letters, axes, legends, and the way a quantity is written with its unit."""
 
 import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from io import BytesIO
 from pathlib import Path
@@ -66,11 +66,6 @@ def new_figure(width: float, height: float, layout: Any = "constrained") -> Any:
 def with_unit(name: str, unit: str = "") -> str:
     """A quantity and its unit as every axis names it: "theta_1 (rad)"; the name alone where there is no unit."""
     return f"{plain_name(name, 60)} ({unit})" if unit else plain_name(name, 60)
-
-
-def join_units(units: Sequence[str]) -> str:
-    """The unit of an axis on which quantities of different kinds are drawn: "rad or m"."""
-    return " or ".join(dict.fromkeys(units))
 
 
 def plain_name(name: str, most: int = 40) -> str:

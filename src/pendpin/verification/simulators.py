@@ -22,7 +22,7 @@ from pendpin.ground.libraries import version
 from pendpin.integrators.fixed import count_equal_steps
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build, start_state
-from pendpin.model.urdf import Element, has_inertia, read_urdf
+from pendpin.model.urdf import has_inertia, read_urdf
 from pendpin.model.write_models import chain_urdf
 from pendpin.scene import Chain, PinModel, Scene, UrdfModel
 
@@ -179,41 +179,31 @@ def _same_for_all(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     if isinstance(model, PinModel):
         raise InputError("model: other simulators take a chain of rods or a URDF, and this is a pin.Model")
     robot = ElementTree.fromstring(chain_urdf(model) if isinstance(model, Chain) else read_urdf(model).text)
-    for joint in robot.findall("joint"):
-        _drop(joint, joint.findall("dynamics"))
-    _drop(robot, robot.findall("mujoco"))
-    while tips := _massless_tips(robot):
-        _drop(robot, tips)
+    for parent, children in [(joint, "dynamics") for joint in robot.findall("joint")] + [(robot, "mujoco")]:
+        for child in parent.findall(children):
+            parent.remove(child)
+    fixed = {c.get("link"): joint for joint in robot.iterfind("joint[@type='fixed']") for c in joint.iterfind("child")}
+    while True:  # without links fixed to another that are massless and carry none, from the last on
+        carriers = {parent.get("link") for parent in robot.iterfind("joint/parent")}
+        bare = [x for x in robot.iterfind("link") if x.get("name") in fixed.keys() - carriers and not has_inertia(x)]
+        if not bare:
+            break
+        for link in bare:
+            robot.remove(link)
+            robot.remove(fixed.pop(link.get("name")))
     hanging = {child.get("link") for child in robot.iterfind("joint/child")}
     root = next(name for link in robot.iterfind("link") if (name := link.get("name", "")) not in hanging)
     for link in robot.findall("link"):
-        _drop(link, link.findall("visual"))
-        if link.get("name") == root:
-            _drop(link, link.findall("inertial"))  # it stands still
-        elif link.find("inertial") is None:
+        is_root = link.get("name") == root
+        for part in [*link.findall("visual"), *(link.findall("inertial") if is_root else ())]:  # the root stands still
+            link.remove(part)
+        if not is_root and link.find("inertial") is None:
             inertial = ElementTree.SubElement(link, "inertial")
             ElementTree.SubElement(inertial, "mass", value="0")
             ElementTree.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "0"))
     least = {"boundmass": repr(LEAST), "boundinertia": repr(LEAST)}
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", least)
     return ElementTree.tostring(robot, encoding="unicode"), root
-
-
-def _drop(parent: Element, children: list[Element]) -> None:
-    for child in children:
-        parent.remove(child)
-
-
-def _massless_tips(robot: Element) -> list[Element]:
-    """The massless links that are fixed to another and carry none, with their joints."""
-    carriers = {parent.get("link") for parent in robot.iterfind("joint/parent")}
-    fixed = {c.get("link"): joint for joint in robot.iterfind("joint[@type='fixed']") for c in joint.iterfind("child")}
-    tips = []
-    for link in robot.iterfind("link"):
-        name = link.get("name")
-        if name in fixed and name not in carriers and not has_inertia(link):
-            tips += [link, fixed[name]]
-    return tips
 
 
 # --- MuJoCo: its compiled loop runs from output time to output time, with all but gravity disabled ------------------
@@ -258,10 +248,9 @@ def mujoco_peers(task: PeerTask) -> Iterator[Peer]:
 
         return Prepared(rows, lambda: (taken, STAGES[name] * taken))
 
+    library = f"mujoco {version('mujoco')}"
     for name in STAGES:
-        yield Peer(
-            f"mujoco {name}", f"mujoco {version('mujoco')}", "step", task, lambda h, name=name: prepared(name, h)
-        )
+        yield Peer(f"mujoco {name}", library, "step", task, lambda h, name=name: prepared(name, h))
 
 
 def mujoco_model(mujoco: Any, task: PeerTask) -> Any:
@@ -311,6 +300,8 @@ DRAKE: dict[str, tuple[str, Kind]] = {
 
 def drake_peers(task: PeerTask) -> Iterator[Peer]:
     """Drake's integrators. Raises InputError for a model that it does not take."""
+    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig  # pyright: ignore[reportMissingImports]
+
     with _loading("drake"):
         plant = drake_plant(task)
     at_q, at_v = _drake_places(plant, task)
@@ -319,7 +310,14 @@ def drake_peers(task: PeerTask) -> Iterator[Peer]:
     task.check("drake", plant.EvalTimeDerivatives(probed).get_generalized_velocity().CopyToVector()[at_v])
 
     def prepared(scheme: str, kind: Kind, setting: float) -> Prepared:
-        simulator = _drake_simulator(plant, scheme, kind, setting, task.interval)
+        config = SimulatorConfig(integration_scheme=scheme, publish_every_time_step=False)
+        config.use_error_control = kind == "tolerance"
+        if kind == "tolerance":
+            config.accuracy = setting
+        else:  # a little longer, so that rounding leaves no last sliver
+            config.max_step_size = task.interval / count_equal_steps(task.interval, setting) * (1 + 1e-12)
+        simulator = Simulator(plant)
+        ApplySimulatorConfig(config, simulator)
         integrator, context = simulator.get_mutable_integrator(), simulator.get_mutable_context()
         set_drake(plant, context, task, task.q, task.v)
         if kind == "tolerance":  # a first step in which little turns
@@ -368,21 +366,6 @@ def set_drake(plant: Any, context: Any, task: PeerTask, q: Array, v: Array) -> N
     positions[at_q], velocities[at_v] = q, v
     plant.SetPositions(context, positions)
     plant.SetVelocities(context, velocities)
-
-
-def _drake_simulator(plant: Any, scheme: str, kind: Kind, setting: float, interval: float) -> Any:
-    from pydrake.systems.analysis import ApplySimulatorConfig, Simulator, SimulatorConfig  # pyright: ignore[reportMissingImports]
-
-    config = SimulatorConfig(integration_scheme=scheme, publish_every_time_step=False)
-    config.use_error_control = kind == "tolerance"
-    if kind == "tolerance":
-        config.accuracy = setting
-    else:
-        count = count_equal_steps(interval, setting)
-        config.max_step_size = interval / count * (1 + 1e-12)  # so that rounding leaves no last sliver
-    simulator = Simulator(plant)
-    ApplySimulatorConfig(config, simulator)
-    return simulator
 
 
 # --- plain SciPy around Pinocchio's aba: what a user would write ----------------------------------------------------

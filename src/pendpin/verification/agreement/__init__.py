@@ -18,7 +18,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.dynamics.vibrations import matrices, vibrations
-from pendpin.errors import InputError, MissingLibrary, inside, not_one_of
+from pendpin.errors import InputError, MissingLibrary, find, inside, not_one_of
 from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arguments import number_at
@@ -106,28 +106,24 @@ class Quantity(Published):
         """When the values were published, (k,) s."""
         return np.array(self.values)[:, 0]
 
-    def observed(self, run: Trajectory) -> Array:
-        """The same quantity of a run at its samples, in the source's axes: (n, columns)."""
-        axes = np.array(self.axes, float)
-        if self.of == "angle":
-            return run[self.at][:, None] + self.offset
-        if self.of == "rate":
-            return run[f"{self.at}_rate"][:, None]
-        if self.of in ("force", "moment"):
-            part = slice(3) if self.of == "force" else slice(3, 6)
-            return run.express(self.at, self.frame, on=self.on)[:, part] @ axes.T
-        model = build(run.source.model)
-        names = [body.link for body in model.bodies]
-        if self.at not in names:
-            raise InputError(f"at: {not_one_of(self.at, names)}")
-        body = model.bodies[names.index(self.at)]
-        point = np.array([*(body.tip if self.of == "tip" else body.com), 1.0])
-        return kinematics.poses(model, run.q)[:, names.index(self.at), :3] @ point @ axes.T
-
     def difference(self, run: Trajectory) -> float:
         """The largest difference of any published number to a run at the same time, in the quantity's unit."""
+        axes = np.array(self.axes, float)
+        if self.of == "angle":
+            observed = run[self.at][:, None] + self.offset
+        elif self.of == "rate":
+            observed = run[f"{self.at}_rate"][:, None]
+        elif self.of in ("force", "moment"):
+            part = slice(3) if self.of == "force" else slice(3, 6)
+            observed = run.express(self.at, self.frame, on=self.on)[:, part] @ axes.T
+        else:
+            model = build(run.source.model)
+            place = find(tuple(body.link for body in model.bodies), self.at, "at:")
+            body = model.bodies[place]
+            point = np.array([*(body.tip if self.of == "tip" else body.com), 1.0])
+            observed = kinematics.poses(model, run.q)[:, place, :3] @ point @ axes.T
         samples = np.searchsorted(run.t, self.times - 1e-12 * run.t[-1])
-        return float(np.abs(self.observed(run)[samples] - np.array(self.values)[:, 1:]).max())
+        return float(np.abs(observed[samples] - np.array(self.values)[:, 1:]).max())
 
 
 class Case(Record):
@@ -138,12 +134,8 @@ class Case(Record):
     origin: str = Field(description="which program or formula gave the numbers")
     note: str = Field("", description="what is particular about the case")
     settings: dict[str, Positive] = Field(default_factory=dict, description="tolerances and steps other than the usual")
-    leave_out: dict[str, str] = Field(
-        default_factory=dict, description="methods that cannot run it, each with the reason"
-    )
-    accuracy: Annotated[Positive, Field(le=0.1)] = Field(
-        1e-9, description="the target of the run whose own claim is tested"
-    )
+    leave_out: dict[str, str] = Field(default_factory=dict, description="methods that cannot run it, and why")
+    accuracy: Annotated[Positive, Field(le=0.1)] = Field(1e-9, description="target of the run whose claim is tested")
     scene: Scene = Field(description="the scene whose run is compared")
     quantities: tuple[Quantity, ...] = Field((), description="what is compared along the motion")
     frequencies: tuple[Frequencies, ...] = Field((), description="natural frequencies that are compared")
@@ -359,9 +351,7 @@ def page(report: AgreementReport) -> str:
     motions = StringIO()
     with styled():
         draw_motions(list(cases)).savefig(motions, format="svg")
-    words = {
-        name: f"{case.title}. Numbers by {case.origin}. {case.source}. {case.note}" for name, case in cases.items()
-    }
+    words = {name: f"{x.title}. Numbers by {x.origin}. {x.source}. {x.note}" for name, x in cases.items()}
     parts = [
         HEAD,
         "<h1>Agreement with published results</h1>",
@@ -377,10 +367,7 @@ def page(report: AgreementReport) -> str:
 
 @styled()
 def draw_motions(names: list[str]) -> Any:
-    """A figure with the path of the tip of each case, seen where it is widest: from above where it stays level.
-
-    Cases of frequencies and bounds of stability have no motion to draw.
-    """
+    """A figure with the path of the tip of each case that has one, seen where it is widest: from above where it is level."""
     names = [name for name in names if published_cases()[name].quantities]
     rows = max(1, ceil(len(names) / COLUMNS))
     figure = new_figure(3.2 * COLUMNS, 3.2 * rows)

@@ -50,7 +50,18 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
         raise InputError(f"model: {len(dynamics.model.rods)} rods are too many for other engines")
     if dynamics.contacts is not None:
         raise InputError("effects: reference numbers need effects without events: no dry friction and no stops")
-    texts, left_out = _models(scene, dynamics)
+    # the texts of the formats that can carry the scene, and for the others the reason
+    model, texts, left_out = dynamics.model, dict[str, str](), dict[str, str]()
+    writers = {
+        "model.urdf": lambda damping: _urdf(scene, damping),
+        "model.xml": lambda damping: mjcf(model, dynamics.loads.constant, damping),
+        "model.sdf": lambda damping: sdf(model, damping),
+    }
+    for name, write in writers.items():
+        try:
+            texts[name] = write(_carried(scene.effects, model))
+        except PendpinError as error:
+            left_out[name] = str(error)
     states, state_bounds = reference_states(dynamics, np.random.default_rng(seed))
     motion, motion_bounds = reference_motion(scene)
     conventions = {
@@ -73,29 +84,12 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
 
     write_folder(path, fill)
     files = ["scene.toml", *sorted(texts)]
-    words = [f"wrote {path / name}" for name in files] + [
-        f"{name} is left out: {why}" for name, why in left_out.items()
-    ]
+    words = [f"wrote {path / name}" for name in files]
+    words += [f"{name} is left out: {why}" for name, why in left_out.items()]
     return Report(words, {"path": str(path), "files": files, "left_out": left_out})
 
 
 # --- models ---------------------------------------------------------------------------------------------------------
-
-
-def _models(scene: Scene, dynamics: Dynamics) -> tuple[dict[str, str], dict[str, str]]:
-    """The texts of the formats that can carry the scene, and for the others the reason."""
-    model, texts, left_out = dynamics.model, dict[str, str](), dict[str, str]()
-    writers = {
-        "model.urdf": lambda damping: _urdf(scene, damping),
-        "model.xml": lambda damping: mjcf(model, dynamics.loads.constant, damping),
-        "model.sdf": lambda damping: sdf(model, damping),
-    }
-    for name, write in writers.items():
-        try:
-            texts[name] = write(_carried(scene.effects, model))
-        except PendpinError as error:
-            left_out[name] = str(error)
-    return texts, left_out
 
 
 def _carried(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
@@ -125,7 +119,7 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
     return ElementTree.tostring(robot, encoding="unicode") + "\n"
 
 
-# --- states ---------------------------------------------------------------------------------------------------------
+# --- states and motion ----------------------------------------------------------------------------------------------
 
 
 def reference_states(dynamics: Dynamics, random: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, float]]:
@@ -173,9 +167,6 @@ def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, An
     return {"a": a, "mass_matrix": M, "wrench": wrench, "kinetic": v_ @ M @ v_ / 2, "potential": potential}
 
 
-# --- motion ---------------------------------------------------------------------------------------------------------
-
-
 def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
     """The motion at 50 times by two families of methods, up to where they agree; the bounds of q and v."""
     first, second = (simulate(scene.by(*family), samples=TIMES) for family in FAMILIES)
@@ -188,7 +179,6 @@ def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
 
 # --- texts ----------------------------------------------------------------------------------------------------------
 
-
 FORMATS = {
     "model.urdf": "the model as URDF, a universal joint as two revolute ones",
     "model.xml": "the model as MJCF, a universal joint as two hinges of one body",
@@ -197,13 +187,11 @@ FORMATS = {
 
 
 def _readme(texts: dict[str, str], left_out: dict[str, str], states: list) -> str:
-    rows = [f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts]
-    absent = [f"- {name} is left out: {why}." for name, why in left_out.items()]
     methods = " and ".join(f"{name} ({METHODS[name].family}, tolerance {tolerance:g})" for name, tolerance in FAMILIES)
     values = {
         "version": VERSION,
-        "files": "\n".join(rows),
-        "left_out": "\n".join(absent),
+        "files": "\n".join(f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts),
+        "left_out": "\n".join(f"- {name} is left out: {why}." for name, why in left_out.items()),
         "state_bound": f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
         "motion_bound": f"twice the largest difference of {methods}.",
     }

@@ -1,7 +1,7 @@
 """The hard cases: scenes that break simulators, each with a bound from physics or analysis (docs/hard_cases.md).
 
-base.py has the record of a case; poles.py, chaos.py, chains.py and stiff.py the cases; catalogue.toml their texts. Here they
-are run: each on its methods, or in MuJoCo, Drake and SciPy on Pinocchio's accelerations, each at its best setting.
+base.py has the record of a case; rods.py and chains.py the cases; catalogue.toml their texts. Here they are run: each on its
+methods, or in MuJoCo, Drake and SciPy on Pinocchio's accelerations, each at its best setting.
 """
 
 import time
@@ -22,11 +22,10 @@ from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
 from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once, simulators
-from pendpin.verification.hardcases import chains, chaos, poles, stiff
+from pendpin.verification.hardcases import chains, rods
 from pendpin.verification.hardcases.base import Case, Solve, scene
 
-_CASES = (*poles.CASES, *chaos.CASES, *chains.CASES, *stiff.CASES)
-CASES = {case.name: case for case in sorted(_CASES, key=lambda case: case.group)}
+CASES = {case.name: case for case in sorted((*rods.CASES, *chains.CASES), key=lambda case: case.group)}
 FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")  # of a case, in JSON
 
 
@@ -108,7 +107,11 @@ def hard(
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
     run = partial(_run_on_peers if peers else _run, methods=methods, full=full, progress=progress)
-    cases = _list_peer_cases(cases) if peers else cases
+    if peers:  # the short forms that others can run: measured by their angles, or by tips compared with pendpin's
+        simulators.require_libraries()
+        direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
+        compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
+        cases = tuple(sorted([*direct, *compared], key=lambda case: case.group))
     results, stopped = collect(outcome for case in cases for outcome in run(case))
     return HardReport(results, cases, stopped)
 
@@ -161,24 +164,13 @@ NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pend
     *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
 )
 COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pendpin's
-    **{f"cone-{rate:g}": partial(chaos.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
-    "swings-in-space": lambda: scene(chaos.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
-    "triple-1e4": lambda: chaos.triple(3.0),
+    **{f"cone-{rate:g}": partial(chains.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
+    "swings-in-space": lambda: scene(chains.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
+    "triple-1e4": lambda: chains.triple(3.0),
     "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),
-    "whip": lambda: chains.whip(12, 0.3),
-    "chaos-methods": lambda: chaos.wild(5.0),
+    "whip": lambda: chains.whip((12, 0.3)),
+    "chaos-methods": lambda: chains.wild(5.0),
 }
-
-
-def _list_peer_cases(cases: Sequence[Case]) -> tuple[Case, ...]:
-    """The short forms that other simulators can run: measured by their angles, or by tips compared with pendpin's.
-
-    Raises MissingLibrary where a simulator is not installed.
-    """
-    simulators.require_libraries()
-    direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
-    compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
-    return tuple(sorted([*direct, *compared], key=lambda case: case.group))
 
 
 def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:

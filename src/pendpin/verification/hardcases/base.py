@@ -74,9 +74,7 @@ def case(
 ) -> Case:
     """A case with the texts of catalogue.toml under a name, in which {numbers} are filled in."""
     entry = {"name": text} | catalogue()[text]
-    texts: dict[str, Any] = {
-        key: part.format(**numbers) if isinstance(part, str) else part for key, part in entry.items()
-    }
+    texts: dict[str, Any] = {k: part.format(**numbers) if isinstance(part, str) else part for k, part in entry.items()}
     return Case(**texts, bound=bound, methods=methods, measure=measure, beside=beside)
 
 
@@ -84,6 +82,9 @@ def settings(**methods: float | None) -> dict[str, Settings]:
     """The setting of each method: a tolerance, or a step in s where it takes one; none for None."""
     kinds = {name: "step" if name in fixed_methods() else "tolerance" for name in methods}
     return {name: {} if value is None else {kinds[name]: value} for name, value in methods.items()}
+
+
+TIGHT = settings(auto=1e-12, taylor=1e-16)
 
 
 # --- scenes ---------------------------------------------------------------------------------------------------------
@@ -118,11 +119,15 @@ def inertia_about_joint(rod: Rod) -> float:
     return transverse + m * h * h
 
 
+J = inertia_about_joint(ROD)
+HANG = J / (ROD.mass * ROD.properties.h)  # m, the reduced length of the thick rod
+
+
 # --- measures -------------------------------------------------------------------------------------------------------
 
 
-def drift_of(make: Callable[[Any], Scene], long: float, short: float) -> Measure:
-    """The energy drift in the scene that `make` gives for a duration, in s or in turns."""
+def drift_of(make: Callable[[Any], Scene], long: Any, short: Any) -> Measure:
+    """The energy drift in the scene that `make` gives for a duration in s, or in turns, or with a number of rods."""
     return lambda solve, full: solve(make(long if full else short)).energy().drift
 
 
@@ -143,12 +148,16 @@ def departure(run: Trajectory, angle: Array, far: float) -> float:
     return float(run.t[i - 1] + (np.log(far) - low) / (high - low) * (run.t[i] - run.t[i - 1]))
 
 
-def refused(solve: Solve, make_scene: Callable[[], Scene], *words: str) -> float:
-    """0 if the scene is refused, or its run ends, with an error of one line that has these words; else 1."""
-    try:
-        solve(make_scene())
-    except Interrupted:
-        raise
-    except (InputError, RunError) as error:
-        return float("\n" in str(error) or not all(word in str(error) for word in words))
-    return 1.0
+def refused(one: str, other: str, *given: Any, **fields: Any) -> Measure:
+    """0 if a scene (as of `scene`) is refused, or its run ends, with an error of one line that has both words; else 1."""
+
+    def measure(solve: Solve, full: bool) -> float:
+        try:
+            solve(scene(*given, **fields))
+        except Interrupted:
+            raise
+        except (InputError, RunError) as error:
+            return float("\n" in str(error) or one not in str(error) or other not in str(error))
+        return 1.0
+
+    return measure

@@ -128,7 +128,18 @@ def cost(
     """
     scene = chosen_scene(scene)
     methods = [methods] if isinstance(methods, str) else methods
-    _check(scene, methods, accuracy, peers)
+    for method in methods or ():
+        if method not in _compared():
+            raise InputError(f"methods: {not_one_of(method, _compared())}")
+    if not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    if KNOWN * accuracy < EPS:
+        raise InputError(
+            f"accuracy: {accuracy:g} is finer than can be measured: numbers of 64 bits are rounded to {EPS:.1g} of "
+            f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
+        )
+    if peers:
+        simulators.peers(scene)  # a scene that one of them does not take is refused before anything is measured
     limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
     if "taylor" in (methods or METHODS):
@@ -146,15 +157,11 @@ def cost(
         interrupted = True
     known, model, curves = bench.known, bench.model, tuple(one.curve for one in series + others)
     count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+    same = {name: getattr(known, name) for name in ("error", "solutions", "duration", "horizon", "halted")}
     return CostReport(
         subject=f"{count} {name}{'s' if count > 1 else ''}",
         curves=curves,
         accuracy=accuracy,
-        error=known.error,
-        solutions=known.solutions,
-        duration=known.duration,
-        horizon=known.horizon,
-        halted=known.halted,
         machine=machine(),
         versions={name: version for name, version in installed(*LIBRARIES).items() if version},
         repetitions=repetitions,
@@ -162,23 +169,8 @@ def cost(
         interrupted=interrupted,
         missing=simulators.missing() if peers else (),
         rows=tuple(row(curves, error, known.error) for error in contested),  # of all points: a later one may be better
+        **same,
     )
-
-
-def _check(scene: Scene, methods: Sequence[str] | None, accuracy: float, peers: bool) -> None:
-    """Refuse, before anything is measured, what cannot be."""
-    for method in methods or ():
-        if method not in _compared():
-            raise InputError(f"methods: {not_one_of(method, _compared())}")
-    if not 0 < accuracy < 1:
-        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
-    if KNOWN * accuracy < EPS:
-        raise InputError(
-            f"accuracy: {accuracy:g} is finer than can be measured: numbers of 64 bits are rounded to {EPS:.1g} of "
-            f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
-        )
-    if peers:
-        simulators.peers(scene)
 
 
 @dataclass(frozen=True, eq=False)
@@ -291,7 +283,7 @@ def _method(bench: _Bench, method: str) -> Series:
     name = method.removesuffix(UNCOMPILED)
     fixed = name in fixed_methods()
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
-    settings = _steps(bench.first_step) if fixed else _tolerances(least_tolerance(name), stride)
+    settings = _settings(bench, fixed, least_tolerance(name), stride)
 
     def run(setting: float, stop: float) -> Trial:
         begin, scene = time.thread_time(), bench.scene.by(name, setting)
@@ -332,18 +324,14 @@ def _peer(bench: _Bench, peer: Peer) -> Series:
         positions = marks(bench.model, tips(bench.model, poses(bench.model, result.q)), result.q)
         return Trial(positions, result.seconds, result.steps, result.evaluations)
 
-    settings = _steps(bench.first_step) if peer.kind == "step" else _tolerances(1e-14)
-    return Series(peer.name, peer.library, peer.kind, settings, run, peer=True)
+    return Series(peer.name, peer.library, peer.kind, _settings(bench, peer.kind == "step", 1e-14), run, peer=True)
 
 
-def _tolerances(least: float, stride: int = 1) -> Iterator[float]:
-    """Decades, or every so many, from 0.01 to the least."""
-    yield from (10.0**-k for k in range(2, 19, stride) if 10.0**-k >= least * (1 - 1e-9))
-
-
-def _steps(first: float) -> Iterator[float]:
-    """Steps in s, each half the one before."""
-    yield from (first / 2**k for k in range(MOST_STEPS))
+def _settings(bench: _Bench, fixed: bool, least: float, stride: int = 1) -> Iterator[float]:
+    """Steps in s, each half the one before; else decades of tolerance, or every so many, from 0.01 to the least."""
+    if fixed:
+        return (bench.first_step / 2**k for k in range(MOST_STEPS))
+    return (10.0**-k for k in range(2, 19, stride) if 10.0**-k >= least * (1 - 1e-9))
 
 
 def machine() -> str:

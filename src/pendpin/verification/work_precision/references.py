@@ -31,15 +31,13 @@ LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops 
 STATES = 8  # at which equations are compared
 CONTRADICTION = 100.0  # times the estimated errors of the two, and their rounding
 
-Tips = Array  # (n, rods, 3) m, W
-
 
 @dataclass(frozen=True, eq=False)
 class Solution:
     """One computation of a motion, as far as it came."""
 
     name: str  # its family, method and equations
-    tips: Tips
+    tips: Array  # (n, rods, 3) m, W
     doubt: Array  # (n,) estimated error: the distance to its own coarser run, over the length
     rounding: float  # over the length
     halted: bool = False  # whether it was stopped before the end of the scene
@@ -49,7 +47,7 @@ class Solution:
 class Reference:
     """The motion up to the time at which it is no longer accurate enough."""
 
-    tips: Tips  # (n, rods, 3) m, W, of the first solution
+    tips: Array  # (n, rods, 3) m, W, of the first solution
     t: Array  # (n,) s
     error: float  # how far the two solutions are apart at most, over the length
     solutions: tuple[str, str]

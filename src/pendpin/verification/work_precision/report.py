@@ -159,10 +159,7 @@ class CostReport(Result):
     rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
 
     def plot(self, path: str | Path | None = None, short: bool = False) -> Any:
-        """The figure of all methods that were measured, or of the cheapest of each tool.
-
-        A path (.png, .pdf, .svg) is written, whole or not at all. Raises InputError.
-        """
+        """The figure of all methods that were measured, or of the cheapest of each tool; written to a path if given."""
         draw = draw_cost if short else draw_all
         return draw(self) if path is None else write_figure(path, lambda: draw(self))
 
@@ -195,12 +192,11 @@ class CostReport(Result):
 
     @property
     def words(self) -> tuple[str, ...]:
-        """The results in sentences."""
+        """The results in sentences: of a thorough report at each decade of error, by the runs of the table."""
         return tuple(_words(self))
 
 
 def _words(report: CostReport) -> Iterator[str]:
-    """The results in sentences: of a thorough report at each decade of error, by the runs of the table."""
     accuracy, error = report.accuracy, report.error
     if report.horizon < report.duration:
         differ = f"later, the two references differ by more than {accuracy / 10:.0e}"
