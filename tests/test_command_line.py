@@ -41,6 +41,13 @@ def test_set_duration_samples_and_a_table(folder: Path, capfd: pytest.CaptureFix
     np.testing.assert_array_equal([float(row.split(",")[1]) for row in rows], run["theta_1"])
 
 
+def test_a_run_that_did_not_begin_is_not_saved(folder: Path, capfd: pytest.CaptureFixture) -> None:
+    """The refusal of an accuracy that no number can hold writes no file of one sample."""
+    assert run_main("run", "--accuracy", "1e-300") == 1
+    assert "finer than numbers of 64 bits" in capfd.readouterr().err
+    assert not list(folder.iterdir())
+
+
 def test_python_runs_the_package() -> None:
     """`python -m pendpin` is the command line, exit status and errors included."""
     command = (sys.executable, "-m", "pendpin")
@@ -285,12 +292,25 @@ def test_every_option_with_commas_may_be_repeated() -> None:
         (("fit", "scene.toml", "swing.csv", "--hold-out-start", "0.2"), "--hold-out"),
         (("section", "--at", "theta = 0", "--of", "phi", "--plot", "x.png"), "--of"),
         (("urdf",), "--list"),
+        (("cost", "--short"), "--plot"),
+        (("modes", "--mode", "1"), "--html"),
+        (("sweep", "--sampling", "latin"), "--sample"),
+        (("run", "--urdf", ""), "--urdf: the name of the URDF is empty"),
+        (("run", "--set", "duration=1", "--set", "duration = 2"), "--set: duration is given twice"),
+        (
+            ("run", "--urdf", "ur5", "--lock", "elbow_joint=1", "--lock", "elbow_joint=2"),
+            "--lock: elbow_joint is given",
+        ),
+        (("doctor", "x.md", "--symbols", "alpha=theta,A=J_1", "--symbols", "alpha=phi"), "--symbols: alpha is given"),
     ],
 )
 def test_an_option_that_needs_another_is_refused_without_it(
     arguments: tuple[str, ...], needed: str, capfd: pytest.CaptureFixture
 ) -> None:
-    """In one line that names the other, with the status of wrong usage; also where it says the default."""
+    """In one line that names the other, with the status of wrong usage; also where it says the default.
+
+    So is a name that is given twice, of which one value would be dropped, and an empty name.
+    """
     assert run_main(*arguments) == 2
     said = capfd.readouterr().err
     assert said.startswith("pendpin: ")

@@ -6,6 +6,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import SCENE, contents, run_main
+from pendpin import effects as fx
 
 TRACK = "t, x, y, z\n" + "".join(f"{i / 10}, 0, 0, {i * i / 100}\n" for i in range(11))
 
@@ -150,3 +151,21 @@ def test_a_run_beyond_the_file_does_not_go_on(tmp_path: Path) -> None:
     for engine in ("pinocchio", "compiled"):
         with pytest.raises(pp.InputError, match=r"effects\[\d\]: "):
             pp.simulate(scene.with_solver(engine=engine))
+
+
+@pytest.mark.parametrize("at", [1.0 + 1e-9, -1e-9])
+def test_an_anchor_holds_a_point_of_its_rod(at: float) -> None:
+    """A place beyond the ends is refused with the length of the rod; both ends are places."""
+    held = fx.Anchor(link="rod", point=(0.0, 0.0, -1.0), stiffness=1.0, at=round(at))
+    scene = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[fx.Gravity(), held])
+    pp.bind(scene)
+    with pytest.raises(pp.InputError, match=r"effects\[1\].at: .* m is beyond the ends of rod, 0 to 1 m"):
+        pp.bind(scene.replace({"effects[1].at": at}))
+
+
+def test_a_torque_of_other_arguments_is_refused() -> None:
+    """When it is made, with what it takes; what takes any number, or more that have values of their own, is taken."""
+    with pytest.raises(pp.InputError, match=r"it is called as f\(t, q, v\), and takes \(t, q\)"):
+        fx.Torque(lambda t, q: q)
+    fx.Torque(lambda *given: given[1])
+    fx.Torque(lambda t, q, v, gain=2.0: -gain * v)

@@ -8,7 +8,7 @@ import pytest
 from pendpin import effects as fx
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
-from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import simulate
 from pendpin.verification import hardcases
 from pendpin.verification.hardcases import CASES, hard, outcome
 from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene

@@ -135,3 +135,11 @@ def test_a_centre_of_mass_beyond_the_rod_is_a_finding(com: float | None, beyond:
     rod = pp.Rod(length=2.0, mass=1.0, com=com, inertia=(1.0, 1.0, 0.1))
     findings = build(pp.Chain(rods=[rod])).findings
     assert [text.split(" is ")[0] for text in findings] == [f"model.rods[0].com: {com} m"] * beyond
+
+
+def test_a_model_counts_in_words() -> None:
+    """One joint, not 1 joints."""
+    hinge = pp.Rod(length=1.0, mass=1.0, joint="hinge")
+    one, two = (repr(pp.bind(pp.Scene(model=pp.Chain(rods=[hinge], copies=n))).model) for n in (1, 2))
+    assert one == "Model of 1 joint, 1 body, 1 rod on its joint"
+    assert two == "Model of 2 joints, 2 bodies, 2 rods on their joints"

@@ -13,6 +13,8 @@ from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
 from pendpin.motions.variations import Variations, list_state_keys
+from pendpin.scene.toml import examples_folder
+from pendpin.stability.report import stability
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 
@@ -365,6 +367,26 @@ def test_rods_on_hinges_of_one_axis_are_in_a_plane(axis: str) -> None:
     two = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, **hinge), pp.Rod(length=0.7, mass=0.4, **hinge)])
     chosen = scene(q=(1.0, 0.5), model=two)
     np.testing.assert_array_equal(pp.lyapunov(chosen, planar=True).exponents, pp.lyapunov(chosen).exponents)
+
+
+def test_a_planar_robot_is_in_its_plane() -> None:
+    """A URDF whose joints turn about one axis has no joint across it either; one about others is refused as before."""
+    start = {"model": "double_pendulum", "start": pp.Start(positions=[2.0, 1.0]), "effects": [fx.Gravity()]}
+    robot = pp.Scene(duration=2.0, **start)
+    np.testing.assert_array_equal(pp.lyapunov(robot, planar=True).exponents, pp.lyapunov(robot).exponents)
+    with pytest.raises(pp.InputError, match="planar: every joint moves"):
+        pp.lyapunov(pp.Scene(duration=0.1, model="ur5", effects=[fx.Gravity()]), planar=True)
+
+
+def test_an_orbit_is_found_next_to_a_rod_that_hangs_or_stands() -> None:
+    """Where the start leads to none, as the command finds it; a guess of one's own stands alone."""
+    kapitza = pp.load_scene(examples_folder() / "kapitza.toml")
+    orbit = pp.periodic_orbit(kapitza)
+    (drive,) = (effect.frequency for effect in kapitza.effects if isinstance(effect, fx.Support))
+    assert orbit.period == stability(kapitza).orbit.period == 2 * np.pi / drive
+    assert orbit.miss < 1e-9
+    with pytest.raises(pp.RunError, match="no periodic motion found near the guess"):
+        pp.periodic_orbit(kapitza, kapitza.start)
 
 
 def test_a_double_pendulum_in_a_plane_has_one_pair_of_exponents_that_is_not_0() -> None:

@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin import effects as fx
 from pendpin.errors import Note
 from pendpin.graphics import run_drawing
 from pendpin.graphics.drawing import labels_of
@@ -105,6 +106,23 @@ def test_runs_share_their_axes_in_one_figure() -> None:
         run.plot(compare=["run.npz"])
     with pytest.raises(pp.InputError, match="5 runs are too many"):
         run.plot(compare=[other] * 4)
+
+
+def test_the_legend_names_what_the_first_run_lacks() -> None:
+    """A run at rest beside one that moves, two rods beside five: every curve has a name, each name is there once."""
+
+    def legends(run: pp.Trajectory, compare: pp.Trajectory | None = None) -> dict[str, list[str]]:
+        return {ax.get_ylabel(): ax.get_legend_handles_labels()[1] for ax in run.plot(compare=compare).axes}
+
+    hinge = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, joint="hinge")])
+    moves = pp.Scene(duration=0.1, model=hinge, effects=[fx.Gravity()], start=pp.Start(positions=[0.5]))
+    resting, moving = pp.simulate(moves.replace(start=pp.Start())), pp.simulate(moves)
+    assert legends(resting)["energy (J)"] == ["kinetic"]
+    assert legends(resting, moving)["energy (J)"] == legends(moving)["energy (J)"]
+    rod = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+    two, five = (pp.simulate(moves.replace(model=pp.Chain(rods=[rod], copies=n), start=pp.Start())) for n in (2, 5))
+    tensions = legends(two, five)["tension R3 (N)"]
+    assert tensions == ["rod 1", "rod 2", "rod 3", "rod 5", "3 of 5 rods"]
 
 
 def test_energy_drift_is_drawn_by_name() -> None:

@@ -96,7 +96,7 @@ def test_the_command(tmp_path, capsys: pytest.CaptureFixture[str]) -> None:
     ("command", "where", "doing"),
     [
         ("modes", "pendpin.motions.special_starts.Dynamics.acceleration", "looking for the rest near the start"),
-        ("modes", "pendpin.motions.small_motions.vibrations", "the modes"),
+        ("modes", "pendpin.motions.periodic.vibrations", "the modes"),
         ("stability", "pendpin.stability.linearize.Variational", "differentiating the motion near a rest"),
     ],
 )

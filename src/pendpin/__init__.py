@@ -14,9 +14,8 @@ if TYPE_CHECKING:
     from pendpin.fitting import Fit, fit
     from pendpin.motions.crosschecks.crosscheck import crosscheck
     from pendpin.motions.periodic import periodic_orbit
-    from pendpin.motions.simulate import simulate
     from pendpin.motions.special_starts import Start
-    from pendpin.motions.trajectory import Trajectory
+    from pendpin.motions.trajectory import Trajectory, simulate
     from pendpin.scene import Chain, Rod, Scene, Solver, UrdfModel, load_scene
     from pendpin.stability import sections
     from pendpin.stability.branches import follow
@@ -42,13 +41,12 @@ _HOMES = {
     "motions.special_starts": ("Start",),
     "sweeps.ensemble": ("Ensemble", "simulate_many"),
     "motions.periodic": ("periodic_orbit",),
-    "motions.simulate": ("simulate",),
     "stability.branches": ("follow",),
     "stability.linearize": ("linearize",),
     "stability.lyapunov": ("lyapunov",),
     "stability.modes": ("modes",),
     "sweeps.sweep": ("sweep",),
-    "motions.trajectory": ("Trajectory",),
+    "motions.trajectory": ("Trajectory", "simulate"),
 }
 _MODULES = {"effects": "pendpin.effects", "sections": "pendpin.stability.sections"}
 _HOME_OF = {name: home for home, names in _HOMES.items() for name in names}

@@ -1,7 +1,7 @@
 """What commands read: scenes with what the options change in them, and what is odd in a scene."""
 
 import tomllib
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass
 from functools import wraps
@@ -9,7 +9,7 @@ from inspect import signature
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, BadParameter, Option
 
 from pendpin.cli.outputs import say
 from pendpin.errors import InputError, inside
@@ -59,19 +59,19 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         from pendpin.scene import Scene, UrdfModel
 
         if scene is not None and urdf is not None:
-            raise typer.BadParameter("give a scene or a URDF, not both")
+            raise BadParameter("give a scene or a URDF, not both")
+        if urdf == "":
+            raise BadParameter("the name of the URDF is empty", param_hint="--urdf")
         if as_written and scene is None and urdf is None:
-            raise typer.BadParameter(
-                "the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE"
-            )
+            raise BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
         chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(scene)
         if as_written and not isinstance(chosen.model, UrdfModel):
-            raise typer.BadParameter("the model is a chain of rods; --as-written is for a URDF")
+            raise BadParameter("the model is a chain of rods; --as-written is for a URDF")
         if as_written and not any(isinstance(effect, AsWritten) for effect in chosen.effects):
             chosen = chosen.replace(effects=(*chosen.effects, AsWritten()))
         if lock or mimic is not None:
             chosen = _lock_joints(chosen, lock or (), mimic)
-        chosen = chosen.replace(dict(map(_change, changes or ())))
+        chosen = chosen.replace(once_each(map(_change, changes or ()), "--set"))
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
     *shared, _ = signature(run).parameters.values()
@@ -92,18 +92,19 @@ def _lock_joints(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Sce
     from pendpin.scene import UrdfModel
 
     if not isinstance(scene.model, UrdfModel):
-        raise typer.BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
-    settings: dict[str, Any] = {"lock": dict(scene.model.lock)} | ({"mimic": mimic} if mimic is not None else {})
+        raise BadParameter("the model is a chain of rods; --lock and --mimic are for the joints of a URDF")
+    pairs = []
     for text in lock:
         name, _, position = text.rpartition("=")
         try:
-            settings["lock"][name] = float(position)
+            pairs.append((name, float(position)))
         except ValueError:
-            raise typer.BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
+            raise BadParameter(f"{text!r} is not NAME=POSITION, such as elbow=0.5", param_hint="--lock") from None
+    settings = {"lock": dict(scene.model.lock) | once_each(pairs, "--lock")}
     try:
-        model = UrdfModel(**(scene.model.model_dump() | settings))
+        model = UrdfModel(**(scene.model.model_dump() | settings | ({"mimic": mimic} if mimic is not None else {})))
     except InputError as error:
-        raise typer.BadParameter(str(error).removeprefix("UrdfModel: ")) from None
+        raise BadParameter(str(error).removeprefix("UrdfModel: ")) from None
     return scene.model_copy(update={"model": model})
 
 
@@ -111,7 +112,7 @@ def _change(text: str) -> tuple[str, Any]:
     """The key path and the value of KEY=VALUE: a value as in TOML, or text without quotes."""
     path, equals, value = text.partition("=")
     if not equals:
-        raise typer.BadParameter(f"{text!r} is not KEY=VALUE, such as model.rods[0].mass=2", param_hint="--set")
+        raise BadParameter(f"{text!r} is not KEY=VALUE, such as model.rods[0].mass=2", param_hint="--set")
     try:
         return path.strip(), tomllib.loads(f"value = {value}")["value"]
     except tomllib.TOMLDecodeError:
@@ -126,7 +127,7 @@ def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Sce
             scene = scene if value is None else scene.replace({path: value})
         except InputError as error:
             reason = str(error).rsplit(f"{path}: ", 1)[-1]
-            raise typer.BadParameter(reason, param_hint=f"--{path.removeprefix('solver.')}") from None
+            raise BadParameter(reason, param_hint=f"--{path.removeprefix('solver.')}") from None
     return scene
 
 
@@ -139,7 +140,23 @@ def naming_options(*options: str) -> Iterator[None]:
         name, reason = str(error).removeprefix("--").partition(": ")[::2]
         if options and name not in options:
             raise
-        raise typer.BadParameter(reason, param_hint=f"--{name}") from None
+        raise BadParameter(reason, param_hint=f"--{name}") from None
+
+
+def once_each(pairs: Iterable[tuple[str, Any]], option: str) -> dict[str, Any]:
+    """Values by name, from an option that may be repeated. Raises BadParameter for a name that is given twice."""
+    named = dict[str, Any]()
+    for name, value in pairs:
+        if name in named:
+            raise BadParameter(f"{name} is given twice; give it once", param_hint=option)
+        named[name] = value
+    return named
+
+
+def refuse_alone(given: bool, option: str, needed: str) -> None:
+    """Raise BadParameter for an option that is given without the one that it belongs to."""
+    if given:
+        raise BadParameter(f"it does nothing without {needed}", param_hint=option)
 
 
 def split_at_commas(texts: Sequence[str] | None) -> list[str]:
@@ -177,38 +194,33 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 
 def flag(*names: str, **options: Any) -> Any:
     """An option without a value; newer typers would call it <bool> in the help."""
-    return typer.Option(*names, metavar="", **options)
+    return Option(*names, metavar="", **options)
 
 
 def path(text: str) -> Path:  # older typers show its name as the type in the help
     """The path of a scene file. Raises BadParameter for an empty name, of which Path makes the working folder."""
     if not text:
-        raise typer.BadParameter("the name of the scene file is empty")
+        raise BadParameter("the name of the scene file is empty")
     return Path(text)
 
 
-SceneFile = Annotated[
-    Path | None, typer.Argument(parser=path, help="Scene file (TOML); the built-in single rod if absent.")
-]
+SceneFile = Annotated[Path | None, Argument(parser=path, help="Scene file (TOML); the built-in single rod if absent.")]
 UrdfFile = Annotated[
-    str | None,
-    typer.Option(metavar="FILE|NAME", help="A URDF, or a robot by name such as ur5, under gravity, from rest."),
+    str | None, Option(metavar="FILE|NAME", help="A URDF, or a robot by name such as ur5, under gravity, from rest.")
 ]
 Changes = Annotated[
     list[str] | None,
-    typer.Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as model.rods[0].mass=2."),
+    Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as model.rods[0].mass=2."),
 ]
-Lock = Annotated[list[str] | None, typer.Option(help="Freeze a joint of the URDF: NAME=POSITION, in rad or m.")]
-Mimic = Annotated[str | None, typer.Option(help="Joints of the URDF with <mimic>: free or locked.")]
+Lock = Annotated[list[str] | None, Option(help="Freeze a joint of the URDF: NAME=POSITION, in rad or m.")]
+Mimic = Annotated[str | None, Option(help="Joints of the URDF with <mimic>: free or locked.")]
 AsWritten = Annotated[
     bool, flag("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
 ]
 Strict = Annotated[bool, flag("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
-Method = Annotated[str | None, typer.Option(help="Integration method, such as dop853.")]
-Tolerance = Annotated[float | None, typer.Option(help="Relative and absolute tolerance of a step.")]
-Accuracy = Annotated[
-    float | None, typer.Option(help="Target accuracy: largest tip error divided by the chain's length.")
-]
-Plot = Annotated[Path | None, typer.Option(help="Figure: .png, .pdf or .svg.")]
-Limit = Annotated[float | None, typer.Option(min=0, help="Stop after this time in s, and say what it was doing.")]
+Method = Annotated[str | None, Option(help="Integration method, such as dop853.")]
+Tolerance = Annotated[float | None, Option(help="Relative and absolute tolerance of a step.")]
+Accuracy = Annotated[float | None, Option(help="Target accuracy: largest tip error divided by the chain's length.")]
+Plot = Annotated[Path | None, Option(help="Figure: .png, .pdf or .svg.")]
+Limit = Annotated[float | None, Option(min=0, help="Stop after this time in s, and say what it was doing.")]
 Json = Annotated[bool, flag("--json", help="Print JSON instead of a table.")]

@@ -4,7 +4,7 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated, Any
 
-import typer
+from typer import Argument, BadParameter, Option
 
 from pendpin.cli.inputs import (
     Accuracy,
@@ -27,23 +27,19 @@ from pendpin.ground.files import write_whole
 @on_scene
 def run(
     chosen: SceneInput,
-    duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
-    samples: Annotated[
-        int | None, typer.Option(help="Output times from 0 to the end, in place of the scene's.")
-    ] = None,
+    duration: Annotated[float | None, Option(help="Duration in s, in place of the scene's.")] = None,
+    samples: Annotated[int | None, Option(help="Output times from 0 to the end, in place of the scene's.")] = None,
     method: Method = None,
     tolerance: Tolerance = None,
-    step: Annotated[float | None, typer.Option(help="Step in s, for fixed-step methods.")] = None,
+    step: Annotated[float | None, Option(help="Step in s, for fixed-step methods.")] = None,
     accuracy: Accuracy = None,
-    limit: Annotated[
-        float | None, typer.Option(min=0, help="Stop the run after this time in s, with compiling.")
-    ] = None,
-    checkpoint: Annotated[Path | None, typer.Option(help="Save the state of the run here; continue from it.")] = None,
+    limit: Annotated[float | None, Option(min=0, help="Stop the run after this time in s, with compiling.")] = None,
+    checkpoint: Annotated[Path | None, Option(help="Save the state of the run here; continue from it.")] = None,
     every: Annotated[
-        float | None, typer.Option(min=0, help="Time between two saves of that file, in s; 5 if absent.")
+        float | None, Option(min=0, help="Time between two saves of that file, in s; 5 if absent.")
     ] = None,
-    out: Annotated[Path, typer.Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
-    html: Annotated[Path | None, typer.Option(help="Animation as one HTML page.")] = None,
+    out: Annotated[Path, Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
+    html: Annotated[Path | None, Option(help="Animation as one HTML page.")] = None,
     plot: Plot = None,
     energy_balance: Annotated[bool, flag("--energy-balance", help="Compute the work of every effect.")] = False,
     anyway: Annotated[
@@ -64,13 +60,11 @@ def run(
     from pendpin.graphics.figure import save_plot
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
-    from pendpin.motions.simulate import simulate
+    from pendpin.motions.trajectory import simulate
     from pendpin.runs.checkpoint import EVERY, resumable
 
     if every is not None and checkpoint is None:
-        raise typer.BadParameter(
-            "it is the time between saves of a checkpoint: give --checkpoint", param_hint="--every"
-        )
+        raise BadParameter("it is the time between saves of a checkpoint: give --checkpoint", param_hint="--every")
     scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
@@ -87,6 +81,8 @@ def run(
                 trajectory, stopped = simulate(scene, **settings, progress=progress), None
             except RunError as error:
                 trajectory, stopped = error.partial, error
+                if scene.duration and not trajectory.stats.steps and not isinstance(error, Halted):
+                    raise  # it did not begin: there is nothing to save
         if explain and not json:
             for line in explain_run(bind(scene), trajectory.stats):
                 print(line)
@@ -111,10 +107,10 @@ def run(
 
 def view(
     runs: Annotated[
-        list[Path], typer.Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
+        list[Path], Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
     ],
-    html: Annotated[Path | None, typer.Option(help="Write the animation to one HTML page and show nothing.")] = None,
-    film: Annotated[Path | None, typer.Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
+    html: Annotated[Path | None, Option(help="Write the animation to one HTML page and show nothing.")] = None,
+    film: Annotated[Path | None, Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
 ) -> None:
     """Show a saved run in a browser, on this machine only, until Ctrl-C; or write it as a page or a film.
 
@@ -143,16 +139,14 @@ def _show_live(animation: Any) -> None:
 
 
 def plot(
-    run: Annotated[Path, typer.Argument(help="A saved run (.npz).")],
+    run: Annotated[Path, Argument(help="A saved run (.npz).")],
     names: Annotated[
-        list[str] | None, typer.Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
+        list[str] | None, Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
     ] = None,
     compare: Annotated[
-        list[Path] | None, typer.Option(help="Another saved run to be drawn on the same axes; may be repeated.")
+        list[Path] | None, Option(help="Another saved run to be drawn on the same axes; may be repeated.")
     ] = None,
-    out: Annotated[
-        Path | None, typer.Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")
-    ] = None,
+    out: Annotated[Path | None, Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")] = None,
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, such as energy_drift."""
     from pendpin.graphics.figure import save_plot
@@ -166,8 +160,8 @@ def plot(
 
 
 def urdf(
-    scene: Annotated[Path | None, typer.Argument(help="Scene file (TOML) of a chain.")] = None,
-    out: Annotated[Path | None, typer.Option(help="Where to write the URDF; on the terminal if absent.")] = None,
+    scene: Annotated[Path | None, Argument(help="Scene file (TOML) of a chain.")] = None,
+    out: Annotated[Path | None, Option(help="Where to write the URDF; on the terminal if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
@@ -179,7 +173,7 @@ def urdf(
         print("\n".join(robot_files()))
         return
     if scene is None:
-        raise typer.BadParameter("give the scene of a chain, or --list")
+        raise BadParameter("give the scene of a chain, or --list")
     if not (scene.suffix or scene.exists()) and scene.name in robot_files():
         file = robot_files()[scene.name]
         raise PendpinError(f"{scene}: this robot has a URDF already, {file}; pendpin run --urdf {scene} runs it")
@@ -198,7 +192,7 @@ def urdf(
 
 def new(
     example: Annotated[
-        str, typer.Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
+        str, Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
     ] = "single_rod",
     listed: Annotated[bool, flag("--list", help="List the examples.")] = False,
 ) -> None:

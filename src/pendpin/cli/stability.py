@@ -3,9 +3,19 @@
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import BadParameter, Option
 
-from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, naming_options, on_scene, split_at_commas
+from pendpin.cli.inputs import (
+    Json,
+    Limit,
+    Plot,
+    SceneInput,
+    flag,
+    naming_options,
+    on_scene,
+    refuse_alone,
+    split_at_commas,
+)
 from pendpin.cli.outputs import print_files, print_report, refuse_outputs, working
 from pendpin.errors import InputError, PendpinError
 
@@ -19,9 +29,7 @@ def stability(
     planar: Annotated[
         bool, flag("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
     ] = False,
-    period: Annotated[
-        float | None, typer.Option(help="Period in s of the motion; that of the drive if absent.")
-    ] = None,
+    period: Annotated[float | None, Option(help="Period in s of the motion; that of the drive if absent.")] = None,
     limit: Limit = None,
     plot: Plot = None,
     json: Json = False,
@@ -37,7 +45,7 @@ def stability(
 
     refuse_outputs(chosen.files, plot=plot)
     if (plot or planar) and not lyapunov:
-        raise typer.BadParameter(
+        raise BadParameter(
             "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
         )
     what = "the exponents" if lyapunov else "the rests"
@@ -53,8 +61,8 @@ def modes(
     chosen: SceneInput,
     every: Annotated[bool, flag("--all", help="Print every mode, not the lowest alone.")] = False,
     plot: Plot = None,
-    html: Annotated[Path | None, typer.Option(help="Animation of a mode as one HTML page.")] = None,
-    mode: Annotated[int, typer.Option(min=1, help="Which mode the page plays; the lowest is 1.")] = 1,
+    html: Annotated[Path | None, Option(help="Animation of a mode as one HTML page.")] = None,
+    mode: Annotated[int | None, Option(min=1, help="Which mode the page plays; the lowest, 1, if absent.")] = None,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -65,11 +73,12 @@ def modes(
     from pendpin.stability.modes import MOST_ROWS
     from pendpin.stability.modes import modes as modes_of
 
+    refuse_alone(mode is not None and html is None, "--mode", "--html FILE, the page that plays it")
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
         with working("the modes", limit, json):
             result = modes_of(scene)
-        result.place(mode)
+        result.place(mode := mode or 1)
         print_report(result.report(None if every else MOST_ROWS), json)
         files = [result.save_plot(plot)] if plot else []
         files += [result.animate(mode).save(html)] if html else []
@@ -80,7 +89,7 @@ def modes(
 def effects(
     chosen: SceneInput,
     accuracy: Annotated[
-        float, typer.Option(help="Smallest change that matters: tip distance over the chain's length.")
+        float, Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
     thorough: Annotated[
         bool, flag("--thorough", help="Compare over the full duration, however long that takes.")
@@ -99,20 +108,20 @@ def effects(
 
 # --- Poincaré sections and bifurcation diagrams: pendpin section, pendpin bifurcation ---------------------------------
 
-Of = Annotated[list[str], typer.Option(help="Quantities to note, with commas: theta_2,theta_2_rate.")]
-Skip = Annotated[int, typer.Option(min=0, help="Points of each motion before the first that counts.")]
+Of = Annotated[list[str], Option(help="Quantities to note, with commas: theta_2,theta_2_rate.")]
+Skip = Annotated[int, Option(min=0, help="Points of each motion before the first that counts.")]
 
 
 @on_scene
 def section(
     chosen: SceneInput,
-    at: Annotated[str, typer.Option(help='Where: "theta_1 = 0, rising"; falling and both are other ways.')],
+    at: Annotated[str, Option(help='Where: "theta_1 = 0, rising"; falling and both are other ways.')],
     of: Of,
-    count: Annotated[int, typer.Option(min=1, help="Points of each motion.")] = 300,
+    count: Annotated[int, Option(min=1, help="Points of each motion.")] = 300,
     skip: Skip = 0,
-    starts: Annotated[int, typer.Option(min=1, help="Motions; more than one need --energy.")] = 1,
-    energy: Annotated[float | None, typer.Option(help="Energy in J of starts that are drawn on the section.")] = None,
-    seed: Annotated[int, typer.Option(help="Seed of the starts.")] = 0,
+    starts: Annotated[int, Option(min=1, help="Motions; more than one need --energy.")] = 1,
+    energy: Annotated[float | None, Option(help="Energy in J of starts that are drawn on the section.")] = None,
+    seed: Annotated[int, Option(help="Seed of the starts.")] = 0,
     limit: Limit = None,
     plot: Plot = None,
     json: Json = False,
@@ -126,7 +135,7 @@ def section(
     with naming_options("at", "of", "count", "skip", "starts", "energy"):
         place = read_crossing(at, tuple(filter(None, split_at_commas(of))), count, skip)
     if plot and len(place.of) != 2:
-        raise typer.BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
+        raise BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
     with chosen.noted() as scene, working("the section", limit, json):
         drawn = portrait(scene, place, starts, energy, seed)
     print_report(report := drawn.report(), json)
@@ -139,12 +148,10 @@ def section(
 @on_scene
 def bifurcation(
     chosen: SceneInput,
-    vary: Annotated[list[str], typer.Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
+    vary: Annotated[list[str], Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
     of: Of,
-    strobe: Annotated[
-        float | None, typer.Option(help="Period in s of the strobe; that of the drive if absent.")
-    ] = None,
-    count: Annotated[int, typer.Option(min=1, help="Points of each motion.")] = 100,
+    strobe: Annotated[float | None, Option(help="Period in s of the strobe; that of the drive if absent.")] = None,
+    count: Annotated[int, Option(min=1, help="Points of each motion.")] = 100,
     skip: Skip = 200,
     limit: Limit = None,
     plot: Plot = None,
@@ -162,7 +169,7 @@ def bifurcation(
             raise InputError(f"vary: a diagram has one number, not {len(vary)}; a sweep varies several")
         ((key, values),) = read_axes(vary).items()
         if strobe is not None and not 0 < strobe < float("inf"):
-            raise typer.BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
+            raise BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
         place = strobe_of(strobe, of=tuple(filter(None, split_at_commas(of))), count=count, skip=skip)
     with chosen.noted() as scene, working("the diagram", limit, json):
         diagram = diagram_of(scene, key, values, place)

@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Annotated, Any
 
-import typer
+from typer import Argument, BadParameter, Option
 
 from pendpin.cli.inputs import (
     Accuracy,
@@ -19,6 +19,7 @@ from pendpin.cli.inputs import (
     on_scene,
     print_notes,
     read_scene,
+    refuse_alone,
 )
 from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import InputError, PendpinError, inside
@@ -36,30 +37,26 @@ MEASURE = (
 @on_scene
 def sweep(
     chosen: SceneInput,
-    vary: Annotated[list[str] | None, typer.Option(help=VARY)] = None,
-    measure: Annotated[list[str] | None, typer.Option(help=MEASURE)] = None,
+    vary: Annotated[list[str] | None, Option(help=VARY)] = None,
+    measure: Annotated[list[str] | None, Option(help=MEASURE)] = None,
     listed: Annotated[bool, flag("--list", help="List the measures and run nothing.")] = False,
-    out: Annotated[
-        Path | None, typer.Option(help="Zarr store of the results. If it exists, the sweep continues it.")
-    ] = None,
-    csv: Annotated[Path | None, typer.Option(help="Table of all cases, for small sweeps.")] = None,
-    plot: Annotated[Path | None, typer.Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
+    out: Annotated[Path | None, Option(help="Zarr store of the results. If it exists, the sweep continues it.")] = None,
+    csv: Annotated[Path | None, Option(help="Table of all cases, for small sweeps.")] = None,
+    plot: Annotated[Path | None, Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
     cases: Annotated[
-        Path | None, typer.Option(help="CSV of cases: keys in the first line, a case in each further line.")
+        Path | None, Option(help="CSV of cases: keys in the first line, a case in each further line.")
     ] = None,
     in_pairs: Annotated[
         bool, flag("--zip", help="Vary all keys together: the first values, the second values, ...")
     ] = False,
-    sample: Annotated[int | None, typer.Option(min=1, help="Number of random cases.")] = None,
-    sampling: Annotated[str, typer.Option(help="latin, sobol or random.")] = "latin",
+    sample: Annotated[int | None, Option(min=1, help="Number of random cases.")] = None,
+    sampling: Annotated[str | None, Option(help="latin, sobol or random; latin if absent.")] = None,
     sobol: Annotated[
-        int | None, typer.Option(min=2, help="Compute Sobol' indices from this number of base cases, a power of 2.")
+        int | None, Option(min=2, help="Compute Sobol' indices from this number of base cases, a power of 2.")
     ] = None,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of random cases.")] = 0,
-    workers: Annotated[int | None, typer.Option(min=1, help="Processes on this machine; threads if absent.")] = None,
-    dask: Annotated[
-        str | None, typer.Option(help="Address of a running Dask cluster, such as tcp://host:8786.")
-    ] = None,
+    seed: Annotated[int, Option(min=0, help="Seed of random cases.")] = 0,
+    workers: Annotated[int | None, Option(min=1, help="Processes on this machine; threads if absent.")] = None,
+    dask: Annotated[str | None, Option(help="Address of a running Dask cluster, such as tcp://host:8786.")] = None,
     method: Method = None,
     tolerance: Tolerance = None,
     accuracy: Accuracy = None,
@@ -74,8 +71,9 @@ def sweep(
         print_report(measures_report(), json)
         return
     refuse_outputs([*chosen.files, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
+    refuse_alone(sampling is not None and sample is None, "--sampling", "--sample N")
     with naming_options("vary"):
-        plan = _plan(vary or [], cases, in_pairs, sample, sampling, sobol, seed)
+        plan = _plan(vary or [], cases, in_pairs, sample, sampling or "latin", sobol, seed)
     settings: dict[str, Any] = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with limited(limit) as work, progress_bar("sweeping", plan.count, hidden=json) as bar:
 
@@ -92,9 +90,9 @@ def sweep(
 
 
 def map_(
-    store: Annotated[Path, typer.Argument(help="Zarr store of a sweep, finished or not.")],
-    measure: Annotated[str | None, typer.Option(help="The measure; the first if absent.")] = None,
-    csv: Annotated[Path | None, typer.Option(help="Table of all cases.")] = None,
+    store: Annotated[Path, Argument(help="Zarr store of a sweep, finished or not.")],
+    measure: Annotated[str | None, Option(help="The measure; the first if absent.")] = None,
+    csv: Annotated[Path | None, Option(help="Table of all cases.")] = None,
     plot: Plot = None,
     json: Json = False,
 ) -> None:
@@ -113,7 +111,7 @@ def _plan(
     from pendpin.sweeps import plan as plans
 
     if sum(map(bool, (cases, in_pairs, sample, sobol))) > 1:
-        raise typer.BadParameter("give one of --cases, --zip, --sample and --sobol")
+        raise BadParameter("give one of --cases, --zip, --sample and --sobol")
     if cases and vary:
         raise InputError("--vary: --cases names the numbers already; leave one of them out")
     if cases:
@@ -152,31 +150,26 @@ def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | N
 
 
 def fit(
-    scene: Annotated[Path, typer.Argument(help="Scene file (TOML) with guesses and a table named data.")],
-    data: Annotated[list[Path], typer.Argument(help="Measured swings: one CSV file or several.")],
+    scene: Annotated[Path, Argument(help="Scene file (TOML) with guesses and a table named data.")],
+    data: Annotated[list[Path], Argument(help="Measured swings: one CSV file or several.")],
     free: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help='Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction"; "physics" if absent.'
         ),
     ] = None,
-    hold_out: Annotated[
-        list[Path] | None, typer.Option(help="CSV of other swings, which the fitted model predicts.")
-    ] = None,
+    hold_out: Annotated[list[Path] | None, Option(help="CSV of other swings, which the fitted model predicts.")] = None,
     hold_out_start: Annotated[
         float | None,
-        typer.Option(
-            help="Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."
-        ),
+        Option(help="Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."),
     ] = None,
     explain_residual: Annotated[
-        bool,
-        flag("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
+        bool, flag("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks.")
     ] = False,
     robust: Annotated[bool, flag("--robust", help="Give outliers less weight.")] = False,
-    out: Annotated[Path | None, typer.Option(help="Where to write the fitted scene (TOML).")] = None,
+    out: Annotated[Path | None, Option(help="Where to write the fitted scene (TOML).")] = None,
     csv: Annotated[
-        Path | None, typer.Option(help="Table of samples: measured, fitted or predicted, residual, interval.")
+        Path | None, Option(help="Table of samples: measured, fitted or predicted, residual, interval.")
     ] = None,
     plot: Plot = None,
     limit: Limit = None,
@@ -189,7 +182,7 @@ def fit(
     from pendpin.fitting.fitting import data_table
 
     if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
-        raise typer.BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
+        raise BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
     chosen = read_scene(scene)
     refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out, csv=csv)
     with inside(str(scene)):

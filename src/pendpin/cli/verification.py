@@ -5,9 +5,21 @@ from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
 
-import typer
+from typer import Argument, Exit, Option
 
-from pendpin.cli.inputs import Json, Limit, Plot, SceneInput, flag, lasting, naming_options, on_scene, split_at_commas
+from pendpin.cli.inputs import (
+    Json,
+    Limit,
+    Plot,
+    SceneInput,
+    flag,
+    lasting,
+    naming_options,
+    on_scene,
+    once_each,
+    refuse_alone,
+    split_at_commas,
+)
 from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
 from pendpin.errors import PendpinError
 from pendpin.ground.files import write_whole
@@ -16,8 +28,8 @@ from pendpin.ground.files import write_whole
 @on_scene
 def check(
     chosen: SceneInput,
-    states: Annotated[int, typer.Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    states: Annotated[int, Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
+    seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
     every_row: Annotated[bool, flag("--all", help="Print every pair of routes in every quantity too.")] = False,
     limit: Limit = None,
     json: Json = False,
@@ -36,7 +48,7 @@ def check(
 
 
 def hard(
-    cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    cases: Annotated[list[str] | None, Argument(help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the cases and run none.")] = False,
     short: Annotated[bool, flag("--short", help="Run the short forms, as the tests do.")] = False,
     peers: Annotated[bool, flag("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
@@ -61,12 +73,12 @@ def hard(
 
 
 def validate(
-    cases: Annotated[list[str] | None, typer.Argument(help="Names of cases; all if absent.")] = None,
+    cases: Annotated[list[str] | None, Argument(help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
-        list[str] | None, typer.Option(help="Methods, separated by commas; all that can run a case if absent.")
+        list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
-    html: Annotated[Path | None, typer.Option(help="A page with the table, the motions and the sources.")] = None,
+    html: Annotated[Path | None, Option(help="A page with the table, the motions and the sources.")] = None,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -96,8 +108,8 @@ def validate(
 @on_scene
 def reference(
     chosen: SceneInput,
-    out: Annotated[Path, typer.Option(help="A new folder for the model files and the numbers.")],
-    seed: Annotated[int, typer.Option(min=0, help="Seed of the random states.")] = 0,
+    out: Annotated[Path, Option(help="A new folder for the model files and the numbers.")],
+    seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -112,20 +124,17 @@ def reference(
 @on_scene
 def cost(
     chosen: SceneInput,
-    duration: Annotated[float | None, typer.Option(help="Duration in s, in place of the scene's.")] = None,
+    duration: Annotated[float | None, Option(help="Duration in s, in place of the scene's.")] = None,
     methods: Annotated[
-        list[str] | None,
-        typer.Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".'),
+        list[str] | None, Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
     ] = None,
-    accuracy: Annotated[
-        float, typer.Option(help="Accuracy of interest: tip error divided by the chain's length.")
-    ] = 1e-9,
+    accuracy: Annotated[float, Option(help="Accuracy of interest: tip error divided by the chain's length.")] = 1e-9,
     peers: Annotated[bool, flag("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
         bool, flag("--thorough", help="Measure all methods at all settings, over the full duration.")
     ] = False,
     budget: Annotated[
-        float, typer.Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
+        float, Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: Plot = None,
     short: Annotated[
@@ -137,6 +146,7 @@ def cost(
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from pendpin.verification.work_precision.cost import cost as measure
 
+    refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
     refuse_outputs(chosen.files, plot=plot)
     options = {
         "methods": split_at_commas(methods) or None,
@@ -159,26 +169,26 @@ def cost(
 
 def doctor(
     file: Annotated[
-        Path, typer.Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
+        Path, Argument(help="Equations: LaTeX, Markdown, plain text, or TOML with a table named equations.")
     ],
     rod: Annotated[
         str | None,
-        typer.Option(
+        Option(
             help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, polar. Found if absent."
         ),
     ] = None,
     convention: Annotated[
         list[str] | None,
-        typer.Option(
+        Option(
             help="theta-ccw, phi-reversed, z-up, z-mirrored, swapped, b3-up, transposed, separated by commas; or standard. "
             "Found if absent."
         ),
     ] = None,
     symbols: Annotated[
-        list[str] | None, typer.Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
+        list[str] | None, Option(help="The meaning of the text's own symbols, as in alpha=theta,A=J_1.")
     ] = None,
-    scene: Annotated[Path | None, typer.Option(help="A scene of a chain of rods that the equations describe.")] = None,
-    html: Annotated[Path | None, typer.Option(help="Where to write the report as one HTML page.")] = None,
+    scene: Annotated[Path | None, Option(help="A scene of a chain of rods that the equations describe.")] = None,
+    html: Annotated[Path | None, Option(help="Where to write the report as one HTML page.")] = None,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -191,6 +201,7 @@ def doctor(
     from pendpin.doctor.report import lines, write_report
 
     refuse_outputs([file], html=html)
+    once_each(((text.partition("=")[0].strip(), text) for text in split_at_commas(symbols)), "--symbols")
     differences, own = (",".join(texts) if texts else None for texts in (convention, symbols))
     with naming_options():
         check_choices(rod, differences)
@@ -200,7 +211,7 @@ def doctor(
     if html:
         print_files([write_report(html, diagnosis)], json)
     if not diagnosis.ok:
-        raise typer.Exit(1)
+        raise Exit(1)
 
 
 def _print_lines(lines: Iterable[Iterable[tuple[str, str]]]) -> None:

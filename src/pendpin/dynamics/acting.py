@@ -10,6 +10,7 @@ from pydantic import PrivateAttr
 
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import (
+    Anchor,
     AsWritten,
     Bodies,
     BodyEffect,
@@ -171,6 +172,10 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
             elif isinstance(effect, BodyEffect):
                 chosen_bodies(model, effect.on, where)
             acts[i] = Idle(kind=effect.kind)
+        if isinstance(effect, Anchor) and effect.at is not None:
+            length = float(np.linalg.norm(model.bodies[chosen_bodies(model, effect.on, where)[0]].tip))
+            if not 0 <= np.real(effect.at) <= length * (1 + 10 * EPS):
+                raise InputError(f"{where}.at: {effect.at:g} m is beyond the ends of {effect.link}, 0 to {length:g} m")
     return tuple(acts)
 
 

@@ -248,6 +248,14 @@ class Torque(OnJoints):
             raise ValueError(
                 f"every and {declared[0]} do not go together: what is sampled changes at its instants only"
             )
+        try:
+            form = inspect.signature(self.function)
+        except (TypeError, ValueError):  # of a function in C, which does not say what it takes
+            return self
+        try:
+            form.bind(0.0, None, None)
+        except TypeError:
+            raise ValueError(f"function: it is called as f(t, q, v), and takes {form}") from None
         return self
 
     @classmethod

@@ -53,10 +53,7 @@ class Batch(NamedTuple):
 
 
 def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
-    """The swings of a CSV file, of several, or of a mapping of columns to numbers (a pandas table is one).
-
-    Swings that were read are returned as they are. Raises InputError with the file, line and column of what is wrong.
-    """
+    """The swings of a CSV file, several, or a mapping of columns; read ones stay. InputError with file, line and column."""
     if isinstance(data, str | Path):
         with inside(str(data)):
             names, rows = csv_table(read_whole(Path(data), MOST_BYTES, "measured data"))

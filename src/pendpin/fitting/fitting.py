@@ -238,10 +238,7 @@ def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
 
 
 def _near(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array, float]:
-    """Whole swings at unknowns x (nx,), their starts (2n, P), and the mean square of the residuals.
-
-    A motion is cut where it has forgotten its start. The mean square is 1 where a search can just begin there.
-    """
+    """Whole swings at x (nx,), cut where they forget their starts (2n, P), and their misfit: 1 where a search can begin."""
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
@@ -284,10 +281,7 @@ def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: A
 
 
 def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: int = LAST) -> Solution:
-    """The solution with weights by what is left over, from unknowns x (nx,) in `most` steps, and what is known of it.
-
-    Errors of a robust fit are those of least squares over its pseudo-residuals, with even weights.
-    """
+    """The solution with weights by what is left over, from unknowns x (nx,) in `most` steps, and what is known of it."""
     full = replace(problem, share=1.0)
     solved = solve_starts(full, x, solved.starts, 0 if setting.robust or not most else MOST_START_STEPS)
     full = _weigh(setting, full, solved)

@@ -176,11 +176,7 @@ def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper
 def nearest_to_guess(
     samples: Regression, x: Array, prior: Array, sizes: Array, scale: Array, lower: Array, upper: Array
 ) -> Array:
-    """The unknowns (nx,) nearest to the guess, each in units of its size, of all that give the accelerations of x (nx,).
-
-    They give the same motions too, and a fit cannot tell them apart. `scale` (nx,) are natural scales. x itself where the
-    search fails.
-    """
+    """The unknowns (nx,) nearest to the guess in units of its size with the accelerations of x (nx,); x where that fails."""
     aim, y = samples.accelerations(x)[0], x
     weight = SAME / (np.linalg.norm(aim) or 1.0)
     for _ in range(NEAREST):

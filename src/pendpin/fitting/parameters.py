@@ -61,10 +61,7 @@ class Free:
 
 
 def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
-    """The free numbers that key paths and the short forms "physics" and "friction" name.
-
-    Raises InputError for a key that is no number of the scene, or one that a fit cannot free.
-    """
+    """The free numbers that key paths, "physics" and "friction" name. Raises InputError for a key that a fit cannot free."""
     texts = [free] if isinstance(free, str) else free
     if not isinstance(texts, Sequence) or not all(isinstance(text, str) for text in texts):
         raise InputError(f"free: {shown(free)} is neither a key path nor a list of them")

@@ -59,10 +59,7 @@ class Certainty:
         return self.duration >= 2 * FEWEST_TIMES * self.memory
 
     def determined(self, gradient: Array) -> bool:
-        """Whether a number with this gradient by the unknowns (nx,) is determined by the data.
-
-        It has no part in a direction that they do not see, and an error that is small against what it can do.
-        """
+        """Whether the data determine a number with this gradient (nx,): they see it, and its error is small."""
         g = gradient * self.scale
         size = np.linalg.norm(g)
         seen = np.linalg.norm(self.null.T @ g) <= ALONG * size
@@ -197,10 +194,7 @@ def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kind
 
 
 def _filters(series: Series, times: Array, shares: Array) -> tuple[Array, Array, Array]:
-    """Decays, gains, and variances of what is new in each sample (T, N), of T kinds of noise of variance 1.
-
-    The filter of R. Kalman (1960) for slow noise seen through white noise.
-    """
+    """Decays, gains and variances of what is new in each sample (T, N), of T kinds of noise: R. Kalman's filter (1960)."""
     firsts = series.firsts
     lengths = np.diff(firsts, append=len(series.gap))
     decay = np.exp(-series.gap / times[:, None])
@@ -220,10 +214,7 @@ def _filters(series: Series, times: Array, shares: Array) -> tuple[Array, Array,
 def _likelihood(
     series: Series, decay: Array, gain: Array, new: Array, blocks: Array, count: int
 ) -> tuple[float, float]:
-    """The logarithm of the restricted likelihood of a kind of noise by its filter (N,), and its variance.
-
-    blocks (N, count + k + 1): derivatives by the starts of a piece and by the unknowns, and the residuals.
-    """
+    """The logarithm of the restricted likelihood of a kind of noise by its filter (N,), and its variance."""
     rows, rest, log_size = _whiten(blocks, decay, gain, new), 0.0, 0.0
     for block in np.split(rows, series.edges):
         products = np.einsum("ni,nj->ij", block, block)  # not @: threads of BLAS cost more than they save here
@@ -334,10 +325,7 @@ def outliers(residuals: Sequence[Swing], spread: Array) -> list[tuple[float, Swi
 
 
 def whiteness(r: Array, most: int = 20) -> float:
-    """The probability of so much autocorrelation, over `most` samples, in white residuals (P, M, columns).
-
-    G. Ljung, G. Box, Biometrika 65 (1978), 297.
-    """
+    """The probability of so much autocorrelation in white residuals (P, M, columns): G. Ljung, G. Box (1978)."""
     n = int((r != 0).sum())
     lags = min(most, r.shape[1] // 5)
     if n < 10 or lags < 1:
@@ -350,10 +338,7 @@ def whiteness(r: Array, most: int = 20) -> float:
 
 
 def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...]) -> Array:
-    """The standard deviation of residuals without their outliers: Huber's proposal 2; 0 where nothing was seen.
-
-    It is that of a normal distribution where the squares, clipped at CORNER standard deviations, have their mean.
-    """
+    """The standard deviation of residuals without their outliers: Huber's proposal 2; 0 where nothing was seen."""
     squares, count = np.where(seen, r, 0.0) ** 2, np.maximum(seen.sum(axis, keepdims=True), 1)
     variance = squares.sum(axis, keepdims=True) / count
     for _ in range(STEPS):

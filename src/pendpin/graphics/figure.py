@@ -84,10 +84,7 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
 
 
 def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
-    """A panel of the first run, and those of the others on it: each with its dashes, and without names of its own.
-
-    A quantity that one of the others lacks is left out, and the legend says which run that is.
-    """
+    """A panel of the first run, the others dashed on it; the legend says which of them lacks a quantity."""
     if draw_panel is draw_distance:
         return draw_distance(ax, runs)
     ax.set_prop_cycle(color=COLORS)
@@ -95,20 +92,20 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
     if len(runs) > 1 and runs[0].tips.shape[1] == 1:  # colours tell theta from phi, dashes the runs
         for line in ax.lines:
             line.set_linestyle("-" if line.get_linestyle() == "--" else line.get_linestyle())
+    axis = ax.get_ylabel()
     for i, run in enumerate(runs[1:], start=1):
         ax.set_prop_cycle(color=COLORS)
-        before = {*ax.lines, *ax.collections}
+        before, names = {*ax.lines, *ax.collections}, ax.get_legend_handles_labels()[1]
         try:
             draw_panel(ax, run)
-            lacks = False
         except InputError:
-            lacks = True
-        for line in set(ax.lines) - before:
-            line.set(linestyle=DASHES[i % len(DASHES)], label="_another run", linewidth=1.8, alpha=0.75)
-        for area in set(ax.collections) - before:
-            area.set_label("_another run")
-        if lacks:
             ax.plot([], [], " ", label=f"run {i + 1} has none")
+        for line in set(ax.lines) - before:
+            if line.get_linestyle() != "None":  # which holds a word of the legend alone
+                line.set(linestyle=DASHES[i % len(DASHES)], linewidth=1.8, alpha=0.75)
+        for drawn in {*ax.lines, *ax.collections} - before:
+            drawn.set_label("_another run" if drawn.get_label() in names else drawn.get_label())
+    ax.set_ylabel(axis)
     return None
 
 

@@ -40,10 +40,7 @@ MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the mid
 
 
 def drawing_of(trajectory: RunRecord) -> Drawing:
-    """The drawing of a run, in the axes of W, over the ground where a support moves the pivot.
-
-    Raises InputError where the run's model cannot be built again, as when its URDF is gone.
-    """
+    """The drawing of a run in the axes of W, over the ground. Raises InputError where its model cannot be built again."""
     scene, known = _scene(trajectory)
     model = model_of(trajectory)
     leaves = bool(leaving(trajectory))
@@ -97,10 +94,7 @@ def _scene(trajectory: RunRecord) -> tuple[Scene, bool]:
 
 
 def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
-    """The position or velocity of the pivot over the ground at times t (n,) in s: (n, 3) in m or m/s.
-
-    Raises InputError for times that the csv of a support does not cover.
-    """
+    """The position or velocity of the pivot at t (n,) s: (n, 3) m or m/s. InputError for times that a csv does not cover."""
     total = np.zeros((len(t), 3))
     for effect in scene.effects:
         if isinstance(effect, FrameEffect):
@@ -245,10 +239,7 @@ DENSITY = 7850.0  # kg/m³, of a payload: steel
 
 
 def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterator[Shape]:
-    """Rods, their joints and their payloads in kg; and what they hang from, which is the body after them.
-
-    A joint is a ball, that of a hinge a pin along its axis.
-    """
+    """Rods, joints (a ball, or a hinge's pin), payloads in kg; and what they hang from, which is the body after them."""
     thick = THINNEST * extent
     many = len(model.bodies) > MANY
     hinges = dict[int, Array]()
@@ -309,10 +300,7 @@ def _at(place: Any, rotation: Array | None = None) -> Array:
 
 
 def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
-    """The visuals of a URDF, each fixed to the joint that moves its link; what none moves, to the body after all joints.
-
-    What has no colour of its own has that of a rod, another one for the next body.
-    """
+    """The visuals of a URDF, fixed to the joint that moves each link; what none moves, to the body after all joints."""
     robot = parse(path.read_bytes())  # the model is built: every check has been passed
     materials = {str(material.get("name")): material for material in robot.findall("material")}
     assert model.pin is not None

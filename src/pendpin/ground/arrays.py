@@ -106,10 +106,7 @@ def centripetal(omega: Array) -> Array:
 
 
 def gyroscopic(J: Array, omega: Array) -> Array:
-    """omega x (J omega) for a constant symmetric J (3, 3), collected by the products of rates: (..., 3).
-
-    Two terms for a rod along z, none for a massless link.
-    """
+    """omega x (J omega) for a constant symmetric J (3, 3), collected by the products of rates: (..., 3)."""
     x, y, z = np.moveaxis(omega, -1, 0)
     (a, f, e), (_, b, d), (_, _, c) = J
     columns_xx_yy_zz = [[0.0, d, -d], [-e, 0.0, e], [f, -f, 0.0]]

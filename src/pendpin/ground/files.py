@@ -173,10 +173,7 @@ def refuse_other_format(path: Path, *suffixes: str) -> None:
 
 
 def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:
-    """Raise InputError if `write_whole` could not write to each of these paths: to know before the work is done.
-
-    Each needs a file of its own, and none that is read: what is in that would be lost.
-    """
+    """Raise InputError if `write_whole` could not write each of these paths, or one is given twice, or is read too."""
     seen: set[Path] = set()
     for path in targets:
         target = _write(path, None)

@@ -104,10 +104,7 @@ def pinocchio() -> Any:
 
 
 def mass_unit(masses: Sequence[float], inertias: Sequence[float]) -> float:
-    """A power of 2, in kg, in which no mass is small: Pinocchio adds up inertias wrongly below 2.2e-16 of its unit.
-
-    `inertias` are the moments of inertia in kg m². Numbers in that unit stay finite.
-    """
+    """A power of 2 in kg in which no mass is small: Pinocchio adds up inertias (kg m²) wrongly below 2.2e-16 of its unit."""
     least = min((mass for mass in masses if mass > 0), default=1.0)
     heaviest = max((*masses, *inertias), default=1.0)
     return 1.0 if least > SMALL else 2.0 ** math.floor(math.log2(max(least, APART * heaviest, LEAST_MASS)))

@@ -68,7 +68,9 @@ class Model:
         return self.rods[int(np.argmax(at_pole))].link if at_pole.any() else None
 
     def __repr__(self) -> str:
-        return f"Model of {len(self.joints)} joints, {len(self.bodies)} bodies, {len(self.rods)} rods on their joints"
+        joints, bodies, rods = (len(part) for part in (self.joints, self.bodies, self.rods))
+        parts = [f"{joints} joint{'s' * (joints != 1)}", "1 body" if bodies == 1 else f"{bodies} bodies"]
+        return f"Model of {', '.join(parts)}, {rods} {'rod on its joint' if rods == 1 else 'rods on their joints'}"
 
     @cached_property
     def pin(self) -> Any | None:
@@ -164,10 +166,7 @@ def _data_bytes(nv: int) -> float:
 
 
 def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
-    """The names of each rod's two joints and its link: theta, phi, rod for a single one, else theta_1, phi_1, rod_1.
-
-    A hinge has one of the two joints.
-    """
+    """The names of each rod's joints and link: theta, phi, rod of a single one, else theta_1, phi_1, rod_1, ..."""
     if count == 1:
         return (("theta", "phi", "rod"),)
     return tuple((f"theta_{i}", f"phi_{i}", f"rod_{i}") for i in range(1, count + 1))
@@ -340,10 +339,7 @@ def _refuse_size(nv: int, where: str) -> None:
 
 
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """A joint that moves no inertia has no acceleration; Pinocchio would answer NaN or a huge number.
-
-    Returns what is not known of negative inertia. Raises InputError.
-    """
+    """InputError for a joint that moves no inertia: Pinocchio answers NaN. What is not known of negative inertia."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
     least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])

@@ -90,10 +90,7 @@ def swings_of(run: RunRecord, model: Model | None = None) -> Array:
 
 
 def swings_of_chain(q: Array) -> Array:
-    """The same of a chain that hangs from W's origin, (n,) rad, from its angles q (n, nv).
-
-    The direction straight down is turned into the frame of rod after rod, which lies along its own -z.
-    """
+    """The same of a chain from its angles q (n, nv): straight down is turned into the frame of rod after rod."""
     x, y, z, largest = 0.0, 0.0, -1.0, np.zeros(len(q))
     for theta, phi in q.T.reshape(-1, 2, len(q)):
         s, c = np.sin(theta), np.cos(theta)
@@ -106,10 +103,7 @@ def swings_of_chain(q: Array) -> Array:
 
 
 def tilts_of_chain(q: Array, v: Array) -> tuple[Array, Array]:
-    """sin²(angle / 2) of the angle of each rod from straight down, and its rate per s, (..., rods) each, at q, v (..., nv).
-
-    By the same turns; the rates are those of the direction straight down in the frame of rod after rod.
-    """
+    """sin²(angle / 2) of each rod's angle from straight down, and its rate per s, (..., rods), at q, v (..., nv)."""
     x, y, z = np.zeros(q.shape[:-1]), np.zeros(q.shape[:-1]), np.full(q.shape[:-1], -1.0)
     dx, dy, dz = np.zeros((3, *q.shape[:-1]))
     squares, rates = np.empty((2, *q.shape[:-1], q.shape[-1] // 2))
@@ -203,9 +197,7 @@ def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array, A
 
 
 def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
-    """Of a run of rods: their angular velocities (n, rods, 3) rad/s along b1, b2, b3, and their angular momentum (n, 3)
-    kg m²/s about the support, in W. Raises InputError for another model.
-    """
+    """Angular velocities (n, rods, 3) in B, angular momentum (n, 3) kg m²/s about the support in W. InputError."""
     if not is_chain(run):
         raise InputError("this model is not a chain of rods, so it has neither omega nor angular_momentum")
     model = model_of(run)

@@ -92,10 +92,7 @@ class _Link(NamedTuple):
 
 
 def _links(tree: Tree, names: Sequence[str], format_name: str) -> list[_Link]:
-    """The bodies with a mass or an inertia; massless ones between two joints at one point are joined with the next.
-
-    Raises InputError for a massless body that is left, which the format does not take.
-    """
+    """The bodies with inertia; a massless one between two joints at a point is part of the next. InputError."""
     links, above = [], dict[int, int]()
     for i, parent in enumerate(tree.parents):
         if parent < 0 or tree.kinds[i] != "revolute" or tree.kinds[parent] != "revolute":
@@ -121,10 +118,7 @@ def _numbers(values: Iterable[float]) -> str:
 
 
 def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
-    """The model as MJCF, with a uniform field (3,) m/s² and viscous damping of joints, N m s/rad, by name.
-
-    Raises InputError for a body without a mass, which MuJoCo refuses.
-    """
+    """The model as MJCF, in a field (3,) m/s², with damping N m s/rad by joint. InputError without a mass."""
     from scipy.spatial.transform import Rotation
 
     tree, names = tree_of(model.pin), model.joints

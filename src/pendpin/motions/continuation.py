@@ -61,10 +61,7 @@ class Continuation:
         return self.at(times[times >= self.run.t[0]])
 
     def piece(self, sample: int, times: Array) -> Run:
-        """The motion from a sample of the run, at times (m,) in s since the scene's start, the sample's own first.
-
-        Raises RunError where it cannot be integrated.
-        """
+        """The motion from a sample of the run at times (m,) in s since the scene's start, its own first. RunError."""
         self._loop.times = times
         piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], None)
         if piece.failure is not None:
@@ -112,10 +109,7 @@ class Continuation:
         return self.run.of(replace(rows, t=t, stats=stats, events=self.run.events))
 
     def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> RunRecord:
-        """All rows of k pieces, with accelerations, wrenches and energies, and the events of the first.
-
-        Each begins at one of `samples` (k,) of the run. t is counted from the scene's start, the work from those samples.
-        """
+        """All rows of k pieces from `samples` (k,) of the run, with what is derived; the events of the first."""
         arrays = {name: np.concatenate([getattr(piece, name) for piece in pieces]) for name in ("t", "q", "v", "work")}
         torques = [piece.torque for piece in pieces if piece.torque is not None]
         torque = np.concatenate(torques) if torques else None
@@ -169,10 +163,7 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
 
 
 def resolved(run: RunRecord) -> Continuation:
-    """The run; where its samples do not tell how it moved between them, with more.
-
-    Raises InputError if these would be too many.
-    """
+    """The run; where its samples do not tell how it moved between them, with more. InputError if these would be too many."""
     dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
     most = np.inf
     events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
@@ -223,10 +214,7 @@ def times_of_events(run: RunRecord) -> Array:
 
 
 def find_coarse(run: RunRecord) -> Indices:
-    """The intervals (k,) in which a position does not follow from the rates at both ends, or a rate from accelerations.
-
-    Not those of an event, where they jump.
-    """
+    """The intervals (k,), but for those of events, in which q or v do not follow from their rates at both ends."""
     if len(run.t) == 1:  # which may have events: of a run that was stopped before its second sample
         return np.arange(0)
     dt, coarse = np.diff(run.t)[:, None], np.zeros(len(run.t) - 1, bool)

@@ -1,26 +1,32 @@
-"""`periodic_orbit`: a motion that comes back to its start after a period, and what happens near it (Floquet's theory).
+"""`periodic_orbit`: a motion that comes back to its start after a period, and what happens near it and near a rest.
 
 Newton's method on the return map y -> phi_T(y) - y, whose derivative is the state transition over a period less the unit
 matrix. Its eigenvalues, the multipliers, tell how changes of the start grow over a period.
 """
 
 from collections.abc import Sequence
+from contextlib import suppress
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import product
 from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics.acting import expand_as_written
+from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.timing import changes_with_time
-from pendpin.dynamics.vibrations import spectrum
+from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
+from pendpin.effects import ContactEffect
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
-from pendpin.motions.simulate import simulate
+from pendpin.motions.special_starts import at_rest
+from pendpin.motions.trajectory import simulate
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
-from pendpin.scene import Scene, Start, chosen_scene
+from pendpin.scene import Chain, Scene, Start, chosen_scene
 from pendpin.trajectory import RunRecord
 
 TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multipliers are as accurate as that
@@ -80,7 +86,8 @@ def periodic_orbit(
 
     Args:
         scene: a Scene, or the path of a TOML file.
-        guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; the scene's own start if absent.
+        guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; if absent the scene's own start, then, for a period that is
+            given or that of the drive, the rods hanging or upright next to it.
         period: s; if absent that of the drive, and without a drive it is found from the first return of a run.
 
     Returns:
@@ -113,18 +120,42 @@ def periodic_orbit(
         inner = away[1:-1]
         near = (inner <= away[:-2]) & (inner < away[2:]) & (inner < NEAR * away.max())
         if not near.any() or away.max() == 0:
-            raise InputError(
-                f"period: the scene does not come near its start again within {scene.duration:g} s; give one in s"
-            )
+            within = f"within {scene.duration:g} s"
+            raise InputError(f"period: the scene does not come near its start again {within}; give one in s")
         first = run.t[1 + int(np.argmax(near))] - run.t[0]
-    return close_orbit(scene, state, float(first), free)
+    try:
+        return close_orbit(scene, state, float(first), free)
+    except RunError:
+        if free or guess is not None:  # what is free would end as a rest, which has any period
+            raise
+        for other in sorted(hanging_or_upright(scene), key=lambda q: float(np.abs(turned(q - state[: len(q)])).max())):
+            with suppress(RunError):
+                return close_orbit(scene, np.append(other, 0 * other), float(first), free)
+        raise
+
+
+MOST_RODS = 4  # of a chain, each tried hanging and upright
+
+
+def hanging_or_upright(scene: Scene) -> list[Array]:
+    """The angles (nv,) of few rods, each hanging or upright."""
+    if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
+        return []
+    model, parents, starts = build(scene.model), np.array(scene.model.parents), []
+    for upright in product((0.0, np.pi), repeat=len(parents)):
+        q = np.zeros(len(model.joints))
+        q[[rod.first for rod in model.rods]] = upright - np.array([*upright, 0.0])[parents]  # [-1] is the world
+        starts.append(q)
+    return starts
+
+
+def turned(angle: Array) -> Array:
+    """Angles in rad from -pi to pi, without whole turns."""
+    return (angle + np.pi) % (2 * np.pi) - np.pi
 
 
 def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
-    """The orbit next to the state y (2 nv,) by Newton's method; a period that is `free` is found with it.
-
-    Raises RunError if none is found.
-    """
+    """The orbit next to a state y (2 nv,) by Newton's method; a period that is `free` is found too. RunError if none is."""
     turns, best, patience = None, None, 3
     for _ in range(STEPS):
         now = over_a_period(scene, y, period)
@@ -202,11 +233,57 @@ def frequencies_of(scene: Scene) -> set[float | None]:
 
 
 def drive_of(scene: Scene) -> float | None:
-    """The frequency in rad/s at which the scene is driven; None where nothing changes with time.
-
-    Raises InputError where it is not one frequency: the period has to be given then.
-    """
+    """The frequency in rad/s of the drive; None where nothing changes with time. InputError if it is not one."""
     frequencies = frequencies_of(scene)
     if len(frequencies) > 1 or None in frequencies:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
     return float(frequencies.pop() or 0.0) if frequencies else None
+
+
+# --- the rest of a scene and the small motions about it -------------------------------------------------------------
+
+REST = 1e-9  # of the accelerations that a turn by 1 rad causes: a start with less is a rest
+
+
+class SmallMotions(NamedTuple):
+    """The small motions of a scene about its rest."""
+
+    scene: Scene  # which starts at the rest
+    q: Array  # (nv,) rad, the rest
+    matrices: Matrices
+    vibrations: Vibrations
+
+
+def rest_of(scene: Scene) -> Start:
+    """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
+    acts = expand_as_written(build(scene.model), scene.effects)
+    free = tuple(effect for effect in acts if not isinstance(effect, ContactEffect))
+    return at_rest(scene.model_copy(update={"effects": free}))
+
+
+def small_motions(scene: Scene) -> SmallMotions:
+    """The small motions about the rest near the scene's start. Raises InputError without one, MissingLibrary."""
+    rest = rest_of(scene)
+    still, (q, v) = scene.model_copy(update={"start": rest}), start_state(build(scene.model), rest)
+    refuse_poles(build(scene.model), q)
+    linear = matrices(still, q, v, np.zeros(len(q)))
+    return SmallMotions(still, q, linear, vibrations(linear))
+
+
+def largest_multiplier(scene: Scene) -> float:
+    """The size of the largest multiplier of the driven motion near the start: above 1 it is unstable."""
+    return float(np.abs(periodic_orbit(scene).multipliers).max())
+
+
+def stable(scene: Scene) -> bool:
+    """Whether a driven scene's periodic motion near its start is stable; without a drive, the rest there or near it."""
+    if drive_of(scene) is not None:
+        return periodic_orbit(scene).stable
+    equations = Variational(scene)
+    q, v = start_state(equations.model, scene.start)
+    refuse_poles(equations.model, q)
+    jacobian = equations.jacobian(0.0, q, v)
+    if v.any() or np.abs(jacobian.acceleration).max() > REST * max(1.0, np.abs(jacobian.of_q).max()):
+        return small_motions(scene).vibrations.stable
+    A = np.block([[np.zeros_like(jacobian.of_q), np.eye(len(q))], [jacobian.of_q, jacobian.of_v]])
+    return is_stable(*spectrum(A)[:2])

@@ -16,8 +16,8 @@ from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolved, times_of_events
-from pendpin.trajectory import HingeReactions, RunRecord, samples_of
-from pendpin.trajectory.columns import DRIFT, EFFORTS, place_of
+from pendpin.trajectory import RunRecord, samples_of
+from pendpin.trajectory.columns import DRIFT
 
 Quantity = Callable[[RunRecord], Array]  # of a run, (n,); of which the largest is looked for, (n, m)
 
@@ -81,17 +81,14 @@ class _Pieces(NamedTuple):
 
 
 def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRecord:
-    """The run at the instants at which a quantity crosses a level. Raises InputError."""
+    """The run at the instants at which a quantity crosses a level (Trajectory.crossings)."""
     if not is_number(level) or not np.isfinite(level):
         raise InputError(f"level: {shown(level)} is not a finite number")
     if not is_number(direction) or direction not in (-1, 0, 1):
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
     run[name]  # an unknown name is refused before anything is integrated
 
-    def offset(rows: RunRecord) -> Array:
-        return rows[name] - level
-
-    more = resolved(run)
+    more, offset = resolved(run), lambda rows: rows[name] - level
     changes = sign_changes(more, offset, abs(level))
     chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
     instants = np.unique(find_instants(more, offset, Changes(*(x[chosen] for x in changes))))
@@ -156,10 +153,7 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
 
 
 def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf) -> tuple[float, float, int, int]:
-    """The largest value of a quantity (n, m) of a run that is `resolved`, from a sample at `first` in s on.
-
-    Its value, when, in which column, and of how many.
-    """
+    """The largest value of a quantity (n, m) of a `resolved` run from `first` s on; when, in which column, of how many."""
     run = more.run if first <= more.run.t[0] else samples_of(more.run, more.run.t >= first)
     times, values, events = run.t, quantity(run), times_of_events(run)
     t, x = times, values
@@ -218,11 +212,6 @@ def impacts(run: RunRecord) -> int:
     return sum(event.kind == "stop" for event in run.events)
 
 
-def is_force(run: RunRecord, name: str) -> bool:
-    """Whether a quantity is a force, a moment or an acceleration, which impacts make infinite."""
-    return place_of(run, name)[0] in ("a", "wrench", EFFORTS, *HingeReactions._fields)
-
-
 # --- pieces of a quantity ---------------------------------------------------------------------------------------------
 
 
@@ -258,8 +247,7 @@ def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns:
         return _Pieces(begin, end, columns, ends[0] * (1 - SHARES) + ends[1] * SHARES, np.full(len(begin), np.inf))
     inside = begin[:, None] + (end - begin)[:, None] * SHARES[1:-1]
 
-    def through(count: int) -> Array:
-        """The polynomials through `count` samples near each of p intervals, at times inside (p, k); barycentric."""
+    def through(count: int) -> Array:  # polynomials through samples near p intervals, inside these (p, k); barycentric
         near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
         apart = (t[near][:, :, None] - t[near][:, None, :]) / (end - begin)[:, None, None]
         apart[:, np.arange(count), np.arange(count)] = 1.0

@@ -84,10 +84,7 @@ def _no_rest(model: Model, moved: Array) -> InputError:
 
 
 def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
-    """Where q (nv,) comes to rest if it moves with a speed that is its acceleration.
-
-    Raises InputError for what falls without end.
-    """
+    """Where q (nv,) comes to rest if its speed is its acceleration. Raises InputError for what falls without end."""
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
 

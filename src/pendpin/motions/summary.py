@@ -1,6 +1,5 @@
 """A run in a few lines: model and method, errors, extremes; as text, as a table, in a notebook."""
 
-import html
 from collections.abc import Mapping
 from contextlib import suppress
 from types import MappingProxyType
@@ -178,9 +177,3 @@ def text(run: Any) -> str:
             parts.append(f"tension R3 from {least.value:.4g} to {largest}")
     parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean period"))][:1]
     return "\n".join([f"Trajectory of {RunRecord.__repr__(run)}", "; ".join(trust), "; ".join(parts)])
-
-
-def page(run: Any, player: str) -> str:
-    """A run in a notebook: the player, three lines, and the table of extremes."""
-    lines = f'<pre style="white-space: pre-wrap">{html.escape(text(run))}</pre>'
-    return f"{player}{lines}{run.summary()._repr_html_()}"

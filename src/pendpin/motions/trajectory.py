@@ -1,19 +1,30 @@
-"""The public face of a run: its record, and what a user asks of it."""
+"""`simulate`: the motion of a scene as a Trajectory, the public face of a run: its record, and what a user asks of it."""
 
+import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from typing import Any, Self
 
-from pendpin.errors import PendpinError, say_note
+from pendpin.engines import ProgressCallback
+from pendpin.errors import PendpinError, RunError, say_note
+from pendpin.ground.arguments import flag, function
 from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.ground.files import path_of
+from pendpin.model.build import build
 from pendpin.model.kinematics import configurations, express_wrench, model_of, spins_and_momentum
+from pendpin.model.notes import notes
 from pendpin.motions import continuation, search
 from pendpin.motions.search import Extreme
-from pendpin.motions.summary import Summary, page, summary, text
-from pendpin.trajectory import RunRecord, with_samples
-from pendpin.trajectory.columns import to_csv, to_pandas, to_xarray
+from pendpin.motions.summary import Summary, summary, text
+from pendpin.runs.checkpoint import EVERY, Checkpoint
+from pendpin.runs.limits import Deadline
+from pendpin.runs.preparation import known_notes
+from pendpin.runs.simulate import run_to_setting, varied
+from pendpin.scene import Scene
+from pendpin.trajectory import HingeReactions, RunRecord, samples_of, with_samples
+from pendpin.trajectory.columns import EFFORTS, place_of, to_csv, to_pandas, to_xarray
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -64,10 +75,15 @@ class Trajectory(RunRecord):
         return self._extreme(name, -1.0)
 
     def _extreme(self, name: str, sign: float) -> Extreme:
-        found, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
-        if count and search.is_force(self, name):
+        extreme, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
+        if count and place_of(self, name)[0] in (
+            "a",
+            "wrench",
+            EFFORTS,
+            *HingeReactions._fields,
+        ):  # infinite at impacts
             say_note(f"{name} is not defined at the {count} impacts of this run: it is that between them", stacklevel=4)
-        return found
+        return extreme
 
     def extend(self, duration: float) -> Self:
         """The run continued for another duration in s, with samples as dense as before.
@@ -107,16 +123,16 @@ class Trajectory(RunRecord):
 
         return sensitivity(with_samples(self), keys, of)
 
+    @cached_property
+    def _summary(self) -> Summary:
+        return summary(self)
+
     def summary(self) -> Summary:
         """The largest swing, of the line from the support to the last tip, rest; extremes of R1, R2, R3, M3.
 
         With their times; periods and energy too. Extremes are those between the samples too, unless a remark says why not.
         """
         return self._summary
-
-    @cached_property
-    def _summary(self) -> Summary:
-        return summary(self)
 
     def to_pandas(self, *names: str) -> Any:
         """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
@@ -214,4 +230,75 @@ class Trajectory(RunRecord):
     def _repr_html_(self) -> str:
         from pendpin.graphics.view import frame_of
 
-        return page(self, frame_of(self))
+        lines = f'<pre style="white-space: pre-wrap">{html.escape(text(self))}</pre>'
+        return f"{frame_of(self)}{lines}{self.summary()._repr_html_()}"
+
+
+def simulate(
+    scene: Scene | str | Path,
+    *,
+    duration: float | None = None,
+    samples: int | None = None,
+    times: ArrayLike | None = None,
+    method: str | None = None,
+    tolerance: float | None = None,
+    step: float | None = None,
+    accuracy: float | None = None,
+    energy_balance: bool = False,
+    progress: ProgressCallback = lambda t: None,
+    limit: float | None = None,
+    checkpoint: str | Path | None = None,
+    every: float = EVERY,
+    anyway: bool = False,
+) -> Trajectory:
+    """Simulate a scene and return its motion at the output times.
+
+    Arguments that are given replace those of the scene and its solver. An input that is allowed and probably a mistake, such
+    as angles of many turns, gives a warning (pendpin.errors.Note).
+
+    Args:
+        scene: a Scene, or the path of a TOML file.
+        duration: s; the scene's if absent, or up to the last of `times`.
+        samples: number of evenly spaced output times, both ends included.
+        times: output times in place of samples, (n,) s, rising, in the scene's own time: from start.time on.
+        method: a method by name, or "auto".
+        tolerance: for methods without a fixed step, relative and absolute; rad and rad/s.
+        step: s, for methods with a fixed step; the last one may be shorter.
+        accuracy: target for the largest distance of a tip from the true motion over the chain's length. The tolerance or
+            step that meets it is found, and the method if none is given; `stats` holds them and the estimated error.
+        energy_balance: integrate the work of every effect too; see the trajectory's `work`.
+        progress: called with the time reached, s.
+        limit: s of wall time, after which the call ends; infinity sets no limit. Compiling, all runs for
+            an accuracy, and the samples count.
+        checkpoint: a file in which the state is saved, whole or not at all, at output times. If it exists, the run
+            continues from it, with a result that is equal bit for bit to that of an uninterrupted run. Scene, settings
+            and versions must be the same. The file stays when the run has ended: delete it once the result is saved.
+        every: s of wall time between two saves.
+        anyway: run to the end where the energy goes wrong, as by a poor method; a note in `stats` says from when on.
+
+    Returns:
+        The Trajectory.
+
+    Raises:
+        InputError: for a scene that cannot be run.
+        RunError: for a run that cannot reach its end or its accuracy; `partial` is the Trajectory up to there.
+    """
+    deadline, progress = Deadline(limit), function("progress", progress)
+    settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
+    energy_balance, anyway = flag("energy_balance", energy_balance), flag("anyway", anyway)
+    chosen = varied(scene, duration, samples, times, settings)
+    model = build(chosen.model)
+    for note in known_notes.look_up((model, chosen), lambda: notes(chosen, model)):
+        say_note(note, stacklevel=3)
+    saved = None if checkpoint is None else Checkpoint(path_of(checkpoint), every)
+    try:
+        return _with_asked_samples(chosen, run_to_setting(chosen, energy_balance, progress, deadline, saved, anyway))
+    except RunError as error:
+        error.partial = _with_asked_samples(chosen, error.partial)
+        raise
+
+
+def _with_asked_samples(scene: Scene, record: RunRecord) -> Trajectory:
+    """The run without the sample at the start if that is not one of the requested times."""
+    extra = scene.extra_samples
+    return Trajectory.of(samples_of(record, slice(extra, None)) if extra and len(record.t) > extra else record)

@@ -66,10 +66,7 @@ class Variations:
         self.pace = timing(dynamics, scene.effects, q, v, scene.duration, None).pace
 
     def integrate(self, y: Array, w: Array, times: Array, tolerance: float) -> tuple[Array, Array]:
-        """The states (n, 2 nv) and the changes (n, K, 2 nv) at times (n,), from y (2 nv,) and w (K, 2 nv) at the first.
-
-        The errors of every change are measured by its own size. Raises RunError where they cannot be integrated.
-        """
+        """States (n, 2 nv) and changes (n, K, 2 nv) at times (n,) from y, w, these measured by their sizes. RunError."""
         states, survey = self.follow(y, w, times, _SURVEY, np.ones(w.size))
         sizes = np.abs(survey).max(0).reshape(len(w), 2, -1).max(-1)
         largest = sizes.max(1, initial=0.0)[:, None]
@@ -81,11 +78,7 @@ class Variations:
     def follow(
         self, y: Array, w: Array, times: Array, tolerance: float, sizes: Array, most: float = np.inf
     ) -> tuple[Array, Array]:
-        """States and their changes at some times, with given sizes (2 nv K,) of the changes.
-
-        Those that are infinite do not shorten the steps.
-        RunError after about `most` evaluations of the equations.
-        """
+        """States and changes at some times, with sizes (2 nv K,) of the changes; RunError after `most` evaluations."""
         block, contacts, nv = self.equations.block, self.equations.contacts, self.nv
         self._last = block.calls + most
         block.on_progress(lambda t: bool(block.calls > self._last))

@@ -229,10 +229,7 @@ def urdf_folder() -> Path:
 
 
 def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
-    """Nested data with one value replaced: records on the way become tables, lists and tables are copied.
-
-    Raises InputError where the path leads nowhere; what an unknown name in a record is, the record's own check says.
-    """
+    """Nested data with one value replaced; records on the way become tables. InputError where the path leads nowhere."""
     if not path:
         return new
     key, rest = path[0], path[1:]

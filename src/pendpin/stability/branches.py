@@ -239,10 +239,7 @@ class _Curve(NamedTuple):
 
 
 def _orbit_on_new_branch(orbit: PeriodicOrbit, key: str, to: float, onto: str) -> PeriodicOrbit:
-    """An orbit of the branch that begins at one, a little on the way to another value of the number.
-
-    Along the way of the multiplier there, whose size grows with the root of the distance. Raises InputError and RunError.
-    """
+    """An orbit of the branch that begins at one, a little on the way to a value, along the way of the multiplier there."""
     multiplier, periods, kind = ONTO[onto]
     values, ways = np.linalg.eig(orbit.transition)
     nearest = int(np.argmin(np.abs(values - multiplier)))

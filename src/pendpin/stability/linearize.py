@@ -19,7 +19,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
-from pendpin.motions.small_motions import rest_of
+from pendpin.motions.periodic import rest_of
 from pendpin.scene import Scene, Start, chosen_scene
 
 ZERO = 1e-9  # degrees or m: what is less is 0 in words

@@ -17,11 +17,13 @@ from pendpin.graphics.style import BESIDE, PALE, TIME, new_figure, styled
 from pendpin.ground.arguments import axes, flag
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
+from pendpin.model.kinematics import joint_poses
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
 from pendpin.scene import Scene, chosen_scene
 
 TOLERANCE = 1e-11
 PARTS, MOST_PARTS = 200, 100_000  # of the time, in each of which changes grow by about e: none hides another then
+PARALLEL = 1e-9  # of unit vectors: axes that differ by less are parallel
 BATCHES = 20  # of the parts: the spread of their means gives the standard error
 
 
@@ -66,7 +68,8 @@ def lyapunov(
         count: how many, the largest ones; all 2 nv if absent, or those of the plane.
         duration: s; the scene's if absent.
         planar: only those of changes in the plane in which the motion stays, as textbooks give them for a double pendulum:
-            joints that begin at 0 and stay there whatever the numbers of the scene do not change.
+            joints that begin at 0 and stay there whatever the numbers of the scene do not change. Of a model whose joints
+            all turn about parallel axes, such as a planar robot, these are all.
 
     Returns:
         The Lyapunov record: exponents (k,) and error (k,) in 1/s, history (n, k), the estimate at each of t (n,) in s.
@@ -112,16 +115,17 @@ def lyapunov(
 
 
 def _places_in_plane(variations: Variations) -> Indices:
-    """The places in the state (2 nv,) of the joints that move in the plane. Raises InputError where all move, or none.
-
-    Of rods on hinges of one axis these are all joints, and nothing is refused.
-    """
+    """The places in the state (2 nv,) of the joints that move in the plane. Raises InputError where all move, or none."""
     equations, start, nv = variations.equations, variations.start, variations.nv
     engine, effects = equations.variation.engine, equations.variation.effects
     still = staying_zero(engine, effects, variations.scene.start.time, np.flatnonzero(start == 0).tolist())
     moving = np.array([i for i in range(nv) if not {i, nv + i} <= set(still)], int)
-    tree = equations.model.rod_tree
-    if tree is not None and set(tree.kinds) in ({"x"}, {"y"}):  # hinges of one axis leave no way out of the plane
+    tree = equations.model.tree
+    frames = joint_poses(equations.model, np.zeros((1, nv)))[0, :, :3, :3]
+    axes = np.einsum("jab,jb->ja", frames, tree.axes)  # (nv, 3) in W at zero positions
+    turns = np.array([kind == "revolute" for kind in tree.kinds])
+    along = np.abs(axes @ axes[np.argmax(turns)])
+    if turns.any() and (np.abs(along - turns) < PARALLEL).all():  # slides across parallel axes: no way out of the plane
         moving = np.arange(nv)
     elif not 0 < len(moving) < nv:
         which = "every joint moves" if len(moving) else "nothing moves"

@@ -21,7 +21,7 @@ from pendpin.ground.report import Report, Result, Table
 from pendpin.integrators import Run
 from pendpin.model import kinematics
 from pendpin.model.build import build
-from pendpin.motions.small_motions import small_motions
+from pendpin.motions.periodic import small_motions
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.run import fill_in
 from pendpin.scene import Scene, chosen_scene

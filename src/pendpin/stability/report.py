@@ -1,8 +1,6 @@
 """What `pendpin stability` says of a scene: its rests, or its driven periodic motion, and whether they are stable."""
 
-from contextlib import suppress
 from dataclasses import dataclass
-from itertools import product
 from pathlib import Path
 from typing import Any
 
@@ -10,15 +8,14 @@ import numpy as np
 
 from pendpin.dynamics.derivatives import Variational
 from pendpin.effects import Spring
-from pendpin.errors import PendpinError, RunError
+from pendpin.errors import PendpinError
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
-from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, periodic_orbit
-from pendpin.scene import Chain, Scene, Start, chosen_scene
+from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, hanging_or_upright, periodic_orbit, turned
+from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.stability.linearize import LinearModel, linearize, place_of, remarks, rest_of
 
-MOST_RODS = 4  # of a chain, each tried hanging and upright
 CORRECTIONS = 30  # of Newton's method, from there to a rest
 RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
@@ -50,9 +47,7 @@ class Stability(Result):
         return Report((Table(HEAD, cells), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
-        """Of each rest: its angles in degrees, its slides in m, whether it is stable, or neutral, the fastest
-        growth in 1/s, and the slowest swing in rad/s.
-        """
+        """Of each rest: degrees of angles, m of slides, stable or neutral, fastest growth in 1/s, slowest swing in rad/s."""
         rows = []
         for rest in self.rests:
             places = list(zip(rest.states[: len(rest.q)], rest.q.tolist(), self.model.slides.tolist(), strict=True))
@@ -75,47 +70,22 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     """The rests of a scene, stable or not; with a drive of one frequency or a period in s, its periodic motion.
 
     Rests are looked for from the stable one near the start and, in a chain of up to four rods, from every rod hanging or
-    upright; the periodic motion from the start, then from those. Raises InputError for effects without derivatives and
-    where there is no rest, RunError where no periodic motion is found.
+    upright; the periodic motion from the start, then from those. Raises InputError and RunError.
     """
     scene = chosen_scene(scene)
     model, drives = build(scene.model), frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
-        return Stability(model, (), _nearest_orbit(scene, period), (NEAREST,))
+        return Stability(model, (), periodic_orbit(scene, period=period), (NEAREST,))
     notes, rests = (*remarks(scene), *[NO_PERIOD] * bool(drives)), list[LinearModel]()
     equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
-    beside = (_corrected(equations, q) for q in _hanging_or_upright(scene))
+    beside = (_corrected(equations, q) for q in hanging_or_upright(scene))
     for q in (start_state(model, rest_of(scene))[0], *(rest for rest in beside if rest is not None)):
         if not any(isinstance(effect, Spring) for effect in scene.effects):  # which tell a turn from none
             q = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
         rest = linearize(scene, at=Start(time=scene.start.time, positions=tuple(q.tolist())))
-        if not any(np.abs(_angle_differences(rest.q, other.q)).max() < SAME for other in rests):
+        if not any(np.abs(turned(rest.q - other.q)).max() < SAME for other in rests):
             rests.append(rest)
     return Stability(model, tuple(rests), None, notes)
-
-
-def _nearest_orbit(scene: Scene, period: float | None) -> PeriodicOrbit:
-    """The periodic motion next to the start or, where none is, next to the nearest chain of rods hanging or upright."""
-    try:
-        return periodic_orbit(scene, period=period)
-    except RunError as error:
-        q, _ = start_state(build(scene.model), scene.start)
-        for guess in sorted(_hanging_or_upright(scene), key=lambda at: float(np.abs(_angle_differences(q, at)).max())):
-            with suppress(RunError):
-                return periodic_orbit(scene, [*guess, *np.zeros(len(guess))], period)
-        raise error
-
-
-def _hanging_or_upright(scene: Scene) -> list[Array]:
-    """The angles (nv,) of few rods, each hanging or upright."""
-    if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
-        return []
-    model, parents, starts = build(scene.model), np.array(scene.model.parents), []
-    for upright in product((0.0, np.pi), repeat=len(parents)):
-        q = np.zeros(len(model.joints))
-        q[[rod.first for rod in model.rods]] = upright - np.array([*upright, 0.0])[parents]  # [-1] is the world
-        starts.append(q)
-    return starts
 
 
 def _corrected(equations: Variational, q: Array) -> Array | None:
@@ -134,8 +104,3 @@ def _corrected(equations: Variational, q: Array) -> Array | None:
             break
     slopes = equations.jacobian(0.0, q, still)
     return q if np.abs(slopes.acceleration).max() <= RESIDUAL * max(1.0, float(np.abs(slopes.of_q).max())) else None
-
-
-def _angle_differences(q: Array, other: Array) -> Array:
-    """The differences of angles, without whole turns."""
-    return (q - other + np.pi) % (2 * np.pi) - np.pi

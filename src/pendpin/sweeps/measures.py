@@ -20,10 +20,9 @@ from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolved, strays
-from pendpin.motions.periodic import drive_of
+from pendpin.motions.periodic import drive_of, largest_multiplier, small_motions
+from pendpin.motions.periodic import stable as is_stable
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
-from pendpin.motions.small_motions import largest_multiplier, small_motions
-from pendpin.motions.small_motions import stable as is_stable
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches import Motions
 from pendpin.runs.simulate import run_to_setting

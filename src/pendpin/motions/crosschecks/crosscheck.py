@@ -9,7 +9,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
-from pendpin.errors import InputError, shown
+from pendpin.equations.base import exact
+from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arguments import count
 from pendpin.ground.arrays import TINY, Array, Indices
 from pendpin.ground.report import Report, Result, Table
@@ -20,7 +21,7 @@ from pendpin.motions.crosschecks.routes import (
     engine_routes,
     hand_routes,
     other_joints,
-    reference_route,
+    recursion_route,
     tree_scale,
 )
 from pendpin.scene import Scene
@@ -31,7 +32,7 @@ BOUND = 1e-13  # of the rounding scale, for each rod through which errors propag
 LARGEST_RATE = 100.0  # rad/s
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 POLE = 1e-6  # of cos(phi): at poles of thin rods theta moves nothing, and the mass matrix keeps four digits here
-REFERENCE_JOINTS = 400  # states times joints that the reference_route is given: some seconds
+REFERENCE_JOINTS = 400  # states times joints that the recursion in 50 digits is given: some seconds
 REACTIONS = ("R1", "R2", "R3", "M1", "M2", "M3", "Mc")
 
 
@@ -66,7 +67,7 @@ class CheckReport(Result):
 
     rows: tuple[CheckRow, ...]
     states: int
-    in_50_digits: int  # how many of the states the reference_route in 50 digits was given
+    in_50_digits: int  # how many of the states the recursion in 50 digits was given
     routes: tuple[str, ...]
     bound: float
 
@@ -97,10 +98,7 @@ class CheckReport(Result):
         return Report((*[Table(head, pairs)] * every_pair, self._matrix(against), *words), data, self.fault)
 
     def _matrix(self, against: str) -> Table:
-        """A line for each route with its worst difference in each quantity, then one for any two routes.
-
-        The worst is marked where it is beyond the bound; a dash stands where a route gives no such quantity.
-        """
+        """A line for each route with its worst difference in each quantity (! beyond the bound, - where none)."""
         quantities, lines = list(dict.fromkeys(row.quantity for row in self.rows)), []
         pairs = {name: [r for r in self.rows if {name, against} == {r.first, r.second}] for name in self.routes}
         pairs.pop(against, None)
@@ -139,10 +137,7 @@ class CheckReport(Result):
         suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
         who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
         worst = self.worst
-        q, v = (
-            f"({', '.join(f'{x:.6g}' for x in values[:6])}{', ...' if len(values) > 6 else ''})"
-            for values in (worst.q, worst.v)
-        )
+        q, v = (f"({choices([*(f'{x:.6g}' for x in y[:6]), *['...'] * (len(y) > 6)])})" for y in (worst.q, worst.v))
         return (
             f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
             f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {q}, v = {v}"
@@ -216,9 +211,8 @@ def compare(
     one = len(model.joints) == 2 and len(model.rods) == 1 and model.rods[0].inertia is not None
     by_hand = one and loads.torque is None and loads.wrench is None  # a single rod on its axis, and fields alone
     if users_routes and not by_hand:
-        raise InputError(
-            "routes: your own routes need a single rod on a universal joint, its centre of mass on its axis"
-        )
+        need = "need a single rod on a universal joint, its centre of mass on its axis"
+        raise InputError(f"routes: your own routes {need}")
     if model.pin is None:
         raise InputError(f"{len(model.joints)} joints are too many for Pinocchio: no second route to compare")
     routes = engine_routes(dynamics) | (hand_routes(dynamics, users_routes) if by_hand else {})
@@ -238,7 +232,7 @@ def compare(
         first = range(min(len(q), in_50_digits - in_50_digits // 2))
         chosen = np.unique([*np.argsort(worst)[-max(1, in_50_digits // 2) :], *first])
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
-        answers |= {REFERENCE: dict(reference_route(dynamics)(q[chosen], v[chosen]))}
+        answers |= {REFERENCE: dict(recursion_route(dynamics, exact(50))(q[chosen], v[chosen]))}
         sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
         states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
         rows += [row for name in routes for row in _rows((name, REFERENCE), answers, states)]

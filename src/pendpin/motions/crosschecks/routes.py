@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, loads_at, reactions
 from pendpin.engines import LongChain, Revolute
 from pendpin.equations import balances, lagrange, newton_euler, recursion, rod_tree
-from pendpin.equations.base import RodInertia, exact
+from pendpin.equations.base import RodInertia
 from pendpin.equations.rod_tree import RodTree
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
@@ -70,11 +70,6 @@ def recursion_route(dynamics: Dynamics, xp) -> Route:
         return _named(dynamics, q_, a, wrench, xp)
 
     return route
-
-
-def reference_route(dynamics: Dynamics) -> Route:
-    """The recursion in 50 digits. Raises ImportError without mpmath."""
-    return recursion_route(dynamics, exact(50))
 
 
 def _named(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answer:
@@ -158,17 +153,6 @@ class _Bodies(NamedTuple):
     inertia: Array  # (k, 3, 3) kg m², central
 
 
-class _Motion(NamedTuple):
-    """The bodies at n states, in W; twists and their rates in the joints' frames, linear before angular."""
-
-    position: Array  # (n, k, 3) m, of the joints
-    rotation: Array  # (n, k, 3, 3)
-    twist: Array  # (n, k, 6)
-    bend: Array  # (n, k, 6), the rate of the twist
-    unit: Array  # (n, nv, 6), the twist of all that a joint moves, about the origin of W, at unit rate
-    mass_matrix: Array  # (n, nv, nv) kg m²
-
-
 def tree_scale(
     model: Model, field: Array, q: Array, v: Array, a: Array, torque: Array | None = None, external: Array | None = None
 ) -> TreeScale:
@@ -196,27 +180,27 @@ def tree_scale(
     external = np.zeros((*q.shape, 6)) if external is None else external
     parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
     loads = (np.linalg.norm(field), torque, np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1))
-    scales = [_scale(bodies, float(loads[0]), _move(bodies, q[i], v[i], a[i]), loads[1][i], loads[2][i]) for i in parts]
+    scales = [_scale(bodies, float(loads[0]), (q[i], v[i], a[i]), loads[1][i], loads[2][i]) for i in parts]
     return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
 
 
-def _move(bodies: _Bodies, q: Array, v: Array, a: Array) -> _Motion:
-    """Where the bodies are at states (n, nv), and how they move, by Pinocchio."""
+def _scale(bodies: _Bodies, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
+    """The sizes (n, k) at some states q, v, a (n, nv), in a field of this norm in m/s², with forces and moments (n, k, 2)
+    outside."""
+    # Where the bodies are in W: poses of the joints (n, k, 4, 4), their twists and the rates of these in the joints'
+    # frames (n, k, 6), linear before angular; the twist of all that a joint moves at unit rate, about W's origin (n, nv, 6).
     pin, rows, (scaled, mass) = pinocchio(), [], in_mass_unit(bodies.pin)
     data = pin.Data(bodies.pin)
-    for state in zip(q, v, a, strict=True):
+    for state in zip(*states, strict=True):
         pin.forwardKinematics(bodies.pin, data, *state)
         unit = pin.computeJointJacobians(bodies.pin, data, state[0]).reshape(6, -1).T.copy()  # a view of data
         M = np.triu(pin.crba(scaled, data, state[0])) * mass
         poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
         rows.append((poses[1:], *(np.array(x[1:]) for x in moving), unit, M + np.triu(M, 1).T))
-    poses, *others = (np.array(x) for x in zip(*rows, strict=True))
-    return _Motion(poses[..., :3, 3], poses[..., :3, :3], *others)
+    poses, twist, bend, unit_twist, mass_matrix = (np.array(x) for x in zip(*rows, strict=True))
+    position, rotation = poses[..., :3, 3], poses[..., :3, :3]
 
-
-def _scale(bodies: _Bodies, field: float, motion: _Motion, torque: Array, loads: Array) -> TreeScale:
-    """The sizes (n, k) at some states, in a field of this norm in m/s², with forces and moments (n, k, 2) outside."""
-    below, (linear, omega), (bend, alpha) = bodies.below, *(np.split(x, 2, -1) for x in (motion.twist, motion.bend))
+    below, (linear, omega), (bend, alpha) = bodies.below, *(np.split(x, 2, -1) for x in (twist, bend))
     sizes = [np.linalg.norm(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
     for child, parent in enumerate(bodies.parents):  # of a body and those it hangs on: rounding goes down the tree
         if parent >= 0:
@@ -225,29 +209,32 @@ def _scale(bodies: _Bodies, field: float, motion: _Motion, torque: Array, loads:
     speed, rate, turning, origin = sizes
     turning = turning + rate**2 + TINY  # 1/s²
     weight = bodies.mass * (field + origin + turning * np.linalg.norm(bodies.lever, axis=-1)) + loads[..., 0]
-    centre = motion.position + applied(motion.rotation, bodies.lever)
-    reach = np.linalg.norm(centre[:, None] - motion.position[:, :, None], axis=-1)  # (n, joint, body)
+    centre = position + applied(rotation, bodies.lever)
+    reach = np.linalg.norm(centre[:, None] - position[:, :, None], axis=-1)  # (n, joint, body)
     inertia = np.linalg.norm(bodies.inertia, axis=(-1, -2))
     spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + loads[..., 1]
     forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
     at_joint = np.where(bodies.slides, forces, moments) + np.abs(torque) + TINY
-    unit = 1 / np.sqrt(np.diagonal(motion.mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
+    unit = 1 / np.sqrt(np.diagonal(mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
     unit = unit[:, :, None] * unit[:, None, :]
-    inverse = unit * np.linalg.inv(unit * motion.mass_matrix)
-    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in _unit_wrenches(bodies, motion, centre))
+    inverse = unit * np.linalg.inv(unit * mass_matrix)
+    wrenches = _unit_wrenches(bodies, position, rotation, unit_twist, centre)
+    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in wrenches)
     force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
 
 
-def _unit_wrenches(bodies: _Bodies, motion: _Motion, centre: Array) -> tuple[Array, Array]:
+def _unit_wrenches(
+    bodies: _Bodies, position: Array, rotation: Array, unit_twist: Array, centre: Array
+) -> tuple[Array, Array]:
     """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each joint, at rest and without
     gravity; centres of mass (n, k, 3) in W.
 
     Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
     the moment then moved to the joint of the wrench.
     """
-    below, (v, w) = bodies.below, np.split(motion.unit[:, None], 2, -1)  # (n, 1, nv, 3)
-    about_origin = motion.rotation @ bodies.inertia @ transposed(motion.rotation)
+    below, (v, w) = bodies.below, np.split(unit_twist[:, None], 2, -1)  # (n, 1, nv, 3)
+    about_origin = rotation @ bodies.inertia @ transposed(rotation)
     about_origin = about_origin - bodies.mass[:, None, None] * skew(centre) @ skew(centre)
     first, second = below @ (bodies.mass[:, None] * centre), np.einsum("jk,nkab->njab", below, about_origin)
     joints = np.arange(len(below))
@@ -255,5 +242,5 @@ def _unit_wrenches(bodies: _Bodies, motion: _Motion, centre: Array) -> tuple[Arr
     together = ((below + below.T) > 0)[..., None]
     force = together * ((below @ bodies.mass)[lower][..., None] * v + cross(w, first[:, lower]))
     moment = together * (cross(first[:, lower], v) + applied(second[:, lower], w))
-    moment = moment - cross(motion.position[:, :, None], force)
+    moment = moment - cross(position[:, :, None], force)
     return np.moveaxis(force, -1, 1), np.moveaxis(moment, -1, 1)

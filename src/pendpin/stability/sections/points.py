@@ -56,10 +56,7 @@ class Section(ABC):
         return {self.point: self.count, "quantity": len(self.of)}
 
     def __call__(self, motion: Motion) -> Array:
-        """The values (count, len(of)) at the points, from those of a scene's motion or of a run that is continued.
-
-        Raises InputError for names that are none, RunError where the motion has too few points.
-        """
+        """The values (count, len(of)) at the points of a scene's motion, or of a run, continued. InputError, RunError."""
         scene = scene_of(motion) if isinstance(motion, RunRecord) else chosen_scene(motion)
         self.find_units(scene)
         return self.collect(scene)[0]
@@ -224,8 +221,3 @@ def _lasting(scene: Scene, duration: float) -> Scene:
 def _start_at(run: RunRecord) -> Start:
     """The last state of a run as a start."""
     return Start(time=float(run.t[-1]), positions=tuple(run.q[-1].tolist()), velocities=tuple(run.v[-1].tolist()))
-
-
-def wrapped(angle: Array) -> Array:
-    """Angles in rad from -pi to pi."""
-    return (angle + np.pi) % (2 * np.pi) - np.pi

@@ -29,8 +29,7 @@ from pendpin.model import kinematics
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import scale
 from pendpin.motions.periodic import periodic_orbit
-from pendpin.motions.simulate import simulate
-from pendpin.motions.trajectory import Trajectory
+from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import METHODS, Scene
 from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once
 

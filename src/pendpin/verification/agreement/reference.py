@@ -26,7 +26,7 @@ from pendpin.model.bodies import tree_of
 from pendpin.model.build import Model
 from pendpin.model.urdf import parse, read_urdf
 from pendpin.model.write_models import chain_urdf, mjcf, sdf
-from pendpin.motions.simulate import simulate
+from pendpin.motions.trajectory import simulate
 from pendpin.scene import METHODS, Chain, Scene, UrdfModel, chosen_scene
 
 STATES, TIMES = 20, 50  # chosen: enough to meet every term, few enough to read

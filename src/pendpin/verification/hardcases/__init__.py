@@ -17,8 +17,7 @@ from pendpin.errors import MissingLibrary, RunError
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build
-from pendpin.motions.simulate import simulate
-from pendpin.motions.trajectory import Trajectory
+from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
 from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once, simulators

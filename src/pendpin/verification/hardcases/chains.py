@@ -11,8 +11,7 @@ from pendpin.equations.exact import planar
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build
-from pendpin.motions.simulate import simulate
-from pendpin.motions.trajectory import Trajectory
+from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import Chain, Rod, Scene, Solver
 from pendpin.verification.hardcases.base import (
     HANG,
@@ -91,10 +90,7 @@ def _digits(solve: Solve, full: bool) -> float:
 
 
 def _other_joints() -> dict[str, float]:
-    """The figure for Pinocchio's own joints of two and three degrees of freedom, by both of its algorithms.
-
-    The largest torque that rnea computes for the accelerations of aba, over the torque that holds the chain.
-    """
+    """Of Pinocchio's own joints the torque that rnea leaves of aba's accelerations, over that which holds the chain."""
     pin, (x, y, _) = pinocchio(), np.eye(3)
     m, h, *principal = ROD.properties
     body, figures = pin.Inertia(m, np.array([0, 0, -h]), np.diag(principal)), {}

@@ -245,10 +245,7 @@ def _bench(
 def _run_contests(
     bench: _Bench, series: list[Series], others: list[Series], accuracy: float, limit: Budget
 ) -> Iterator[float]:
-    """Every series up to each accuracy, from coarse to fine, each yielded when it is done.
-
-    The time that is left is shared among those that can be answered.
-    """
+    """Every series up to each accuracy, from coarse to fine; the time left is shared among those that can be answered."""
     accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
     for i, error in enumerate(accuracies):
         asked = max(sum(other >= least for other in accuracies[i:]), 1)

@@ -163,10 +163,7 @@ by_collocation = _integrate_recursion("collocation", "radau", 1e-11, 1e-10)
 
 
 def refuse_other_equations(scene: Scene, run: RunRecord) -> None:
-    """Raise InputError if the recursion in machine code, where it can be compiled, differs from Pinocchio's equations.
-
-    They are compared at states of a run: references with a limit are all made on the recursion.
-    """
+    """Raise InputError if machine code, where there is any, differs from Pinocchio's equations at states of a run."""
     engine = bind(_recursion(scene, build(scene.model))).engine
     if not isinstance(engine, Compiled):
         return

@@ -327,10 +327,7 @@ def _points(curve: Curve, least: float) -> tuple[list[float], list[float]]:
 
 
 def _cheapest(report: CostReport) -> dict[str, Curve]:
-    """The curve of each tool that meets the accuracy of interest in the least time; if none does, the most accurate.
-
-    Raises InputError where no run that can be drawn was made.
-    """
+    """Of each tool the curve that meets the accuracy in the least time, else the most accurate. InputError without a run."""
 
     def rank(curve: Curve) -> tuple[float, float]:
         seconds = curve.seconds_at(report.accuracy)
