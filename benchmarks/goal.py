@@ -79,7 +79,7 @@ def case(seed: int, number: int) -> tuple[str, pp.Scene]:
     kind = random.choices(list(kinds), list(kinds.values()))[0]
     scene = _scene(kind, random)
     scene = scene.model_copy(update={"duration": scene.duration * SHORTER.get(method, 1.0)})
-    return kind, scene.model_copy(update={"solver": scene.solver.replaced(method=method, accuracy=accuracy)})
+    return kind, scene.model_copy(update={"solver": scene.solver.with_settings(method=method, accuracy=accuracy)})
 
 
 def _scene(kind: str, random: Random) -> pp.Scene:

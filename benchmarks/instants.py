@@ -223,7 +223,7 @@ def flips(cells: int, seed: int, samples: tuple[int, ...] = (2, 3, 11, 601)) -> 
     wrong: list[str] = []
     for method, how in SETTINGS.items():
         for count in samples:
-            solver = scene.solver.replaced(samples=count, **how)
+            solver = scene.solver.with_settings(samples=count, **how)
             out = pp.sweep(scene.model_copy(update={"solver": solver}), keys, ["flip_time", "flip_time.spread"])
             answer, spread = out["flip_time"].values, out["flip_time.spread"].values
             off = np.where(np.isnan(answer) & np.isnan(exact), 0.0, np.nan_to_num(np.abs(answer - exact), nan=np.inf))

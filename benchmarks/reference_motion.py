@@ -62,7 +62,7 @@ def reference(scene: pp.Scene, doubt: float = 0.0) -> Reference:
 
 def _by_two_methods(scene: pp.Scene, tolerance: float, engine: str) -> Reference:
     """The motion by DOP853 and by RK45 of pendpin on one engine."""
-    scene, runs = scene.model_copy(update={"solver": scene.solver.replaced(engine=engine)}), []
+    scene, runs = scene.model_copy(update={"solver": scene.solver.with_settings(engine=engine)}), []
     for method in ("rk45", "dop853"):
         try:
             runs.append(pp.simulate(scene.by(method, tolerance), limit=PATIENCE).tips)

@@ -75,7 +75,7 @@ def main() -> None:
     few = slice(0, given.sample)
     known = np.array([alone(scene, *start) for start in zip(q[few], v[few], strict=True)])
     tolerance, error = coarsest_tolerance(scene, q[few], v[few], known)
-    short = scene.model_copy(update={"solver": scene.solver.replaced(tolerance=tolerance, samples=2)})
+    short = scene.model_copy(update={"solver": scene.solver.with_settings(tolerance=tolerance, samples=2)})
     cases = plan.pairs(dict(zip(KEYS, np.concatenate([q, v], 1).T, strict=True)))
     simulated = given.starts * scene.duration
 

@@ -60,7 +60,7 @@ def balance_of(scene: Scene, run: RunRecord) -> Balance | None:
 
 def _dynamics(scene: Scene, run: RunRecord) -> Dynamics:
     """The dynamics of the run, with its state."""
-    solver = scene.solver.replaced(method=run.stats.method, **_setting(run))
+    solver = scene.solver.with_settings(method=run.stats.method, **_setting(run))
     return bind(scene.model_copy(update={"solver": solver}))
 
 

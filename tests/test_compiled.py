@@ -310,7 +310,7 @@ def test_ctrl_c_in_machine_code_stops_it(monkeypatch: pytest.MonkeyPatch) -> Non
 
 
 def with_engine(scene: pp.Scene, engine: str, **others: int) -> pp.Scene:
-    return scene.model_copy(update={"solver": scene.solver.replaced(engine=engine, **others)})
+    return scene.model_copy(update={"solver": scene.solver.with_settings(engine=engine, **others)})
 
 
 # --- what stays 0 in a motion -----------------------------------------------------------------------------------------

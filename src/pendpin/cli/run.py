@@ -72,7 +72,7 @@ def run(
     refuse_outputs(chosen.files, plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     with naming_options():
-        scene.solver.replaced(**settings)
+        scene.solver.with_settings(**settings)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "anyway": anyway}
     settings |= {"every": EVERY if every is None else every}
     with resumable(checkpoint):

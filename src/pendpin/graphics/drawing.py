@@ -124,14 +124,13 @@ class Drawing:
         """The drawing with all lengths times a factor."""
         lengths = np.ones((4, 4))
         lengths[:3, 3] = factor  # of a pose
-        shapes = tuple(
-            replace(shape, size=tuple(factor * x for x in shape.size), placement=lengths * shape.placement)
-            for shape in self.shapes
+        shapes = (
+            replace(x, size=tuple(factor * s for s in x.size), placement=lengths * x.placement) for x in self.shapes
         )
         return replace(
             self,
             poses=lengths * self.poses,
-            shapes=shapes,
+            shapes=tuple(shapes),
             trail=factor * self.trail,
             velocity=None if self.velocity is None else factor * self.velocity,
             joints=tuple(j._replace(length=factor * j.length, radius=factor * j.radius) for j in self.joints),
@@ -150,10 +149,9 @@ def smooth_trail(drawing: Drawing, per_second: float, most: int) -> tuple[Array,
 
 
 def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: int) -> tuple[Array, Array]:
-    """Times (m,) and points (m, 3) along a path, from points (n, 3) and velocities (n, 3) at times t (n,).
+    """Times (m,) and points (m, 3) along a path, from points (n, 3) and velocities (n, 3) at times t (n,), s.
 
-    Between two samples it is the cubic through both points and velocities, or straight where the samples are too far
-    apart for that. It is cut into pieces that turn by TURN and last 1/per_second in s at most, but no more than `most`.
+    Cubics, straight where samples are far apart, in at most `most` pieces that turn by TURN and last 1/per_second s.
     """
     before, after, spans, steps = velocities[:-1], velocities[1:], np.diff(t)[:, None], np.diff(points, axis=0)
     turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=-1), (before * after).sum(-1))  # rad
@@ -219,11 +217,7 @@ def rows_within(run: RunRecord, first: RunRecord) -> Indices:
 
 
 def distance(run: RunRecord, first: RunRecord) -> Array:
-    """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m.
-
-    Where the first run has no sample a cubic spline through its samples gives the tip; its error falls with the fourth
-    power of the time between samples.
-    """
+    """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m; by a cubic spline between."""
     from scipy.interpolate import CubicSpline
 
     rows = rows_within(run, first)

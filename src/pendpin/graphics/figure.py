@@ -48,10 +48,7 @@ def save_plot(run: RunRecord, path: str | Path, names: tuple[str, ...] = (), com
 
 @styled()
 def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecord] = ()) -> Any:
-    """The figure of a run, or of quantities of it by name: a matplotlib Figure that needs no display.
-
-    Runs to `compare` are drawn with dashes over the first, on the same axes, and their distance from it below.
-    """
+    """The figure of a run, or of quantities of it by name; runs to `compare` dashed over it, their distance below."""
     figure = new_figure(1.0, 1.0, layout=None)  # its size and places follow from what is drawn
     runs = [run, *compare]
     if names:  # a panel for each unit
@@ -110,10 +107,7 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
 
 
 def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) -> None:
-    """Give the figure its size and its axes, of these heights in inches, their places.
-
-    matplotlib's own layout would draw everything twice.
-    """
+    """Give the figure its size, and its axes, of these heights in inches, places: matplotlib would draw it all twice."""
     beside, inner = LEFT + WIDTH + _room_for_legend(axes), max(sum(rows), LEAST * bool(paths))
     width, height = beside + (LEFT + PATH + max(0.2, _room_for_legend(paths))) * bool(paths), TOP + inner + BOTTOM
     rows, x = [row * inner / sum(rows) for row in rows], beside + LEFT
@@ -177,7 +171,8 @@ def panels_of(run: RunRecord) -> list[Panel]:
     panels += [draw_positions, draw_forces]
     if run.rod_reactions is not None:
         size = np.abs(run.rod_reactions.R3).max() * np.abs(run.tips).max()
-        panels += [draw_moments] * bool(np.abs(run.rod_reactions.M3).max() > NOTHING * size)
+        moments = partial(draw_rods, name="M3", axis="moment M3 (N m)")
+        panels += [moments] * bool(np.abs(run.rod_reactions.M3).max() > NOTHING * size)
     return panels
 
 
@@ -241,18 +236,12 @@ def draw_forces(ax: Any, run: RunRecord) -> None:
             ax.plot(run.t, run[name], label=name, color=color)
         ax.set_ylabel("reactions (N)")
     else:
-        _draw_rods(ax, run, "R3")
-        ax.set_ylabel("tension R3 (N)")
+        draw_rods(ax, run, "R3", "tension R3 (N)")
 
 
-def draw_moments(ax: Any, run: RunRecord) -> None:
-    """The moment M3 of each rod's joint about the rod."""
-    _draw_rods(ax, run, "M3")
-    ax.set_ylabel("moment M3 (N m)")
-
-
-def _draw_rods(ax: Any, run: RunRecord, name: str) -> None:
-    """A reaction of the rods that are shown."""
+def draw_rods(ax: Any, run: RunRecord, name: str, axis: str) -> None:
+    """A reaction of the rods that are shown: their tension R3, or the moment M3 of each joint about its rod."""
+    ax.set_ylabel(axis)
     values = getattr(run.reactions(), name)
     for color, style, rod in zip(COLORS, STYLES, rods_shown(run), strict=False):
         label = f"rod {rod + 1}" if _count(run) > 1 else name

@@ -51,6 +51,10 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
     poses = kinematics.poses(model, trajectory.q) if as_rods else kinematics.joint_poses(model, trajectory.q)
     wrench = trajectory.wrench[:, joints if as_rods else slice(None)]
     forces, moments = ((poses[..., :3, :3] @ wrench[..., part, None])[..., 0] for part in (slice(3), slice(3, 6)))
+    # the velocity of the last tip, (n, 3) m/s, by a central difference along the rates
+    step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
+    sides = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))
+    after, before = (tips[:, -1] for tips in sides)
     poses = np.pad(poses, ((0, 0), (0, 1), (0, 0), (0, 0)))
     poses[:, -1] = np.eye(4)
     poses[..., :3, 3] += position[:, None]
@@ -62,7 +66,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
         trail=trajectory.tips[:, -1] + position,
         extent=extent,
         leaves=leaves,
-        velocity=_tip_velocity(model, trajectory) + velocity,
+        velocity=(after - before) / (2 * step) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         moments=np.pad(moments, ((0, 0), (0, 1), (0, 0))),
         quantities=quantities_of(trajectory),
@@ -70,10 +74,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
         joints=tuple(_joints(model, joints, extent)),
         support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
         label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
-        notes=(
-            *ignored(model.written or (), scene.effects),  # limits among them, which a motion may be seen to pass
-            *left_out(trajectory),
-        ),
+        notes=(*ignored(model.written or (), scene.effects), *left_out(trajectory)),  # limits too, which may be passed
     )
 
 
@@ -118,14 +119,6 @@ def _shapes(scene: Scene, model: Model, extent: float, q: Array) -> tuple[list[i
     return [body.joint for body in model.bodies], (*rod_shapes(model, extent, payloads), *brackets)
 
 
-def _tip_velocity(model: Model, trajectory: RunRecord) -> Array:
-    """The velocity of the last tip, (n, 3) m/s, by a central difference along the rates."""
-    step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
-    ends = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))
-    after, before = (tips[:, -1] for tips in ends)
-    return (after - before) / (2 * step)
-
-
 def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joint]:
     """The joints of rods; of a tree without any, all joints. `rods` are the joints of the bodies drawn, None for all."""
     bodies, parents = list(range(len(model.joints))) if rods is None else rods, model.tree.parents
@@ -155,9 +148,8 @@ def quantities_of(run: RunRecord) -> tuple[Quantity, ...]:
 def left_out(run: RunRecord) -> tuple[str, ...]:
     """A note that a page does not offer every quantity of a long chain."""
     count = len(run.names) - 1  # without t
-    if count <= MOST_QUANTITIES:
-        return ()
-    return (f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any",)
+    note = f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any"
+    return (note,) if count > MOST_QUANTITIES else ()
 
 
 def _is_shown(run: RunRecord, name: str) -> bool:

@@ -173,10 +173,9 @@ def serve(
     duration: float | None = None,
     open_browser: bool = False,
 ) -> None:
-    """Show a drawing live at http://127.0.0.1:port/ until Ctrl-C, or for `duration` s.
+    """Show a drawing live at http://127.0.0.1:port/, to this machine alone, until Ctrl-C, or for `duration` s.
 
-    Only this machine can reach it. Port 0 means any free one. `ready` is called with the address once it answers; every
-    browser that opens it sees the whole motion. Raises InputError where the port is taken or not allowed.
+    Port 0 means any free one; `ready` gets the address once it answers. Raises InputError for a port that is taken.
     """
     content = page(drawing, report, live=True).encode(errors="replace")
     end = None if duration is None else time.monotonic() + duration
@@ -275,12 +274,16 @@ def show(run: RunRecord, viewer: Any) -> Any:
 
 def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     """As an animation of meshcat: the solids of the run, and their poses over time."""
+
+    def name_of(body: int) -> str:
+        return "world" if body < 0 else f"body_{body}"
+
     animation = optional("meshcat.animation", "show", "meshcat")
     drawing = drawing_of(run)
     group = viewer[GROUP]
     group.delete()
     for place, shape in enumerate(drawing.shapes):
-        node = _body(group, shape.body)[f"shape_{place}"]
+        node = group[name_of(shape.body)][f"shape_{place}"]
         node.set_object(*_object(shape))
         node.set_transform(placed(shape))
     farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
@@ -291,13 +294,9 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     for row in pick(drawing.t, PAGE_RATE / 2, KEYS):
         with film.at_frame(viewer, round(float(drawing.t[row] - drawing.t[0]) * PAGE_RATE)) as frame:
             for body in {shape.body for shape in drawing.shapes if shape.body >= 0}:
-                _body(frame[GROUP], body).set_transform(drawing.poses[row, body])
+                frame[GROUP][name_of(body)].set_transform(drawing.poses[row, body])
     viewer.set_animation(film, play=True, repetitions=1)
     return viewer
-
-
-def _body(group: Any, body: int) -> Any:
-    return group["world" if body < 0 else f"body_{body}"]
 
 
 def _object(shape: Any) -> tuple[Any, Any]:

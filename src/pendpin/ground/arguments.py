@@ -85,9 +85,8 @@ def parsed(text: str) -> KeyPath:
         part = _PART.match(text, place)
         dotted = part is not None and text[place] == "."
         if part is None or dotted != (bool(parts) and part[1] is None) or (part[1] and not parts):
-            raise InputError(
-                f'{shown(text)} is not a key path, such as model.rods[0].mass or start.positions."left hip"'
-            )
+            example = 'model.rods[0].mass or start.positions."left hip"'
+            raise InputError(f"{shown(text)} is not a key path, such as {example}")
         index, plain, quoted = part.groups()
         try:
             parts.append(int(index) if index else plain or ast.literal_eval(quoted))

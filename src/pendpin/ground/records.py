@@ -16,9 +16,8 @@ MOST_PATHS = 3  # of further faults
 MOST_SHOWN = 60  # letters of a name in a message
 LARGEST = 1e150  # of any number in a scene or a run: its square stays within doubles
 LARGEST_SIZE = 1e100  # of a length, mass or inertia, and 1 over the least inertia: their products stay within doubles
-Number = Annotated[  # an int or float; never text or a bool
-    float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)
-]
+# an int or float; never text or a bool
+Number = Annotated[float, Strict(), AllowInfNan(False), Field(ge=-LARGEST, le=LARGEST)]
 Positive = Annotated[Number, Field(gt=0)]
 NotNegative = Annotated[Number, Field(ge=0)]
 Vector = tuple[Number, Number, Number]
@@ -212,7 +211,7 @@ def _reason(fault: Any, record: type) -> str:
             return f"unknown key{nearest_or_all(name, tuple(fields))}"
         case "float_type" if isinstance(fault["input"], str) and _DEGREES.search(fault["input"]):
             return f'{value} is not a number; for numbers in degrees write unit = "degrees" in [start]'
-        case "tuple_type" if _is_vector(record, fault["loc"]):
+        case "tuple_type" if _holds_vector(record, fault["loc"]):
             return f"{value} is not a list of 3 numbers"
         case "tuple_type" if isinstance(fault["input"], dict):
             return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
@@ -226,10 +225,10 @@ def _reason(fault: Any, record: type) -> str:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
 
 
-def _is_vector(record: type, loc: Sequence[str | int]) -> bool:
+def _holds_vector(record: type, loc: Sequence[str | int]) -> bool:
     *place, name = loc or ("",)
-    fields = [r.model_fields[name] for r in _records_at(record, place) if name in r.model_fields]
-    return any(field.annotation in (Vector, Vector | None) for field in fields)
+    kinds = [r.model_fields[name].annotation for r in _records_at(record, place) if name in r.model_fields]
+    return any(kind in (Vector, Vector | None) for kind in kinds)
 
 
 def _records_at(record: type, loc: Sequence[str | int]) -> list[type[BaseModel]]:

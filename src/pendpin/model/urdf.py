@@ -71,9 +71,7 @@ class Urdf(NamedTuple):
     findings: tuple[str, ...]  # what is implausible, and computed as written
     notes: tuple[str, ...]  # what the file says and pendpin leaves out, for the user to know
     written: tuple[WrittenJoint, ...]  # what it says of the joints that move
-    drawn: dict[
-        str, tuple[Array, float]
-    ]  # the ends (2, 3) m and the radius of the longest rod that a link is drawn with
+    drawn: dict[str, tuple[Array, float]]  # of a link's longest drawn rod: ends (2, 3) m, radius
     unit: float  # kg, of the masses in the text
 
 
@@ -84,11 +82,7 @@ def content(model: UrdfModel) -> bytes:
 
 
 def read_urdf(model: UrdfModel) -> Urdf:
-    """Read and check the URDF of a model, its locked joints made fixed ones.
-
-    Raises InputError: file, place and reason in one line. What is implausible, but leaves equations that can be solved,
-    is a finding.
-    """
+    """Read and check the URDF of a model, locked joints made fixed. InputError; what is implausible is a finding."""
     with inside(place_of(model.file)):
         robot = parse(content(model))
         links, joints = _named(robot, "link"), _named(robot, "joint")
@@ -101,7 +95,12 @@ def read_urdf(model: UrdfModel) -> Urdf:
         rods = {name: _read_drawing(f"link {shown(name)}", link) for name, link in links.items()}
         inertias = {name: _read_inertia(f"link {shown(name)}", link) for name, link in links.items()}
         written = {name: _read_joint(name, joint, links) for name, joint in joints.items()}
-        massless = _massless_joints(_check_tree(links, joints), links, joints)
+        above, carrying, moves = _check_tree(links, joints), set[str](), _moving(joints)
+        for at in (name for name, link in links.items() if has_inertia(link)):
+            while at in above and above[at][0] not in carrying:
+                joint, at = above[at]
+                carrying.add(joint)
+        massless = [name for name in moves if name not in carrying] if carrying.intersection(moves) else []
         notes = _freeze_joints(joints, dict.fromkeys(massless, 0.0) | model.lock, model.mimic)
         moving = tuple(written[name] for name in _moving(joints))
         if not moving:
@@ -123,11 +122,8 @@ def read_urdf(model: UrdfModel) -> Urdf:
         names = [mesh.get("filename", "") for link in links.values() for mesh in link.iterfind("visual/geometry/mesh")]
         lost = [name for name in dict.fromkeys(names) if mesh_file(model.file.parent, name) is None]
         if lost:
-            which = (
-                f"mesh {shown(lost[0])} is"
-                if len(lost) == 1
-                else f"{len(lost)} meshes, {shown(lost[0])} the first, are"
-            )
+            many = f"{len(lost)} meshes, {shown(lost[0])} the first, are"
+            which = f"mesh {shown(lost[0])} is" if len(lost) == 1 else many
             notes.append(f"{which} not found and will not be drawn")
         unit = mass_unit([mass for mass, _ in inertias.values()], [abs(x).max() for _, x in inertias.values()])
         for part in (part for link in links.values() for part in _inertial_parts(link) if unit != 1.0):
@@ -216,10 +212,6 @@ def _numbers(
     return tuple(values)
 
 
-def _number(where: str, element: Element, key: str) -> float:
-    return _numbers(where, element, key, 1)[0]
-
-
 def put(element: Element, key: str, values: Iterable[float]) -> None:
     """Write numbers into an element, every digit of them."""
     element.set(key, " ".join(repr(float(value)) for value in values))
@@ -245,9 +237,7 @@ def _plain(links: Mapping[str, Element], joints: Mapping[str, Element]) -> str:
 def _slips(where: str, element: Element) -> Iterator[str]:
     """The unknown names in an element that are a slip away from a name of URDF; those of extensions are not."""
 
-    def nearest(
-        name: str, known: Iterable[str]
-    ) -> str:  # a longer name is another one, such as gear_velocity of a vendor
+    def nearest(name: str, known: Iterable[str]) -> str:  # a longer name is another one: gear_velocity of a vendor
         return did_you_mean(name, (word for word in known if abs(len(word) - len(name)) < 2))
 
     children, keys = (names.split() for names in _KNOWN.get(element.tag, ("", "")))
@@ -279,9 +269,7 @@ def _check_color(where: str, material: Element | None) -> None:
 
 
 def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
-    """The ends (2, 3) m, in the link's frame, and the radius of the longest cylinder, capsule or box that a link is drawn
-    with; a box has the radius 0. None where no such shape is longer than wide.
-    """
+    """The ends (2, 3) m, in the link's frame, and radius of its longest drawn cylinder, capsule or box; None without."""
     rods = []
     for visual in link.findall("visual"):
         xyz, rpy = _origin(f"{where}: visual", visual)
@@ -327,7 +315,7 @@ def _read_inertia(where: str, link: Element) -> tuple[float, Array]:
     if inertial is None:
         return 0.0, np.zeros((3, 3))
     _origin(where, inertial)
-    mass = _number(where, _needed(where, inertial, "mass"), "value")
+    mass = _numbers(where, _needed(where, inertial, "mass"), "value", 1)[0]
     if mass < 0:
         raise InputError(f"{where}: mass {mass:g} kg is negative")
     if 0 < mass < LEAST_MASS:
@@ -335,7 +323,7 @@ def _read_inertia(where: str, link: Element) -> tuple[float, Array]:
             f"{where}: mass {mass:g} kg is too small to compute with; the least is {LEAST_MASS:g} kg, or 0"
         )
     values = _needed(where, inertial, "inertia")
-    xx, xy, xz, yy, yz, zz = (_number(where, values, key) for key in _MOMENTS)
+    xx, xy, xz, yy, yz, zz = (_numbers(where, values, key, 1)[0] for key in _MOMENTS)
     return mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])
 
 
@@ -371,9 +359,7 @@ def _moving(joints: Mapping[str, Element]) -> list[str]:
 
 
 def _read_joint(name: str, joint: Element, links: Mapping[str, Element]) -> WrittenJoint:
-    """What a joint says of its bearing and limits. Continuous joints become revolute ones, so that every joint has one
-    plain angle; axes get unit length.
-    """
+    """What a joint says of its bearing and limits. Continuous ones become revolute: plain angles; axes get unit length."""
     where, kind = f"joint {shown(name)}", joint.get("type", "")
     if kind not in JOINT_TYPES:
         hint = " (write a universal joint as two revolute joints)" if kind in {"universal", "spherical"} else ""
@@ -408,7 +394,7 @@ def _read_joint(name: str, joint: Element, links: Mapping[str, Element]) -> Writ
     if limit is None:
         raise InputError(f"{where}: a {kind} joint needs <limit lower upper effort velocity>")
     for key in ("effort", "velocity"):
-        if _number(where, limit, key) < 0:
+        if _numbers(where, limit, key, 1)[0] < 0:
             raise InputError(f"{where}: limit {key} is negative")
     ((lower,), (upper,)) = (_numbers(where, limit, key, 1, (0.0,)) for key in ("lower", "upper"))
     if lower > upper:
@@ -456,35 +442,13 @@ def _check_tree(links: Mapping[str, Element], joints: Mapping[str, Element]) -> 
     return above
 
 
-def _massless_joints(
-    above: Mapping[str, tuple[str, str]], links: Mapping[str, Element], joints: Mapping[str, Element]
-) -> list[str]:
-    """The moving joints beyond which no link has a mass or an inertia; none where that is true of all of them."""
-    carrying = set[str]()
-    for at in (name for name, link in links.items() if has_inertia(link)):
-        while at in above and above[at][0] not in carrying:
-            joint, at = above[at]
-            carrying.add(joint)
-    moving = _moving(joints)
-    massless = [name for name in moving if name not in carrying]
-    return massless if len(massless) < len(moving) else []
-
-
-class _Mimic(NamedTuple):
-    """A joint whose position should follow another's: multiplier times that, plus offset (rad, or m for slides)."""
-
-    joint: str
-    multiplier: float
-    offset: float
+Mimic = tuple[str, float, float]  # the joint to be followed: a multiplier times its position, plus an offset
 
 
 def _freeze_joints(joints: Mapping[str, Element], lock: Mapping[str, float], mimic: str) -> list[str]:
-    """Make locked joints fixed ones at their positions (rad, or m for slides); a note on what mimics another.
-
-    Not by pin.buildReducedModel: the text that other engines are given has them fixed too. Raises InputError for a joint
-    that does not exist or cannot move, and for a broken <mimic>.
-    """
-    moving, mimics, frozen = _moving(joints), dict[str, _Mimic](), dict(lock)
+    """Make locked joints fixed ones at their positions (rad, or m for slides); a note on what mimics another."""
+    # Not by pin.buildReducedModel: the text that other engines are given has them fixed too.
+    moving, mimics, frozen = _moving(joints), dict[str, Mimic](), dict(lock)
     for name in lock:
         if name not in moving:
             raise InputError(f"model.lock: joint {not_one_of(name, moving)}")
@@ -497,11 +461,9 @@ def _freeze_joints(joints: Mapping[str, Element], lock: Mapping[str, float], mim
         (multiplier,), (offset,) = (
             _numbers(where, element, key, 1, (default,)) for key, default in (("multiplier", 1.0), ("offset", 0.0))
         )
-        mimics[name] = _Mimic(element.get("joint", ""), multiplier, offset)
-    pairs = {}
-    for name, (master, *_) in mimics.items():
-        if name not in lock:
-            pairs[name] = f"{shown(name)} mimics {shown(master)}{'' if master in joints else ' (no joint)'}"
+        mimics[name] = element.get("joint", ""), multiplier, offset
+    follows = {name: shown(master) + " (no joint)" * (master not in joints) for name, (master, *_) in mimics.items()}
+    pairs = {name: f"{shown(name)} mimics {master}" for name, master in follows.items() if name not in lock}
     if mimic == "locked":
         frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen
         pairs = {name: f"{pair} and is locked at {frozen[name]:g}" for name, pair in pairs.items()}
@@ -519,7 +481,7 @@ def _freeze_joints(joints: Mapping[str, Element], lock: Mapping[str, float], mim
     return [note]
 
 
-def _followed(name: str, mimics: Mapping[str, _Mimic], lock: Mapping[str, float]) -> float:
+def _followed(name: str, mimics: Mapping[str, Mimic], lock: Mapping[str, float]) -> float:
     """Where a mimic joint stands: where the joint that it follows is locked, or at its zero. Raises InputError."""
     path, slope, position = [name], 1.0, 0.0
     while path[-1] in mimics and path[-1] not in lock:

@@ -56,7 +56,7 @@ def varied(
     fields: dict[str, Any] = {} if duration is None else {"duration": duration}
     settings = solver | {"samples": samples, "times": rising}
     if any(value is not None for value in settings.values()):
-        fields["solver"] = chosen.solver.replaced(**settings)
+        fields["solver"] = chosen.solver.with_settings(**settings)
     return chosen.replace(**fields) if fields else chosen
 
 

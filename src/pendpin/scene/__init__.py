@@ -2,10 +2,20 @@
 
 May import: effects, equations and the ground.
 To add a kind of model: a record in models.py, and the function that builds it in model/build.py. To add a setting of the
-integration: a field in solver.py; a method: a record in methods.py.
+integration: a field of Solver in methods.py; a method: a record there.
 """
 
-from pendpin.scene.methods import METHODS, Form, Method, add_method, event_methods, fixed_methods, method_of
+from pendpin.scene.methods import (
+    METHODS,
+    Form,
+    Method,
+    Solver,
+    add_method,
+    event_methods,
+    fixed_methods,
+    least_tolerance,
+    method_of,
+)
 from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
 from pendpin.scene.scene import (
     Data,
@@ -19,4 +29,3 @@ from pendpin.scene.scene import (
     unit_of_key,
     urdf_folder,
 )
-from pendpin.scene.solver import Solver, least_tolerance

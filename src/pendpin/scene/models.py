@@ -30,9 +30,8 @@ MODEL_FILES = (".urdf", ".xacro", ".xml", ".mjcf")  # the last three are refused
 
 FARTHEST = 1e9  # rad, or m: positions of joints
 Position = Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
+Place = Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)]
 Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
-
-
 OTHER_JOINTS = {  # what is asked for and not offered, with what serves
     "revolute": 'a revolute joint is called "hinge"',
     "continuous": 'a continuous joint is called "hinge"',
@@ -60,9 +59,7 @@ class Rod(Record):
     length: Annotated[Positive, Field(le=LARGEST_SIZE)] = Field(description="m, from the joint to the tip")
     mass: Size = Field(description="kg, without the payload")
     radius: Size = Field(0.0, description="m; 0 is a thin rod")
-    com: Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)] | None = Field(
-        None, description="centre of mass from the joint along the rod, m; length/2 if absent"
-    )
+    com: Place | None = Field(None, description="centre of mass from the joint along the rod, m; length/2 if absent")
     inertia: tuple[Size, Size, Size] | None = Field(
         None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
     )
@@ -232,9 +229,8 @@ class Chain(Record):
             if rod.at is not None and parent < 0:
                 raise ValueError(f"{where}: this rod hangs on the world; at is measured along another rod")
             if rod.at is not None and rod.at > lengths[parent]:
-                raise ValueError(
-                    f"{where}: {rod.at:g} m is beyond the tip of rod_{parent + 1}, at {lengths[parent]:g} m"
-                )
+                tip = f"the tip of rod_{parent + 1}, at {lengths[parent]:g} m"
+                raise ValueError(f"{where}: {rod.at:g} m is beyond {tip}")
         return self
 
 

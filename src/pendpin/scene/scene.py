@@ -16,9 +16,8 @@ from pendpin.ground.arguments import parsed, places_of
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of, path_of, write_whole
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
-from pendpin.scene.methods import fixed_methods
+from pendpin.scene.methods import MAX_SAMPLES, Solver, fixed_methods
 from pendpin.scene.models import AnyModel, UrdfModel
-from pendpin.scene.solver import MAX_SAMPLES, Solver
 from pendpin.scene.toml import example_names, read_toml, scene_data
 
 Values = Annotated[
@@ -138,7 +137,7 @@ class Scene(Record):
             if first not in Scene.model_fields and (places := places_of(first, self.model_dump())):
                 others = f" (or {len(places) - 1} more of that name)" * (len(places) > 1)
                 raise InputError(f"{path}: unknown key; did you mean {written((*places[0], *rest))}{others}?")
-            before = data.get(first, default_of(self, first))
+            before = data.get(first, getattr(self, first) if first in Scene.model_fields else None)
             data[first] = changed(before, tuple(rest), value, (first,)) if first in Scene.model_fields else value
         return type(self)(**data)
 
@@ -175,8 +174,8 @@ class Scene(Record):
         return self.with_solver(method=method, **{"step" if method in fixed_methods() else "tolerance": setting})
 
     def with_solver(self, **settings: Any) -> Self:
-        """The scene with other settings of its solver, as `Solver.replaced`."""
-        return self.model_copy(update={"solver": self.solver.replaced(**settings)})
+        """The scene with other settings of its solver (Solver.with_settings)."""
+        return self.model_copy(update={"solver": self.solver.with_settings(**settings)})
 
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:
@@ -236,7 +235,7 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
     here = (*place, key)
     if isinstance(value, Record):
         if key in type(value).model_fields:
-            new = changed(default_of(value, key), rest, new, here)
+            new = changed(getattr(value, str(key)), rest, new, here)
         fields = value.given() | {_name(key, place): new}
         if not isinstance(value, Effect) or has_kind(value):
             return fields
@@ -253,11 +252,6 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         return {key: changed(None, rest, new, here)}
     why = "nothing is given there" if value is None else f"{value!r} has no parts"
     raise InputError(f"{written(here)}: {written(place)}: {why}; set {written(place)} as a whole")
-
-
-def default_of(record: Record, name: Any) -> Any:
-    """The value of a field, given or not; None where there is no such field."""
-    return getattr(record, name) if name in type(record).model_fields else None
 
 
 def _name(key: str | int, place: KeyPath) -> str:

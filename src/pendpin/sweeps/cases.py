@@ -210,7 +210,7 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
                 setting = {"step": 2 * solver.step}
             else:
                 setting = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
-            other = scene.model_copy(update={"solver": solver.replaced(**setting)})
+            other = scene.model_copy(update={"solver": solver.with_settings(**setting)})
             looser = run_to_setting(other, progress=progress)
         return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
     except Interrupted:

@@ -48,9 +48,7 @@ def columns(run: Any) -> dict[str, Place]:
             places[f"{key} (joint)" if taken else key] = (part, (..., j))
     reactions = run.rod_reactions
     rods, names = (0, ()) if reactions is None else (reactions.R1.shape[1], reactions._fields)
-    of_rods: list[tuple[str, str, Any]] = [
-        (name, name, ()) for name in names
-    ]  # without the rod: name, array, index behind it
+    of_rods: list[tuple[str, str, Any]] = [(name, name, ()) for name in names]  # name, array, index behind the rod
     if is_chain(run):
         of_rods += [("tension", "R3", ()), *((f"omega{k + 1}", "omega", (k,)) for k in range(3))]
     absent = [absent_moments(run, i) for i in range(rods)]
@@ -125,9 +123,7 @@ def _is_drift(name: Any) -> bool:
 def place_of(run: Any, name: str) -> Place:
     """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
     places = run.places
-    if (
-        str(name).startswith("effort_") and name not in places
-    ):  # of each kind of effect, on each joint; none of a record
+    if str(name).startswith("effort_") and name not in places:  # of each kind of effect and joint; none of a record
         kinds = getattr(run, "computed_efforts", ())
         places = {f"effort_{k}_{joint}": (EFFORTS, (k, j)) for k in kinds for j, joint in enumerate(run.joints)}
     tips = run.tips.shape[1]
@@ -140,16 +136,11 @@ def place_of(run: Any, name: str) -> Place:
 
 
 def column(run: Any, name: Any) -> Array:
-    """One quantity of a run by its name, (n,). Raises InputError that says which name was probably meant.
-
-    Beside the columns energy_drift, the change of the energy over the energy exchanged at the end, and effort_ of each kind
-    of effect and joint.
-    """
+    """One quantity of a run by its name, (n,); energy_drift and effort_ of each kind of effect and joint too. InputError."""
     if _is_drift(name):
         if not run.stats.conservative:
-            raise InputError(
-                "energy_drift: an effect of this run has no potential; work_ of each effect explains its energy"
-            )
+            why = "an effect of this run has no potential; work_ of each effect explains its energy"
+            raise InputError(f"energy_drift: {why}")
         energy = run.energy()
         return (energy.total - energy.total[:1]) / energy.exchanged[-1:]
     part, index = place_of(run, name)

@@ -17,10 +17,7 @@ ROUNDING = 1e-9  # of a potential energy or work: a motion that exchanges less i
 
 
 def exchanged(kinetic: Array, *others: Array) -> Array:
-    """The energy exchanged up to each sample, (n,) in J; the scale of every energy error.
-
-    The largest kinetic energy, or the range of the potential energy or of a work (n,) if that is larger.
-    """
+    """The energy exchanged up to each sample, (n,) in J: the largest kinetic, or range of a potential or work if larger."""
     so_far, least = np.maximum.accumulate, np.full_like(kinetic, TINY)
     ranges = [np.maximum(so_far(x) + so_far(-x), ROUNDING * so_far(np.abs(x))) for x in others]
     return np.maximum.reduce([least, so_far(kinetic), *ranges])
@@ -190,9 +187,8 @@ def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
     """The arrays of a file that hold events; none where there are none."""
-    return {
-        f"event_{name}": np.array(part) for name, part in zip(Event._fields, zip(*events, strict=True), strict=False)
-    }
+    parts = zip(Event._fields, zip(*events, strict=True), strict=False)
+    return {f"event_{name}": np.array(part) for name, part in parts}
 
 
 def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[Event, ...]:

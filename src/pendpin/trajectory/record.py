@@ -45,9 +45,7 @@ class Derived(NamedTuple):
     kinetic: Array  # (n,)
     potential: Array  # (n,)
     tips: Array  # (n, rods, 3), world frame W
-    rod_reactions: (
-        AnyReactions | Callable[[], AnyReactions | None] | None
-    )  # None without universal joints; may be computed late
+    rod_reactions: AnyReactions | Callable[[], AnyReactions | None] | None  # None without universal joints; may be late
 
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, Array]) -> "Derived":
@@ -293,12 +291,11 @@ Kind = TypeVar("Kind", bound=RunRecord)
 
 def model_in_words(run: RunRecord) -> str:
     """The number of rods, or a URDF by its name."""
-    model = run.scene.get("model") or {}
+    model, bodies, joints = run.scene.get("model") or {}, run.tips.shape[1], len(run.joints)
     if model.get("kind") == "chain":
-        bodies = run.tips.shape[1]
         return f"{bodies} rod{'s' * (bodies > 1)}"
     name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rpartition("/")[2]
-    return f"{name[:40] or 'a tree'}, {len(run.joints)} joints"
+    return f"{name[:40] or 'a tree'}, {joints} joint{'s' * (joints != 1)}"
 
 
 def with_samples(run: Kind) -> Kind:

@@ -58,7 +58,7 @@ class NotMet(RunError):
 def run_to_accuracy(scene: Scene, energy_balance: bool, progress: ProgressCallback, deadline: Deadline) -> RunRecord:
     """The motion of a scene to the accuracy of its solver."""
     if scene.duration and (scene.solver.accuracy or 0.0) < EPS:
-        alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.replaced(samples=1)})
+        alone = scene.model_copy(update={"duration": 0.0, "solver": scene.solver.with_settings(samples=1)})
         raise RunError(
             f"accuracy {scene.solver.accuracy:g} is not met: it is finer than numbers of 64 bits, which are rounded to "
             f"{EPS:.1g} of themselves",
