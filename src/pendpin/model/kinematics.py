@@ -142,6 +142,8 @@ def scale(model: Model) -> float:
 
 def marks_at(model: Model, q: Array) -> Array:
     """The marks of states q (n, nv), (n, bodies, 3) m in W."""
+    if model.chain is not None:
+        return kinematics.positions(model.chain, split_by_rod(q)).tips * SIGNS
     return marks(model, tips(model, poses(model, q)), q)
 
 

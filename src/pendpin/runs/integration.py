@@ -189,7 +189,7 @@ class SmoothLoop(IntegrationLoop):
 
         def shift(name: str, x: Array) -> Array:
             largest[name] = np.maximum(largest.get(name, 0.0), np.abs(x))
-            return x + shifts.size * largest[name] * np.where(x < 0, -1.0, 1.0) * (done.n > 1)
+            return x if done.n == 1 else x + np.copysign(shifts.size * largest[name], x)
 
         memory = self.integrator.shift_memory(last.memory, partial(shift, "memory"))
         most = min(last.most, shifts.samples)

@@ -218,7 +218,8 @@ def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: floa
     over one step in s.
     """
     (t, q, v), (q0, v0), contacts = states, runs.start, runs.dynamics.contacts
-    rounded, exact = (complete(runs.dynamics, t, q * (1 + x * EPS), v * (1 - x * EPS))[0] for x in (1, 0))
+    both = np.concatenate([q * (1 + EPS), q]), np.concatenate([v * (1 - EPS), v])
+    rounded, exact = np.split(complete(runs.dynamics, np.tile(t, 2), *both)[0], 2)
     dq, dv = EPS * np.abs(q).max(0), EPS * np.abs(v).max(0) + step * np.abs(rounded - exact).max(0)
     ahead, aside = _draw_directions(len(q0))  # times the signs of the motion, with which they are mirrored
     ahead = np.where(q0 == 0, ahead * np.where(v0 < 0, -1.0, 1.0), np.sign(q0))
