@@ -113,8 +113,10 @@ class Binding:
         complete = self.complete
 
         def exert(t: Any, motion: Motion) -> tuple[Array, Array]:
-            parts = [function(t, motion) for function in wrenches]
-            return parts[0] if len(parts) == 1 else tuple(sum(x, np.zeros(3)) for x in zip(*parts, strict=True))
+            forces, moments = zip(*(function(t, motion) for function in wrenches), strict=True)
+            if len(wrenches) == 1:
+                return forces[0], moments[0]
+            return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
 
         def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
             return exert(t, complete(t, motion))

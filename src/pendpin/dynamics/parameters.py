@@ -101,7 +101,7 @@ class Parameters(Numbers):
 
     def input(self, *place: int) -> Any:
         """An input of the tape, or of each rod one in the first or second half; its place is not part of the structure."""
-        return 0.0 if self._tape is None else self._tape.leaf("input", *place, by_rod=len(place) > 1)
+        return 0.0 if self._tape is None else self._tape.term("input", *place, by_rod=len(place) > 1)
 
     def effect(self, effect: AnEffect) -> AnEffect:
         """The effect with parameters; its kind, and fields that are not numbers, belong to the structure."""

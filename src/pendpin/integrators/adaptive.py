@@ -324,8 +324,8 @@ def cyrk() -> Any:
     if find_spec("CyRK") is None:
         return None
     installed, reason = version("CyRK"), "this processor has no AVX2"
-    features = llvm.processor().features.split(b",")
-    if b"-avx2" not in features:  # which CyRK for x86 needs; others have no such feature to lack
+    *_, features = llvm.processor()
+    if b"-avx2" not in features.split(b","):  # which CyRK for x86 needs; others have no such feature to lack
         reason = f"pendpin uses CyRK {SERIES}x: pip install 'CyRK=={SERIES}*'"
         with suppress(OSError, AttributeError, ValueError):
             if installed.startswith(SERIES):

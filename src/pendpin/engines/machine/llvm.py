@@ -14,7 +14,7 @@ from ctypes import POINTER, byref, c_bool, c_char_p, c_int, c_uint64, c_void_p
 from functools import cache, partial
 from importlib.util import find_spec
 from threading import Lock
-from typing import Any, NamedTuple
+from typing import Any
 
 from pendpin.engines.machine.routines import DECLARED, MANY, STEPS, TRIGONOMETRY, trigonometry_code
 from pendpin.errors import MissingLibrary, say_note
@@ -74,18 +74,9 @@ def _api() -> Any:
     return c_functions("llvmlite", "binding/*llvmlite.*", names)
 
 
-class Processor(NamedTuple):
-    """What LLVM compiles for."""
-
-    target: int
-    triple: bytes
-    name: bytes
-    features: bytes  # as +avx2, -sse4a
-
-
 @cache
-def processor() -> Processor:
-    """This processor."""
+def processor() -> tuple[int, bytes, bytes, bytes]:
+    """This processor, for which LLVM compiles: the target, its triple, name and features (as +avx2, -sse4a)."""
     api, texts = _api(), []
     api.InitializeNativeTarget()
     api.InitializeNativeAsmPrinter()
@@ -97,7 +88,7 @@ def processor() -> Processor:
     triple, name, features = texts
     if os.name == "nt":
         triple += b"-elf"  # the only format that is linked in memory
-    return Processor(api.GetTargetFromTriple(triple, byref(c_char_p())), triple, name, features)
+    return api.GetTargetFromTriple(triple, byref(c_char_p())), triple, name, features
 
 
 class Library:
@@ -138,17 +129,14 @@ Rate = ctypes.CFUNCTYPE(None, c_void_p, ctypes.c_double, c_void_p, c_void_p, c_v
 # The first argument is the address of the function; the others are those of the routine.
 Many = ctypes.CFUNCTYPE(None, c_void_p, ctypes.c_int64, *[c_void_p] * 5)
 Steps = ctypes.CFUNCTYPE(None, c_void_p, c_void_p, ctypes.c_double, ctypes.c_double, ctypes.c_int64, c_void_p, c_void_p)
-_lock = Lock()
+_lock, _libraries = Lock(), dict[str, Library]()
 
 
 class Code:
-    """A function, compiled from its text with so many operations.
-
-    `call` is for Python, `address` for compiled integrators.
-    """
+    """A function, compiled from its text with so many operations: `call` for Python, `address` for compiled integrators."""
 
     def __init__(self, text: str, operations: int) -> None:
-        _routines("many")  # what the text may call
+        _routine("many")  # what the text may call
         self._library = Library(text, OPTIMISATION if operations <= LONG else 0)
         self.address = self._library.address("rate")
         self.call = Rate(self.address)
@@ -156,24 +144,20 @@ class Code:
     @property
     def steps(self) -> Callable[..., None]:
         """The steps of rk4 on this function: y, t, h, steps, block, work (5 size); its directions stay unit vectors."""
-        return partial(Steps(_routines("steps").address("steps")), self.address)
+        return partial(Steps(_routine("steps")), self.address)
 
     @property
     def many(self) -> Callable[..., None]:
         """The function at many states: n, t (n,), y (n, size), block, dy (n, size), more (n, further results)."""
-        return partial(Many(_routines("many").address("many")), self.address)
+        return partial(Many(_routine("many")), self.address)
 
 
-def _routines(name: str) -> Library:
-    """A library that lives as long as the process; if two were made, code that calls the first would lose it."""
+def _routine(name: str) -> int:
+    """The address of a routine. Its library lives as long as the process: if two were made, code would lose the first."""
     with _lock:
-        return _compiled_routines(name)
-
-
-@cache
-def _compiled_routines(name: str) -> Library:
-    if name == "steps":
-        return Library(STEPS, OPTIMISATION)
-    library = Library(DECLARED + trigonometry_code() + MANY, OPTIMISATION)
-    library._api.AddSymbol(TRIGONOMETRY.encode(), library.address(TRIGONOMETRY))  # so that all code can call it
-    return library
+        if name not in _libraries:
+            text = STEPS if name == "steps" else DECLARED + trigonometry_code() + MANY
+            library = _libraries[name] = Library(text, OPTIMISATION)
+            if name == "many":  # all code can call its sines and cosines
+                library._api.AddSymbol(TRIGONOMETRY.encode(), library.address(TRIGONOMETRY))
+        return _libraries[name].address(name)

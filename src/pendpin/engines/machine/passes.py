@@ -75,12 +75,12 @@ def _record(tape: Tape, is_inward: bool, body: Body, first: Any, second: Any) ->
         arriving = list(start)
         for i, cell in enumerate(classes):
             if cell is not None:
-                arriving[i] = tape.leaf("carried", number, cell, by_rod=True)
+                arriving[i] = tape.term("carried", number, cell, by_rod=True)
         passed = _entries(body(_rebuilt(first, arriving)))
     cells = {cell: Cell(*map(tape.placed, pair)) for cell, *pair in zip(classes, start, passed, strict=True)}
     tape.passes[number] = Pass(is_inward, [cells[cell] for cell in range(len(numbers))])
     ends = zip(classes, start, strict=True)
-    return _rebuilt(first, [x if cell is None else tape.leaf("last", number, cell) for cell, x in ends])
+    return _rebuilt(first, [x if cell is None else tape.term("last", number, cell) for cell, x in ends])
 
 
 def _label(x: Any) -> Hashable:

@@ -108,7 +108,7 @@ class _Tangents:
                 self._cells[j, number, cell] = len(cells)
                 cells.append(cells[cell])
             lanes = len(group) if len(group) > 1 else 0
-            return tape.leaf(name, number, self._cells[j, number, cell], by_rod=name == "carried", lanes=lanes)
+            return tape.term(name, number, self._cells[j, number, cell], by_rod=name == "carried", lanes=lanes)
         if name in LEAVES:
             changes = enumerate(group, 1 + self._firsts[j])
             return tape.pack([self._differentiate_leaf(name, rest, direction, times) for times, direction in changes])
@@ -128,9 +128,9 @@ class _Tangents:
         """Of the state, a parameter or the time; the change of the state stands that multiple of its size behind it."""
         recording = self._recording
         if name == "state" and recording.parts:
-            return self.tape.leaf("state", times * recording.parts + rest[0], rest[1], by_rod=True)
+            return self.tape.term("state", times * recording.parts + rest[0], rest[1], by_rod=True)
         if name == "state":
-            return self.tape.leaf("state", times * recording.width + rest[0])
+            return self.tape.term("state", times * recording.width + rest[0])
         if name == "parameter":
             new = (direction.of_rods if rest[1] else direction.shared).get(rest[0])
             return 0.0 if new is None else self.tape.parameter(new, rest[1])

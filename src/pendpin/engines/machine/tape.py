@@ -55,26 +55,30 @@ class Tape:
         self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
 
-    def leaf(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
-        """An operation without operands, by its name and what it stands for (LEAVES)."""
-        return self._at(operation, fixed, by_rod, lanes)
+    def term(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
+        """An operation, by its name and what it is computed from or stands for (LEAVES)."""
+        place = self._places.get(operation)
+        if place is not None:
+            return Term(self, place)
+        operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
+        return self._new(operation, operands, fixed, by_rod, lanes)
 
     def time(self) -> "Term":
         """The time t."""
-        return self.leaf("time")
+        return self.term("time")
 
     def state(self, size: int) -> Array:
         """The state y (size,)."""
-        return np.array([self.leaf("state", i) for i in range(size)], dtype=object)
+        return np.array([self.term("state", i) for i in range(size)], dtype=object)
 
     def state_of_rod(self, parts: int, width: int) -> Array:
         """The state (parts width,) of a rod, in a state with `parts` of `width` numbers for each rod."""
         cells = [(part, i) for part in range(parts) for i in range(width)]
-        return np.array([self.leaf("state", *cell, by_rod=True) for cell in cells], dtype=object)
+        return np.array([self.term("state", *cell, by_rod=True) for cell in cells], dtype=object)
 
     def parameter(self, place: int, by_rod: bool = False) -> "Term":
         """One of the run's parameters, or of those that each rod has its own value of."""
-        return self.leaf("parameter", place, by_rod, fixed=True, by_rod=by_rod)
+        return self.term("parameter", place, by_rod, fixed=True, by_rod=by_rod)
 
     def pack(self, values: Sequence[Any]) -> Any:
         """Several terms or numbers side by side, as one term on which operations act lane by lane; 0 if all are 0."""
@@ -82,18 +86,18 @@ class Tape:
             return values[0]
         operands = [self.placed(x) for x in values]
         fixed, by_rod = all(self.fixed[x] for x in operands), any(self.by_rod[x] for x in operands)
-        return self._at(("pack", *operands), fixed, by_rod, len(operands))
+        return self.term("pack", *operands, fixed=fixed, by_rod=by_rod, lanes=len(operands))
 
     def lane(self, x: Any, i: int) -> Any:
         """One of the terms side by side; a single term or number is all of them."""
         if not isinstance(x, Term) or not self.lanes[x.place]:
             return x
-        return self._at(("lane", x.place, i), self.fixed[x.place], self.by_rod[x.place])
+        return self.term("lane", x.place, i, fixed=self.fixed[x.place], by_rod=self.by_rod[x.place])
 
     def row(self, table: int, width: int, t: Any) -> Array:
         """The row (width,) of a table that holds at the time t."""
-        row = self._at(("row", self.placed(t), table, width)).place
-        return np.array([self._at(("entry", row, i)) for i in range(width)], dtype=object)
+        row = self.term("row", self.placed(t), table, width).place
+        return np.array([self.term("entry", row, i) for i in range(width)], dtype=object)
 
     def record(self, name: str, x: Any, y: Any = None) -> "Term":
         """An operation on one or two terms and numbers."""
@@ -155,18 +159,9 @@ class Tape:
 
     def placed(self, x: Any) -> int:
         """The place of a term or number."""
-        return x.place if isinstance(x, Term) else self._at(("number", float(x)), fixed=True).place
+        return x.place if isinstance(x, Term) else self.term("number", float(x), fixed=True).place
 
-    def _at(self, operation: tuple[Any, ...], fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
-        place = self._places.get(operation)
-        if place is not None:
-            return Term(self, place)
-        operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
-        return self._new(operation, operands, fixed, by_rod, lanes)
-
-    def _new(
-        self, operation: tuple[Any, ...], operands: tuple[int, ...], fixed: bool, by_rod: bool, lanes: int
-    ) -> "Term":
+    def _new(self, operation: tuple, operands: tuple[int, ...], fixed: bool, by_rod: bool, lanes: int) -> "Term":
         place = self._places[operation] = len(self.operations)
         self.operations.append(operation)
         self.operands.append(operands)

@@ -29,21 +29,6 @@ class ChainSolution:
     moment: Array  # (..., n, 3) N m, on the rod at its joint, in B: Mc a3 and the joint's torques
 
     @property
-    def R1(self) -> Array:
-        """(..., n) N, along b1."""
-        return self.force[..., 0]
-
-    @property
-    def R2(self) -> Array:
-        """(..., n) N, along b2."""
-        return self.force[..., 1]
-
-    @property
-    def R3(self) -> Array:
-        """(..., n) N, along -b3: tension positive."""
-        return -self.force[..., 2]
-
-    @property
     def wrench(self) -> Array:
         """(..., n, 6): force, then moment at the joint, by the rod above (or the support) on the rod; in B."""
         return np.concatenate([self.force, self.moment], -1)
