@@ -20,7 +20,7 @@ from pendpin.engines.base import (
     Sample,
     count_calls,
 )
-from pendpin.ground.arrays import Array, Indices, Mask, cross
+from pendpin.ground.arrays import Array, Indices, cross
 from pendpin.model.bodies import Body, in_mass_unit, pinocchio, with_gravity
 from pendpin.model.build import Model
 
@@ -146,10 +146,7 @@ def mirror_upper(matrix: Array) -> Array:
     return np.where(_below_diagonal(len(matrix)), matrix.T, matrix)
 
 
-@cache
-def _below_diagonal(n: int) -> Mask:
-    """Where a matrix (n, n) is below its diagonal; kept, as a stage of a Gauss method asks for it several times."""
-    return np.tri(n, k=-1, dtype=bool)
+_below_diagonal = cache(partial(np.tri, k=-1, dtype=bool))  # as a stage of a Gauss method asks for it several times
 
 
 class Revolute(AngleEngine):

@@ -135,39 +135,30 @@ def accelerate_or_hold(
 
 
 def _inertial(
-    tree: Tree, joints: list[Joint], v: Array, a: Array, field: Array, external: Any, xp: Any
+    tree: Tree, joints: list[Joint], v: Array, acceleration: Array, field: Array, external: Any, xp: Any
 ) -> list[_Wrench]:
-    """The force and moment that each link needs for v, a (..., n), less the external ones (..., n, 6)."""
+    """The force and moment that each link needs for v and acceleration (..., n), less the external ones (..., n, 6)."""
 
     def move(i: int, parent: _LinkMotion) -> tuple[_LinkMotion, _Wrench]:
-        moving = _moved(joints[i], parent, v[..., i, None], a[..., i, None])
-        needed = _newton_euler(tree.masses[i], tree.coms[i], tree.inertias[i], moving)
+        """A link's motion from its parent's, and force = m a_G, moment = J alpha + omega x (J omega) + m com x a."""
+        joint, to_child, rate, qdd = joints[i], transposed(joints[i].R), v[..., i, None], acceleration[..., i, None]
+        omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
+        a = applied(to_child, parent.a + applied(parent.K, joint.r))
+        coriolis = cross(omega, joint.axis) * rate
+        if joint.turns:
+            omega, alpha = omega + joint.axis * rate, alpha + coriolis + joint.axis * qdd
+        else:
+            a = a + 2 * coriolis + joint.axis * qdd
+        K = skew(alpha) + centripetal(omega)
+        m, com = tree.masses[i], tree.coms[i]
+        lever, J = m * com, _about_origin(m, com, tree.inertias[i])
+        force = m * a + applied(K, lever)
+        moment = applied(J, alpha) + gyroscopic(J, omega) + cross(lever, a)
         if external is not None:
-            needed = _Wrench(needed.force - external[..., i, :3], needed.moment - external[..., i, 3:])
-        return moving, needed
+            force, moment = force - external[..., i, :3], moment - external[..., i, 3:]
+        return _LinkMotion(omega, alpha, a, K), _Wrench(force, moment)
 
     return outward(move, _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3))), tree.parents, xp)
-
-
-def _moved(joint: Joint, parent: _LinkMotion, v: Array, qdd: Array) -> _LinkMotion:
-    """The motion of a link from that of its parent; v, qdd (..., 1) of its joint."""
-    to_child = transposed(joint.R)
-    omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
-    a = applied(to_child, parent.a + applied(parent.K, joint.r))
-    coriolis = cross(omega, joint.axis) * v
-    if joint.turns:
-        omega, alpha = omega + joint.axis * v, alpha + coriolis + joint.axis * qdd
-    else:
-        a = a + 2 * coriolis + joint.axis * qdd
-    return _LinkMotion(omega, alpha, a, skew(alpha) + centripetal(omega))
-
-
-def _newton_euler(m: Any, com: Array, inertia: Array, motion: _LinkMotion) -> _Wrench:
-    """force = m a_G; moment = J alpha + omega x (J omega) + m com x a, J (3, 3) about the joint's origin, com (3,)."""
-    lever, J = m * com, _about_origin(m, com, inertia)
-    force = m * motion.a + applied(motion.K, lever)
-    moment = applied(J, motion.alpha) + gyroscopic(J, motion.omega) + cross(lever, motion.a)
-    return _Wrench(force, moment)
 
 
 def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:

@@ -10,7 +10,6 @@ at every position, so nothing is singular at phi = ±pi/2. A is made symmetric a
 antisymmetric part would grow threefold from rod to rod.
 """
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -80,26 +79,19 @@ def turning(
         hanging = _Hanging(A, b)
         return hanging, _Answer(P, Y, c, B, hanging, inward_part)
 
-    parents = range(-1, len(d) - 1)
-    nothing = _Hanging(np.zeros((3, 3)), np.zeros(3))
-    return _outward(chain, d, inward(release, [nothing] * len(d), joined, parents, xp), parents, xp)
+    def move(i: int, a: Array) -> tuple[Array, tuple[Array, Array]]:
+        """From the support to the last rod: omega', and the force."""
+        P, Y, c, B, (A, b), inward_part = answers[i]
+        u = applied(Y, c - applied(B, a))
+        return a + chain.l[i] * (applied(P, u) - inward_part), (cross(d[i], u), applied(A, a) + b)
+
+    parents, nothing = range(-1, len(d) - 1), _Hanging(np.zeros((3, 3)), np.zeros(3))
+    answers = inward(release, [nothing] * len(d), joined, parents, xp)
+    turned, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
+    return np.stack(turned), np.stack(forces)
 
 
 def _inverse(M: Array) -> Array:
     """The inverse of a symmetric (3, 3) matrix, by cofactors."""
     cofactors = np.stack([cross(M[1], M[2]), cross(M[2], M[0]), cross(M[0], M[1])])
     return cofactors * (1 / dot(M[0], cofactors[0]))
-
-
-def _outward(
-    chain: ThinRods | ChainInertia, d: Array, answers: list[_Answer], parents: Sequence[int], xp: Any
-) -> tuple[Array, Array]:
-    """omega' (n, 3) in rad/s² and forces (n, 3) in N, from the support to the last rod."""
-
-    def move(i: int, a: Array) -> tuple[Array, tuple[Array, Array]]:
-        P, Y, c, B, (A, b), inward_part = answers[i]
-        u = applied(Y, c - applied(B, a))
-        return a + chain.l[i] * (applied(P, u) - inward_part), (cross(d[i], u), applied(A, a) + b)
-
-    turned, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
-    return np.stack(turned), np.stack(forces)

@@ -11,13 +11,13 @@ from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.effects import Anchor, Bending
 from pendpin.engines import Derivative
-from pendpin.errors import InputError, choices
+from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators.base import Integrator
-from pendpin.integrators.fixed import refuse_steps
 from pendpin.scene import Chain, Method, Scene, event_methods, method_of
 from pendpin.scene.methods import MULTISTEP
 
+MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
 LARGE = 100  # numbers in a state, above which no Jacobian is computed
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
 LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor method keeps more digits
@@ -38,8 +38,8 @@ def integrator_for(scene: Scene, dynamics: Dynamics) -> Integrator:
     if dynamics.contacts is not None and not method.handles_events:
         these = choices(event_methods())
         raise InputError(f"solver.method: {method.name} cannot handle stops and dry friction; use {these}")
-    if solver.step is not None:
-        refuse_steps(scene.times, solver.step)
+    if solver.step is not None and scene.times[-1] - scene.times[0] > MAX_STEPS * solver.step:
+        raise InputError(f"solver.step: {shown(solver.step)} s takes more than {MAX_STEPS:g} steps")
     return integrator_class(method).for_scene(scene, dynamics)
 
 

@@ -13,12 +13,11 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.engines import Derivative, Engine, ProgressCallback
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 from pendpin.scene import Method
 
-MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
 NEAR = 1e-9  # of a step: a sample so near to the end of a step is there
 
@@ -43,24 +42,12 @@ def largest_step(times: Array, step: float | None) -> float | None:
     return None if step is None else min(step, float(times[-1] - times[0]) or step)
 
 
-def refuse_steps(times: Array, step: float) -> None:
-    """Raise InputError if times (n,) need more than MAX_STEPS steps."""
-    if times[-1] - times[0] > MAX_STEPS * step:
-        raise InputError(f"solver.step: {shown(step)} s takes more than {MAX_STEPS:g} steps")
-
-
-class EqualSteps(NamedTuple):
-    """Equal steps one after another."""
-
-    start: float  # s
-    steps: int
-    step: float  # s: the one asked, to the rounding of the times of samples, or a shorter one after a corner
-
-
 class Way(NamedTuple):
     """From the last stored state to a sample: equal steps, and a shorter step from their end to the sample."""
 
-    blocks: tuple[EqualSteps, ...]
+    # where they start in s, how many, and their length: the one asked, to the rounding of the times of samples, or a shorter
+    # one after a corner
+    blocks: list[tuple[float, int, float]]
     start: float  # s, of the shorter step
     left: float  # s, its length; 0 where a step ends at the sample
 
@@ -83,33 +70,30 @@ class StepGrid:
         """The steps of the segment before, which ended at `place`, from t in s on; new ones where there was none."""
         self._step = step
         self.place = GridPlace(t, 0, 0.0) if place.steps < 0 else place
-        if plan.anew and self.inside(t):
+        self.inside = t != self.place.origin + self.place.offset  # whether t is behind the stored state, inside a step
+        if plan.anew and self.inside:
             self.place = self.place._replace(offset=t - self.place.origin)
-
-    def inside(self, t: float) -> bool:
-        """Whether t in s is behind the stored state, inside a step."""
-        return t != self.place.origin + self.place.offset
 
     def go_to(self, t: float) -> Way:
         """Move to a sample at t in s, and return the way there.
 
         Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
         """
-        (origin, done, offset), blocks = self.place, list[EqualSteps]()
+        (origin, done, offset), blocks = self.place, list[tuple[float, int, float]]()
         elapsed = t - origin
         count = max(done, count_whole_steps(elapsed, self._step))
         at_end = count > done and abs(elapsed - count * self._step) <= NEAR * self._step
         end = elapsed if at_end else count * self._step
         if count > done and offset > done * self._step:  # behind a corner
             first = end if count == done + 1 else (done + 1) * self._step
-            blocks.append(EqualSteps(origin + offset, 1, first - offset))
+            blocks.append((origin + offset, 1, first - offset))
             done, offset = done + 1, first
         if steps := count - done:
             step = (end - offset) / steps if at_end else self._step
-            blocks.append(EqualSteps(origin + offset, steps, step))
+            blocks.append((origin + offset, steps, step))
             done, offset = count, end
         self.place = GridPlace(t, 0, 0.0) if at_end else GridPlace(origin, done, offset)
-        return Way(tuple(blocks), origin + offset, 0.0 if at_end else max(elapsed - offset, 0.0))
+        return Way(blocks, origin + offset, 0.0 if at_end else max(elapsed - offset, 0.0))
 
 
 class FixedMemory(NamedTuple):
@@ -137,18 +121,18 @@ class FixedStep(Integrator):
         assert isinstance(memory, FixedMemory)
         grid = StepGrid(self.setting, memory.place, float(times[0]), plan)
         states, steps = np.full((len(times), len(y)), np.nan), 0
-        whole = np.array(y if plan.anew or not grid.inside(float(times[0])) else memory.state)
+        whole = np.array(y if plan.anew or not grid.inside else memory.state)
         part = whole.copy()
         advance, finish = self.advancing(derivative, whole), self.advancing(derivative, part)
         states[0] = y
         for sample, t in enumerate(times[1:].tolist(), 1):
             way = grid.go_to(t)
-            for block in way.blocks:
-                for done in range(0, block.steps, LOOK_EVERY):
+            for start, count, step in way.blocks:
+                for done in range(0, count, LOOK_EVERY):
                     if done and not np.isfinite(whole).all():
                         return Segment(*finite_part(states, steps + done, NOT_FINITE))
-                    advance(block.start + done * block.step, block.step, min(LOOK_EVERY, block.steps - done))
-                steps += block.steps
+                    advance(start + done * step, step, min(LOOK_EVERY, count - done))
+                steps += count
             part[:] = whole
             if way.left:
                 finish(way.start, way.left, 1)

@@ -8,13 +8,12 @@ then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. 
 
 from collections.abc import Callable
 from copy import copy
-from dataclasses import replace
 from functools import cache
 from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.engines import Canonical, Derivative, Engine, ProgressCallback
+from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.libraries import version
 from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
@@ -25,7 +24,7 @@ MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by t
 STEPS = 2  # whose stages are kept for the extrapolation
 CALLBACK_STEPS = 16  # between two calls of the progress callback: a step takes 0.1 ms, at worst a hundred times that
 PATIENCE = 8  # iterations with the first matrix; then each has its own
-UNSOLVED = "the stage equations are not solved"
+UNSOLVED = "the stage equations are not solved {:g} s after the start: take a smaller step"
 
 
 class Rule(NamedTuple):
@@ -102,52 +101,63 @@ class Gauss(Integrator):
 
     def memory(self, y: Array) -> GaussMemory:
         """Positions, momenta, their rounding errors and the last stages, from y (size,); where the steps end."""
-        return self._state_at(y).memory(GridPlace(), np.array(y[2 * self._nv :]))
+        return self._start_at(y).memory(GridPlace(), np.array(y[2 * self._nv :]))
 
     def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
         """The memory with positions and momenta shifted."""
         assert isinstance(memory, GaussMemory)
         return memory._replace(canonical=shift(memory.canonical))
 
-    def _state_at(self, y: Array) -> "_State":
+    def _start_at(self, y: Array) -> "_State":
+        """A state without rounding errors and past stages."""
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
-        return _State.at(q, self._form.momentum(q, v), len(self.rule.b))
+        both = np.array([q, self._form.momentum(q, v)])
+        return _State(both, np.zeros_like(both), np.zeros((0, len(self.rule.b), self._nv)))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
         assert isinstance(memory, GaussMemory)
-        inside = StepGrid(self.setting, memory.place, t, replace(plan, anew=False)).inside(t)
-        grid = StepGrid(self.setting, memory.place, t, plan)
-        self._state = self._state_at(y) if plan.anew and inside else _State.recalled(memory)
-        others = memory.others if inside and not plan.anew else y[2 * self._nv :]
+        grid, known = StepGrid(self.setting, memory.place, t, plan), memory.stages[STEPS - memory.known :]
+        self._state = self._start_at(y) if plan.anew and grid.inside else _State(memory.canonical, memory.lost, known)
+        others = memory.others if grid.inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for t in times[1:].tolist():
             way = grid.go_to(t)
-            for t_step, step in ((x.start + i * x.step, x.step) for x in way.blocks for i in range(x.steps)):
+            for t_step, step in ((start + i * h, h) for start, count, h in way.blocks for i in range(count)):
                 if not steps % CALLBACK_STEPS:
                     self._progress(t_step)
-                advanced = self._advanced(derivative, t_step, step, others, self._guess())
+                advanced = self._advanced(derivative, t_step, step, others)
                 if advanced is None:
-                    return _unsolved(states, steps, t_step)
+                    return Segment(np.array(states), steps, UNSOLVED.format(t_step))
                 (self._state, others), steps = advanced, steps + 1
-            shown = (self._state, others)
-            if way.left:
-                shown = self._advanced(derivative, way.start, way.left, others, self._start())
+            shown = (
+                self._advanced(derivative, way.start, way.left, others, False) if way.left else (self._state, others)
+            )
             if shown is None:
-                return _unsolved(states, steps, way.start)
+                return Segment(np.array(states), steps, UNSOLVED.format(way.start))
             q = shown[0].q
             states.append(np.concatenate([q, self._form.velocity(q, shown[0].p), shown[1]]))
         return Segment(np.array(states), steps, None, self._state.memory(grid.place, others))
 
     def _advanced(
-        self, derivative: Derivative, t: float, h: float, others: Array, guess: Array
+        self, derivative: Derivative, t: float, h: float, others: Array, extrapolates: bool = True
     ) -> "tuple[_State, Array] | None":
-        """The state and the other quantities (k,) one step of h from t later, both in s; None without convergence."""
-        stages = self._iterated(t, h, guess) or self._iterated(t, h, self._start())
+        """The state and the other quantities (k,) one step of h from t later, both in s; None without convergence.
+
+        The first velocities of the stages are extrapolated from the last steps, or those at the start of the step.
+        """
+        past, s, stages = self._state.past, len(self.rule.b), None
+        if extrapolates and len(past):
+            stages = self._iterated(t, h, extrapolation(s, len(past)) @ past.reshape(-1, self._nv))
+        stages = stages or self._iterated(t, h, np.tile(self._form.velocity(self._state.q, self._state.p), (s, 1)))
         if stages is None:
             return None
-        others = others + h * self._quadrature(derivative, t, h, stages, others)
+        if len(others):  # by their mean rates over the step
+            rates = np.empty((s, 2 * self._nv + len(others)))
+            for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
+                derivative(rate, time, np.concatenate([q, v, others]))
+            others = others + h * (self.rule.b @ rates[:, 2 * self._nv :])
         state = copy(self._state)
         state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
         return state, others
@@ -161,8 +171,11 @@ class Gauss(Integrator):
             self._calls += len(times)
             now = [self._form.at(*stage) for stage in zip(times, Q, V, strict=True)]
             M, N, F = map(np.array, zip(*now, strict=True))
-            if factors is None or i >= PATIENCE:
-                factors = lapack("getrf")(self._matrix(h, M, N, *self._slopes(times, Q, V, now, i >= PATIENCE)))[:2]
+            thorough = i >= PATIENCE
+            if factors is None or thorough:
+                self._calls += thorough * len(times) * self._nv
+                slopes = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
+                factors = lapack("getrf")(self._matrix(h, M, N, *map(np.array, zip(*slopes, strict=True))))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
             change = lapack("getrs")(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
@@ -175,24 +188,6 @@ class Gauss(Integrator):
             before = size
         return None
 
-    def _guess(self) -> Array:
-        """First velocities (s, nv) of the stages, by extrapolation of the last steps."""
-        past = self._state.past
-        if not len(past):
-            return self._start()
-        return extrapolation(len(self.rule.b), len(past)) @ past.reshape(-1, self._nv)
-
-    def _start(self) -> Array:
-        """First velocities (s, nv) of the stages: those at the start of the step."""
-        return np.tile(self._form.velocity(self._state.q, self._state.p), (len(self.rule.b), 1))
-
-    def _slopes(self, times: Array, Q: Array, V: Array, now: list[Canonical], thorough: bool) -> tuple[Array, Array]:
-        """dF/dq and dF/dv (s, nv, nv) at the stages; all terms if `thorough`."""
-        self._calls += thorough * len(times) * self._nv
-        slopes = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
-        in_q, in_v = map(np.array, zip(*slopes, strict=True))
-        return in_q, in_v
-
     def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
         """The derivative of the residual in V, (s nv, s nv)."""
         # M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
@@ -201,20 +196,6 @@ class Gauss(Integrator):
         J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
         J[np.arange(s), :, np.arange(s)] += M
         return J.reshape(s * nv, s * nv)
-
-    def _quadrature(self, derivative: Derivative, t: float, h: float, stages: "_Stages", others: Array) -> Array:
-        """The mean rates (k,) over a step of the quantities `others` (k,) integrated with the motion."""
-        if not len(others):
-            return others
-        rates = np.empty((len(self.rule.b), 2 * self._nv + len(others)))
-        for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
-            derivative(rate, time, np.concatenate([q, v, others]))
-        return self.rule.b @ rates[:, 2 * self._nv :]
-
-
-def _unsolved(states: list[Array], steps: int, t: float) -> Segment:
-    """A segment that ends at t in s, as the iteration did not converge there."""
-    return Segment(np.array(states), steps, f"{UNSOLVED} {t:g} s after the start: take a smaller step")
 
 
 class _Stages(NamedTuple):
@@ -228,16 +209,6 @@ class _State:
 
     def __init__(self, both: Array, lost: Array, past: Array) -> None:
         self._both, self._lost, self.past = both, lost, past
-
-    @classmethod
-    def at(cls, q: Array, p: Array, stages: int) -> "_State":
-        """A state q, p (nv,) without rounding errors and past stages."""
-        return cls(np.array([q, p]), np.zeros((2, len(q))), np.zeros((0, stages, len(q))))
-
-    @classmethod
-    def recalled(cls, memory: GaussMemory) -> "_State":
-        """The state that a memory holds."""
-        return cls(memory.canonical, memory.lost, memory.stages[STEPS - memory.known :])
 
     def memory(self, place: GridPlace, others: Array) -> GaussMemory:
         """What restores this state, with the place in the steps and further quantities (k,)."""

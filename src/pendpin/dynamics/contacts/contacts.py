@@ -205,8 +205,15 @@ class Contacts:
             held, sign = resting & (sign == 0), sign.copy()
             for _ in range(50 + 10 * len(q) ** 2):
                 a, holding = self.accelerate(t, q, v, Mode(held, sign, scales.torque))
-                mode = Mode(held, sign, self._torques(holding, scales))
-                unfit = self._beyond(q, holding, mode, rounding) | self._backwards(q, a, mode, resting, rounding)
+                # rounding is relative to the torques that act: those of other joints act on a joint too, compared per length
+                size = scales.torque + np.abs(holding)
+                size = size + _OTHERS * (size * self.length).max(initial=0.0) / self.length
+                mode, (least, most), off = Mode(held, sign, size), self.range(q), rounding * size
+                unfit = held & ((holding > most + off) | (holding < least - off))
+                # joints at rest that would start against their acceleration
+                if (backwards := resting & ~held & (a * sign < 0)).any():
+                    columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
+                    unfit |= backwards & (a * sign < -rounding * (columns @ size[resting]))
                 if not unfit.any():
                     return mode
                 joint = int(np.argmax(unfit))
@@ -215,25 +222,6 @@ class Contacts:
                 if not held.any() and resting.sum() == 1:  # alone, it starts the way that it is pushed
                     return Mode(held, sign, mode.torque)
         raise RunError(f"{t:g} s after the start, the search for the joints that stick does not end")
-
-    def _beyond(self, q: Array, holding: Array, mode: Mode, rounding: float) -> Mask:
-        """Held joints (nv,) whose holding torques (nv,) are out of their range."""
-        (least, most), off = self.range(q), rounding * mode.torque
-        return mode.held & ((holding > most + off) | (holding < least - off))
-
-    def _backwards(self, q: Array, a: Array, mode: Mode, resting: Mask, rounding: float) -> Mask:
-        """Joints at rest (nv,) that would start against their acceleration a (nv,)."""
-        pushed = a * mode.sign
-        if not (backwards := resting & ~mode.held & (pushed < 0)).any():
-            return backwards
-        columns = np.abs(self.engine.compliance(q, np.flatnonzero(resting)))
-        return backwards & (pushed < -rounding * (columns @ mode.torque[resting]))
-
-    def _torques(self, holding: Array, scales: Scales) -> Array:
-        """Torques (nv,) in N m of the size of those that act, from those that hold (nv,): rounding is relative to them."""
-        # The rounding errors of other joints act on a joint too; their torques are compared per length.
-        size = scales.torque + np.abs(holding)
-        return size + _OTHERS * (size * self.length).max(initial=0.0) / self.length
 
     def scales(self, times: Array, q: Array, v: Array) -> Scales:
         """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""

@@ -107,19 +107,12 @@ def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array 
         speed = np.hypot(u_rate[1], u_rate[2])
         moving = speed > RESTING * (np.linalg.norm(rate, axis=0) + np.linalg.norm(above.omega, axis=0))
         theta = np.where(pole & moving, np.arctan2(u_rate[1], u_rate[2]), theta)
-        theta = _theta_at_rest(theta, pole & ~moving, start)
+        for sample in np.flatnonzero(pole & ~moving):  # of a rod that rests at a pole, from the sample before
+            if sample:
+                theta[sample] = theta[sample - 1]
+            elif start is not None:
+                theta[sample] = start[0]
     return _continuous(np.array([theta, np.arctan2(u[0], across)]), start)
-
-
-def _theta_at_rest(theta: Array, resting: Mask, start: Array | None) -> Array:
-    """theta (k,), of a rod that rests at a pole from the sample before."""
-    theta = theta.copy()
-    for sample in np.flatnonzero(resting):
-        if sample:
-            theta[sample] = theta[sample - 1]
-        elif start is not None:
-            theta[sample] = start[0]
-    return theta
 
 
 def _continuous(pairs: Array, start: Array | None) -> Array:

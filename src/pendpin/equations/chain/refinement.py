@@ -155,7 +155,9 @@ def _refined(system: System, correction: Correction) -> tuple[Array, Array]:
         force, turning = force + step.loads.force, turning + step.loads.turning
         if attempt:
             last, ratio = ratio, _relative(system, linear, step, x, turn)
-            if _projected(last, ratio):
+            expected = ratio * ratio / last  # the next one, if they go on shrinking as they did
+            shrinking = ratio > ROUNDING[1] or ratio < last / 4
+            if not (ratio > ROUNDING[0] and expected > NEGLIGIBLE and shrinking):  # or NaN
                 return x, turn
     rod = int(np.abs(turn).max(0).argmax()) % system.rods.n + 1
     raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod cannot take a moment at cos(phi) = 0")
@@ -178,10 +180,3 @@ def _share(n: int, change: Array, x: Array, floor: Array) -> float:
     """Largest entry of change (i, K) over that of x (i, K) and floor (K,), in the worst of the states."""
     top, bottom = np.abs(change).max(0), np.maximum(np.abs(x).max(0), floor)
     return float((top.reshape(-1, n).max(1) / (bottom.reshape(-1, n).max(1) + LEAST_SIZE)).max())
-
-
-def _projected(last: float, ratio: float) -> bool:
-    """Whether no further pass is needed after corrections of these relative sizes; True for NaN."""
-    expected = ratio * ratio / last  # the next one, if they go on shrinking as they did
-    shrinking = ratio > ROUNDING[1] or ratio < last / 4
-    return not (ratio > ROUNDING[0] and expected > NEGLIGIBLE and shrinking)

@@ -121,16 +121,8 @@ class Balances(System):
 
     def band(self) -> Array:
         """The band (8, 4 K): reactions of each joint on its own gap and on the next joint's."""
-        n = self.rods.n
-        band, blocks = empty_band(self.rods.m.size, 4)
-        self._own(blocks)
-        self._next(blocks[:-1])
-        blocks[n - 1 :: n, :, 4:] = 0
-        return band
-
-    def _own(self, blocks: Array) -> None:
-        """Fill the diagonal parts of blocks (K, 4, 8): reactions of a joint on its own gap."""
-        rods, R, (s_t, s, _, _) = self.rods, self.joints.R, self.axes.trig
+        rods, R, (s_t, s, c_t, c) = self.rods, self.joints.R, self.axes.trig
+        band, blocks = empty_band(rods.m.size, 4)
         weighted = rods.tip_above[:, None] * R
         for column in range(3):
             force = np.add.reduce(R[:, column:] * weighted[:, None, column], 0)
@@ -142,11 +134,10 @@ class Balances(System):
         blocks[:, 2, 3] = lever * R[0, 2]
         twist = np.add.reduce(self.axes.trig**2 * rods.twist, 0)
         blocks[:, 3, 3] = twist if self.axes.spherical is None else twist + self.axes.spherical
-
-    def _next(self, blocks: Array) -> None:
-        """Fill the parts of blocks (K - 1, 4, 8) below the diagonal: reactions of a joint on the next joint's gap."""
-        rods, R, (s_t, s, c_t, c) = self.rods, self.joints.R, self.axes.trig
-        np.multiply(-rods.cross[:, None, :-1], R[:, :, 1:], out=blocks[:, :3, 4:7].transpose(1, 2, 0))
-        np.multiply((-rods.lever_k * s)[:-1], R[1, :, 1:], out=blocks[:, 3, 4:7].T)
-        np.multiply(rods.lever_h[0, :-1], s_t[1:], out=blocks[:, 0, 7])
-        np.multiply((-c * rods.inverse[2])[:-1], c_t[1:], out=blocks[:, 3, 7])
+        below_diagonal = blocks[:-1]  # on the next joint's gap
+        np.multiply(-rods.cross[:, None, :-1], R[:, :, 1:], out=below_diagonal[:, :3, 4:7].transpose(1, 2, 0))
+        np.multiply((-rods.lever_k * s)[:-1], R[1, :, 1:], out=below_diagonal[:, 3, 4:7].T)
+        np.multiply(rods.lever_h[0, :-1], s_t[1:], out=below_diagonal[:, 0, 7])
+        np.multiply((-c * rods.inverse[2])[:-1], c_t[1:], out=below_diagonal[:, 3, 7])
+        blocks[rods.n - 1 :: rods.n, :, 4:] = 0
+        return band
