@@ -31,7 +31,7 @@ from pendpin.integrators.base import (
     finite_part,
     return_rates,
 )
-from pendpin.integrators.events import Stepper, Steps
+from pendpin.integrators.events import Stepper, Steps, integrate_to_event
 from pendpin.scene import METHODS, Method, Scene, method_of
 from pendpin.scene.methods import MULTISTEP
 
@@ -115,13 +115,8 @@ class Adaptive(Integrator):
             return Segment(*finite_part(states, result.steps_taken, failure))
         scales = StateScales(np.ones(len(y)), np.ones(len(y), bool))
         stepper = OnSciPy(self.method, tolerance, scales, first_step, plan.longest, derivative)
-        states, steps, failure = [np.array(y)], 0, None
-        for part in stepper.steps(times[0], y, times[-1]):
-            steps, failure = steps + 1, part.failure
-            due = times[len(states) : np.searchsorted(times, part.bounds[-1], side="right")]
-            if len(due) and not failure:
-                states.extend(part.inside(due))
-        return Segment(*finite_part(np.array(states), steps, failure))
+        end = integrate_to_event(stepper, lambda t, y: y[:, :0], np.empty(0), times[0], y, times[-1], times[1:])
+        return Segment(*finite_part(np.concatenate([y[None], end.samples]), end.steps, end.failure))
 
     def compiled_block(self, engine: Engine, progress: ProgressCallback) -> Block | None:
         """The equations of a compiled engine; None if the method calls them from Python."""
