@@ -82,10 +82,7 @@ class HeldTorque(Torque):
         return self._values[self._place(t - self._start)].copy()
 
     def begin(self, start: float, end: float, recorded: Array | None = None) -> None:
-        """Make room for a run from `start` in s that lasts to `end` in s since then, with the outputs `recorded` (m, k).
-
-        Raises InputError for outputs that are not of these joints.
-        """
+        """Make room for a run from `start` to `end` s since then, with outputs (m, k). InputError for other joints'."""
         self._start, room = start, np.zeros((self._place(end) + 1, len(self._joints)))
         given = room[:0] if recorded is None else recorded[: len(room)]
         if given.shape[1:] != room.shape[1:]:
@@ -140,10 +137,7 @@ class HeldTorque(Torque):
 
 
 def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: float) -> None:
-    """Give sampled torques the outputs that a run has recorded, for a motion to `end` in s since `start` in s.
-
-    Raises InputError for a run of other torques.
-    """
+    """Give sampled torques the outputs of a run, for a motion to `end` in s since `start`. InputError if it had others."""
     if len(held) != len(run.held):
         raise InputError(f"this run has outputs of {len(run.held)} sampled torques, and its scene has {len(held)}")
     for one, outputs in zip(held, run.held, strict=True):
@@ -226,10 +220,8 @@ def plain_arithmetic(effects: Sequence[Effect]) -> bool:
 
 
 def built_in(effects: Sequence[Effect]) -> bool:
-    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked.
-
-    What is held from instant to instant jumps nowhere else.
-    """
+    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked."""
+    # What is held from instant to instant jumps nowhere else.
     are_ours = (type(effect).__module__.startswith("pendpin.") for effect in effects)
     return all(are_ours) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)
 
@@ -260,10 +252,8 @@ def _copy(part: Any) -> Any:
 
 
 def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
-    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits.
-
-    A sinusoid begins at the time at which it first has the phase that it has at `start`.
-    """
+    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
+    # A sinusoid begins at the time at which it first has the phase that it has at `start`.
     if not start:
         return function
     early: Any = start

@@ -156,10 +156,8 @@ class Binding:
 
     @cached_property
     def complete(self) -> Callable[[Any, Motion], Motion]:
-        """A function that completes a motion, at a time, by what all bodies share: gravity, and where W is.
-
-        It takes times (k,) with motions (k, n, ...) too, if the effects are `plain_arithmetic`.
-        """
+        """A function that completes a motion, at a time, by what all bodies share: gravity, and where W is."""
+        # It takes times (k,) with motions (k, n, ...) too, if the effects are `plain_arithmetic`.
         fields = [effect for effect, _ in in_order(self.effects) if isinstance(effect, FieldEffect)]
         frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
         fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]

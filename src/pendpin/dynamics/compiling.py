@@ -52,10 +52,8 @@ MOTION = Asked()
 
 
 def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
-    """Whether the equations are recorded for one rod: several in a row, and effects whose laws are pendpin's own.
-
-    Those see each rod for itself; what a user's law reads is not known.
-    """
+    """Whether the equations are recorded for one rod: several in a row, and effects whose laws are pendpin's own."""
+    # Those see each rod for itself; what a user's law reads is not known.
     model = engine.model
     return model.alike and len(model.rods) > WRITTEN_OUT and plain_arithmetic(effects)
 
@@ -94,10 +92,8 @@ def record(
 
 
 def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
-    """Which of the places `zero` of a state stay 0 whatever the numbers of the scene: phi in a planar motion.
-
-    Their rates are 0 by structure while they are 0 themselves.
-    """
+    """Which of the places `zero` of a state stay 0 whatever the numbers of the scene: phi in a planar motion."""
+    # Their rates are 0 by structure while they are 0 themselves.
     still = tuple(zero)
     while still:
         tape, numbers, xp = begin_tape(engine.model, False)
@@ -270,10 +266,7 @@ def compilable(model: Model, effects: Sequence[Effect]) -> bool:
 
 
 def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
-    """An engine with its equations compiled, at times since `start` in s.
-
-    Raises InputError for what has no symbols, MissingLibrary without llvmlite.
-    """
+    """An engine compiled, at times since `start` in s. Raises InputError for no symbols, MissingLibrary for no llvmlite."""
     llvm.require('solver.engine: "compiled"')
     for i, effect in enumerate(effects):
         if not effect.symbolic:
@@ -307,10 +300,7 @@ def drop_zeros(engine: Engine, effects: Sequence[Effect], start: float, q: Array
 def equations_of(
     engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION, by_rod: bool = False
 ) -> tuple[Function, Parameters]:
-    """The equations of an engine's state with effects that run on symbols, and the values of their parameters.
-
-    `by_rod`: those of one rod of a chain, which are loops as machine code.
-    """
+    """The equations of an engine's state, of one rod where they are `by_rod`, and the values of their parameters."""
     engine, still = (engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())
     parameters = parameters_of(engine, effects, start, asked, by_rod)
     write = partial(record, engine, effects, start, still, asked, by_rod)

@@ -111,10 +111,7 @@ def refuse_poles(model: Model, q: Array) -> None:
 
 
 def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
-    """The effects of a scene, with `Idle` in place of friction and stops unless `contacts` are kept.
-
-    Raises InputError for one that does not run on symbols.
-    """
+    """A scene's effects, `Idle` for friction and stops unless `contacts` are kept. InputError for one without symbols."""
     acts = expand_as_written(build(scene.model), scene.effects)
     for i, effect in enumerate(acts):
         if not effect.symbolic:

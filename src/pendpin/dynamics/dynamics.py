@@ -87,10 +87,7 @@ class Dynamics:
         return changed
 
     def in_motion(self, q: Array, v: Array, compiled: bool) -> "Dynamics":
-        """The same for motions from q, v (nv,): what stays 0 in them, as phi in a plane of theta, is not integrated.
-
-        Its equations are `compiled` or those of this engine.
-        """
+        """The same for motions from q, v (nv,), `compiled` or not: what stays 0, as phi in a plane, is not integrated."""
 
         def make() -> Engine:
             base = self._in_directions if compiled else self.engine

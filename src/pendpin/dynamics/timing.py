@@ -106,10 +106,7 @@ def law_owner(effect: Effect) -> type | None:
 
 
 def declared_pace(effect: Effect, start: float, duration: float, negligible: float) -> Pace | None:
-    """The pace that an effect declares for a run; None if it does not, or its subclass overrides only how it acts.
-
-    Raises InputError for a pace that cannot be.
-    """
+    """The pace declared for a run; None if it is not, or not by who overrides the law. InputError for one that cannot be."""
     if not issubclass(owner(effect, "pace"), law_owner(effect) or Effect):
         return None
     moved, early = effect.since(start)

@@ -72,10 +72,7 @@ class Engine(ABC):
         """Positions and velocities (n, nv) from states y (n, size) at t (n,); `near` (nv,): positions at the first."""
 
     def density(self, y: Array) -> float:
-        """The states per second that `unpack` needs to count all turns, by states y (n, size) of the motion.
-
-        An engine whose state does not hold angles reads them from state to state, and must follow how the rods turn.
-        """
+        """The states per second that `unpack` needs to count all turns, by states y (n, size); 0 where y holds angles."""
         return 0.0
 
     @abstractmethod

@@ -42,10 +42,7 @@ def external_forces(
 
 
 def turn_into_joint_frames(com: Array, motion: Motion, force: Array, moment: Array) -> Array:
-    """Forces and moments (..., n, 3) in W about the centres of mass com (n, 3) as wrenches (..., n, 6) of the joints.
-
-    Those are about the joints' origins, in the joints' frames, in which com is given too.
-    """
+    """Forces and moments (..., n, 3) in W about com (n, 3) as wrenches (..., n, 6) of joints; in their frames, as com."""
     linear, angular = ((part[..., None, :] @ motion.rotation)[..., 0, :] for part in (force, moment))  # R^T x
     return np.concatenate([linear, angular + cross(com, linear)], -1)
 

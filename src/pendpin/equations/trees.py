@@ -88,11 +88,9 @@ class Joint(NamedTuple):
 
 
 def prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
-    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs).
-
-    Axes and rotations, which come rounded to doubles, are made unit and orthogonal to the digits of xp: else the tree
-    would not keep its energy to them.
-    """
+    """The tree in the numbers of xp, and the signs (n,) that turn its axes to the positive side (fewer minus signs)."""
+    # Axes and rotations, which come rounded to doubles, are made unit and orthogonal to the digits of xp: else the tree
+    # would not keep its energy to them.
     largest = np.take_along_axis(tree.axes, np.abs(tree.axes).argmax(-1)[:, None], -1)
     signs = np.where(largest < 0, -1.0, 1.0)
     axes, R, *others = (xp.asarray(x) for x in (tree.axes * signs + 0.0, *tree[3:]))  # + 0.0 clears the sign of zeros
@@ -119,10 +117,7 @@ def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
 
 
 def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
-    """What each joint moves, in the base frame: origin (..., n, 3) m, axes (..., n, 3, 3), its velocity and spin.
-
-    q, v are (..., n).
-    """
+    """What joints move at q, v (..., n), in the base: origins (..., n, 3) m, axes (..., n, 3, 3), velocities, spins."""
     tree, signs = prepared(tree, xp)
     zero, unit = np.zeros((*q.shape[:-1], 3)), np.broadcast_to(_UNIT, (*q.shape[:-1], 3, 3))
     moving: dict[int, tuple[Array, ...]] = {-1: (zero, unit, zero, zero)}

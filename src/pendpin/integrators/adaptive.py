@@ -63,10 +63,10 @@ class Adaptive(Integrator):
         if not in_machine_code:
             try:
                 from CyRK import pysolve_ivp
+
+                self._cyrk_solve = pysolve_ivp
             except ImportError:
                 self.library = "scipy"
-            else:
-                self._cyrk_solve = pysolve_ivp
         self.version = version(self.library)
         # the program that makes the steps up to events
         self.event_library = "CyRK" if in_machine_code and method.family != MULTISTEP else "scipy"
@@ -98,17 +98,10 @@ class Adaptive(Integrator):
         first_step = plan.first and min(plan.first, (times[-1] - times[0]) / 2, plan.longest)
         if self.library == "CyRK":
             # Radau without a Jacobian: ABA's derivatives saved 25 % with SciPy and nothing with CyRK (docs/accuracy.md).
+            setting = {"rtol": tolerance, "atol": tolerance, "first_step": first_step or 0.0, "max_step": plan.longest}
+            method, span = self.method.library_name, (times[0], times[-1])
             result = self._cyrk_solve(
-                derivative,
-                (times[0], times[-1]),
-                np.ascontiguousarray(y),
-                method=self.method.library_name,
-                t_eval=times,
-                rtol=tolerance,
-                atol=tolerance,
-                first_step=first_step or 0.0,
-                max_step=plan.longest,
-                pass_dy_as_arg=True,
+                derivative, span, np.ascontiguousarray(y), method=method, t_eval=times, pass_dy_as_arg=True, **setting
             )
             states = np.array(result.y).T.copy() if np.size(result.y) else np.array(y[None])  # it may fail at once
             failure = None if result.success else result.message.rstrip(".")
@@ -269,10 +262,7 @@ class InMachineCode(Stepper):
 def block_stepper(
     block: Block, rtol: float, atol: Array, first_step: float, longest: float, raised: Callable[[], None]
 ) -> Stepper:
-    """The steps of DOP853 on the equations of a block up to events, within rtol and atol (size,): by CyRK, else by SciPy.
-
-    `raised` raises what the block's progress callback wants to raise.
-    """
+    """The steps of DOP853 on a block's equations within rtol, atol (size,); `raised` raises what its callback wants to."""
     if cyrk() is not None:
         return InMachineCode(Call("DOP853", block, np.array([rtol]), atol, first_step, longest), raised)
     scales = StateScales(atol / rtol, np.ones(len(atol), bool))

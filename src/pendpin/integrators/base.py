@@ -154,10 +154,8 @@ def separate(times: Array) -> Indices:
 
 
 def return_rates(derivative: Derivative) -> Callable[[float, Array], Array]:
-    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf.
-
-    SciPy's RK45 and DOP853 hang on NaN at the start, and its LSODA returns it as a success.
-    """
+    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf."""
+    # SciPy's RK45 and DOP853 hang on NaN at the start, and its LSODA returns it as a success.
 
     def function(t: float, y: Array) -> Array:
         dy = np.empty_like(y)

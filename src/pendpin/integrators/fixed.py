@@ -75,10 +75,8 @@ class StepGrid:
             self.place = self.place._replace(offset=t - self.place.origin)
 
     def go_to(self, t: float) -> Way:
-        """Move to a sample at t in s, and return the way there.
-
-        Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
-        """
+        """Move to a sample at t in s, and return the way there."""
+        # Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
         (origin, done, offset), blocks = self.place, list[tuple[float, int, float]]()
         elapsed = t - origin
         count = max(done, count_whole_steps(elapsed, self._step))

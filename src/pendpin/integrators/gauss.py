@@ -143,10 +143,7 @@ class Gauss(Integrator):
     def _advanced(
         self, derivative: Derivative, t: float, h: float, others: Array, extrapolates: bool = True
     ) -> "tuple[_State, Array] | None":
-        """The state and the other quantities (k,) one step of h from t later, both in s; None without convergence.
-
-        The first velocities of the stages are extrapolated from the last steps, or those at the start of the step.
-        """
+        """The state and the others (k,) one step of h from t later, in s; None without convergence of its stages."""
         past, s, stages = self._state.past, len(self.rule.b), None
         if extrapolates and len(past):
             stages = self._iterated(t, h, extrapolation(s, len(past)) @ past.reshape(-1, self._nv))

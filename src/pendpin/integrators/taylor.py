@@ -175,10 +175,8 @@ def equations_with_numbers(engine: Engine, effects: Sequence[Effect], start: flo
 
 @cache
 def start_compiler() -> float:
-    """The s of a first compilation, that of y' = -y: heyoka's LLVM starts in it, in 0.08 s, if nothing was compiled before.
-
-    Called before the first series, it keeps that out of the time of whichever is compiled first. 0 without heyoka.
-    """
+    """The s of a first compilation, that of y' = -y, in which heyoka's LLVM starts: 0.08 s, once. 0 without heyoka."""
+    # Called before the first series, it keeps that out of the time of whichever is compiled first.
     try:
         hy = heyoka()
     except ImportError:
@@ -193,10 +191,8 @@ def start_compiler() -> float:
 
 
 def seconds_of_compiling(scene: Scene, dynamics: Dynamics) -> float:
-    """The s of a first run that are not integration: to start heyoka's compiler, and to compile the series of a scene.
-
-    They are those of this process, in whichever run it compiled them; without the series if it did not.
-    """
+    """The s of a first run that are not integration: to start heyoka's compiler, and to compile the series of a scene."""
+    # They are those of this process, in whichever run it compiled them; without the series if it did not.
     equations, _ = equations_with_numbers(dynamics.engine, dynamics.effects, scene.start.time)
     series = equations.series.get(scene.solver.tolerance)
     return start_compiler() + (series.compile_seconds if series else 0.0)

@@ -50,10 +50,8 @@ class Falls(NamedTuple):
         return np.sqrt(8 * self.height / np.where(self.acceleration > 0, self.acceleration, 1.0))
 
     def low(self, t: float, q: Array, scales: Scales, tolerance: float) -> LowFall | None:
-        """The low falls at t in s and positions q (nv,); None if there are none.
-
-        Times the tolerance, their scales are not below the rounding of positions and of times.
-        """
+        """The low falls at t in s and positions q (nv,); None if there are none."""
+        # Times the tolerance, their scales are not below the rounding of positions and of times.
         joints = self.height < LOW * scales.position
         if not joints.any():
             return None
@@ -80,10 +78,8 @@ def falls_of(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode) -> Fa
 def rates_and_mode(
     contacts: Contacts, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0
 ) -> tuple[Array, Mode]:
-    """The rates (nv,) after the impacts that are due at t in s and q, v (nv,), and the mode that follows.
-
-    Joints whose bounces are too small come to rest. They may carry others into their stops, so this is repeated.
-    """
+    """The rates (nv,) after the impacts that are due at t in s and q, v (nv,), and the mode that follows."""
+    # Joints whose bounces are too small come to rest. They may carry others into their stops, so this is repeated.
     if not contacts.stops:
         return v, contacts.choose(t, q, v, scales, loose)
     resting = np.zeros(len(q), bool)
@@ -161,10 +157,7 @@ class Guards:
         return loose
 
     def changes(self, q: Array, fired: list[int], held: Mask) -> list[tuple[int, str]]:
-        """The joints to which something happened at an event, and what (of pendpin.trajectory.KINDS).
-
-        At positions q (nv,), by the guards that fired and the joints (nv,) that are held then.
-        """
+        """The joints to which something happened as guards fired, and what (trajectory.KINDS); `held` (nv,) after it."""
         kinds: dict[int, str] = {}
         for joint in (held != self.mode.held).nonzero()[0].tolist():
             ends = not self.contacts.lower[joint] < q[joint] < self.contacts.upper[joint]

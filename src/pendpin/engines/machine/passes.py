@@ -21,10 +21,7 @@ Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on
 
 
 def recorded_by_rod(tape: Tape) -> Any:
-    """The functions of the number type, as `recorded`, with passes over all rods of a chain on this tape.
-
-    They see the links (n,) of one rod, by their parents.
-    """
+    """The functions as `recorded`, with passes over all rods; they see the links (n,) of one rod, by their parents."""
 
     def outward(step: Step, base: Any, parents: Sequence[int]) -> list[Any]:
         """The results of a step outward; `base` is what the first rod of the chain receives."""

@@ -136,10 +136,8 @@ class Tape:
         return self.operands[place]
 
     def values(self, places: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
-        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n).
-
-        Those of several lanes are arrays (lanes, 1) or (lanes, n).
-        """
+        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n)."""
+        # Those of several lanes are arrays (lanes, 1) or (lanes, n).
         results: dict[int, Any] = {}
         for place in self.needed(places):
             name, *operands = self.operations[place]

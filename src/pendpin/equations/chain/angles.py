@@ -59,10 +59,8 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
 
 
 def unresolved(t: Array, reading: Reading) -> Mask:
-    """The intervals (k - 1,) between samples at t (k,) in which a rod turns by over half its distance to a pole.
-
-    In such an interval theta may change by any amount; more samples are needed.
-    """
+    """The intervals (k - 1,) between samples at t (k,) in which a rod turns by over half its distance to a pole."""
+    # In such an interval theta may change by any amount; more samples are needed.
     across = reading.across
     speed = np.sqrt(reading.v[..., 1] ** 2 + (reading.v[..., 0] * across) ** 2)
     turn = np.maximum(speed[1:], speed[:-1]) * np.diff(t)[:, None]
@@ -70,10 +68,8 @@ def unresolved(t: Array, reading: Reading) -> Mask:
 
 
 def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple[Array, Array, Array, Array]:
-    """Samples at t (k,), with PARTS - 1 more in each chosen interval (k - 1,), and where those of `kept` are among them.
-
-    d, d' (k, n, 3) are interpolated by a cubic on the sphere.
-    """
+    """Samples at t (k,), with PARTS - 1 more in each chosen interval (k - 1,), and where those of `kept` are among them."""
+    # d, d' (k, n, 3) are interpolated by a cubic on the sphere.
     i, s = np.flatnonzero(chosen), (np.arange(1, PARTS) / PARTS)[:, None, None, None]
     h = (t[i + 1] - t[i])[:, None, None]
     d0, d1, r0, r1 = d[i], d[i + 1], h * rate[i], h * rate[i + 1]

@@ -135,10 +135,7 @@ def _scale(largest: Array) -> Array:
 
 
 def project(system: System) -> tuple[Array, Array]:
-    """Reactions (r, K) and turning accelerations (3, K).
-
-    Raises numpy.linalg.LinAlgError where the reactions have no finite values.
-    """
+    """Reactions (r, K) and turning accelerations (3, K). Raises LinAlgError where the reactions have no finite values."""
     try:
         return _refined(system, Eliminated(system))
     except np.linalg.LinAlgError:
