@@ -13,7 +13,7 @@ from fifty_digits import KINDS, TILTED, G, alike, error, fifty_digits, mixed, ro
 from laws import law
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
-from pendpin.equations.chain import kinematics, refinement, solution
+from pendpin.equations.chain import kinematics, solution, system
 from pendpin.equations.chain.kinematics import ChainInertia
 from pendpin.errors import InputError
 
@@ -50,7 +50,7 @@ def test_direct_solution_vs_elimination(kind, monkeypatch):
     rng = np.random.default_rng(12)
     some, (q, v) = KINDS[kind](5, rng), rng.uniform(-1, 1, (2, 3, 5, 2))
     usual = solution.solve(some, q, v, G)
-    monkeypatch.setattr(refinement, "Eliminated", refinement.Direct)
+    monkeypatch.setattr(system, "Eliminated", system.Direct)
     direct = solution.solve(some, q, v, G)
     np.testing.assert_allclose(direct.wrench, usual.wrench, atol=1e-13 * abs(usual.wrench).max())
     np.testing.assert_allclose(direct.acceleration, usual.acceleration, atol=1e-13 * abs(usual.acceleration).max())

@@ -10,7 +10,7 @@ from chain_energies import energy, thin_energy
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
 from laws import law
 from pendpin.equations import thin_recursion
-from pendpin.equations.chain import angles, kinematics, refinement, solution, thin
+from pendpin.equations.chain import angles, kinematics, solution, system, thin
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
@@ -167,7 +167,7 @@ def test_point_masses_in_directions_vs_direct_solution(monkeypatch):
     some = point_masses(20, rng)
     d, rate = thin.directions(*state(20, rng))
     usual = thin.solve(some, d, rate, G)
-    monkeypatch.setattr(refinement, "Eliminated", refinement.Direct)
+    monkeypatch.setattr(system, "Eliminated", system.Direct)
     direct = thin.solve(some, d, rate, G)
     np.testing.assert_allclose(direct.force, usual.force, atol=1e-13 * abs(usual.force).max())
     np.testing.assert_allclose(np.cross(usual.force, d), 0, atol=1e-13 * abs(usual.force).max())

@@ -25,7 +25,7 @@ from pendpin.dynamics.contacts.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
 from pendpin.engines.machine import llvm
-from pendpin.engines.machine.code import Block, Callback, Code, Function
+from pendpin.engines.machine.llvm import Block, Callback, Code, Function
 from pendpin.errors import Halted
 from pendpin.ground.libraries import version
 from pendpin.integrators import adaptive
@@ -94,7 +94,7 @@ def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
         time.sleep(0.05)  # so that the other thread comes
         return Code(text, operations)
 
-    monkeypatch.setattr("pendpin.engines.machine.code.Code", slow)
+    monkeypatch.setattr("pendpin.engines.machine.llvm.Code", slow)
     engine = Dynamics(build(MODELS["one rod"]), (fx.Gravity(),), form="angles").engine
     function = Function(lambda: record(engine, (fx.Gravity(),), 0.0))
     with ThreadPoolExecutor(2) as pool:

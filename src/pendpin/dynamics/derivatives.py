@@ -24,7 +24,7 @@ from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines import AngleEngine, Engine, LongChain, Revolute, Values
 from pendpin.engines.machine import llvm
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.angles import POLE

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, TypeVar
 import numpy as np
 
 from pendpin.effects import Effect
-from pendpin.engines.machine.code import Table
+from pendpin.engines.machine.llvm import Table
 from pendpin.engines.machine.passes import recorded_by_rod
 from pendpin.engines.machine.tape import Tape, recorded
 from pendpin.ground.arrays import Array, Mask

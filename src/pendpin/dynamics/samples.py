@@ -18,7 +18,7 @@ from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
 from pendpin.engines.chains import Thin
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations import recursion, thin_recursion
 from pendpin.equations.trees import Tree, joints_at, outward, prepared, total

@@ -7,5 +7,5 @@ To add an engine: a class in a file here, and when it is taken in dynamics/dynam
 from pendpin.engines.base import CALLBACK_EVERY_SLOW, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
 from pendpin.engines.chains import MAX_SPHERICAL, Directions, LongChain, Spherical
 from pendpin.engines.compiled import Compiled, Moving
-from pendpin.engines.machine.code import Function, Values
+from pendpin.engines.machine.llvm import Function, Values
 from pendpin.engines.pinocchio import Canonical, CanonicalForm, Revolute

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices
 from pendpin.model.build import Model

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
-from pendpin.engines.machine.code import Block, Fixed, Function, Values
+from pendpin.engines.machine.llvm import Block, Fixed, Function, Values
 from pendpin.ground.arrays import Array
 
 

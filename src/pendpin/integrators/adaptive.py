@@ -17,7 +17,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine import llvm
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.errors import say_note
 from pendpin.ground.arrays import Array, Mask, address
 from pendpin.ground.libraries import c_functions, version

@@ -16,7 +16,7 @@ from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.errors import InputError, RunError, choices, is_number, not_one_of, shown
 from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import EPS, Array

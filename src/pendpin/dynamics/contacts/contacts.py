@@ -18,7 +18,7 @@ from pendpin.dynamics.acting import chosen_joints, in_order
 from pendpin.dynamics.parameters import Numbers
 from pendpin.effects import ContactEffect, DryFriction, Effect
 from pendpin.engines import AngleEngine
-from pendpin.engines.machine.code import Block
+from pendpin.engines.machine.llvm import Block
 from pendpin.errors import InputError, RunError, shown
 from pendpin.ground.arrays import Array, Indices, Mask
 from pendpin.model.build import Model

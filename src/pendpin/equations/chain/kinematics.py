@@ -17,7 +17,7 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, lapack
 
 # The eliminated system replaces a principal inertia of zero by this fraction of a small inertia of the chain. Refinement
-# with the original balances removes its effect (refinement.py); the value only determines the number of passes.
+# with the original balances removes its effect (system.py); the value only determines the number of passes.
 STAND_IN = 1e-7
 
 

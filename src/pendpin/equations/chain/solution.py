@@ -10,8 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, Rods, above, below, rods_first, rods_last
-from pendpin.equations.chain.refinement import project
-from pendpin.equations.chain.system import Axes, Balances
+from pendpin.equations.chain.system import Axes, Balances, project
 from pendpin.ground.arrays import Array, Mask, lapack
 
 AXIAL = 1e-12  # an axial moment on a thin rod below this fraction of the largest moment is rounding

@@ -11,8 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
-from pendpin.equations.chain.refinement import project
-from pendpin.equations.chain.system import RodLoads, System, empty_band
+from pendpin.equations.chain.system import RodLoads, System, empty_band, project
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 
