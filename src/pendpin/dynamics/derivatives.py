@@ -232,10 +232,7 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
             raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
         return complex(value, _STEP)
 
-    name, construct = (
-        str(rest[0]),
-        cast(Any, kind.model_construct),
-    )  # records refuse complex numbers; what follows takes them
+    name, construct = str(rest[0]), cast(Any, kind.model_construct)  # which takes complex numbers, as records do not
     changed = construct(**(fields | {name: stepped(fields[name], rest[1:])}))
     return (*records[:place], changed, *records[place + 1 :])
 

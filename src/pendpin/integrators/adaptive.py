@@ -213,19 +213,13 @@ class OnSciPy(Stepper):
         from scipy import integrate  # late: it takes 0.2 s
 
         (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
-        if (
-            not relative.all()
-        ):  # SciPy's one relative tolerance would count there: the change of the state is integrated
+        if not relative.all():  # SciPy has one relative tolerance: the change of the state is integrated
             size, origin = size + np.where(relative, np.abs(y), 0.0), y
+        tolerances = {"rtol": max(self.tolerance, LEAST_RTOL), "atol": self.tolerance * size}
+        first_step = self.first_step and min(self.first_step, self.longest, end - t)
         solver = getattr(integrate, self.method.library_name)(
-            lambda t, change: rates(t, origin + change),
-            t,
-            y - origin,
-            end,
-            rtol=max(self.tolerance, LEAST_RTOL),
-            atol=self.tolerance * size,
-            max_step=self.longest,
-            first_step=self.first_step and min(self.first_step, self.longest, end - t),
+            *(lambda t, change: rates(t, origin + change), t, y - origin, end),
+            **tolerances | {"max_step": self.longest, "first_step": first_step},
         )
         return solver, origin
 

@@ -53,14 +53,10 @@ def integrator_class(method: Method) -> type[Integrator]:
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
     """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
-    return (
-        built_in(dynamics.effects)
-        and all(effect.smooth for effect in dynamics.effects)
-        and len(dynamics.model.joints) <= most
-        and scene.solver.engine == "auto"
-        and not energy_balance
-        and find_spec("heyoka") is not None
-    )
+    if energy_balance or len(dynamics.model.joints) > most or scene.solver.engine != "auto":
+        return False
+    smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)
+    return smooth and find_spec("heyoka") is not None
 
 
 def choose_method_and_engine(
@@ -76,9 +72,8 @@ def choose_method_and_engine(
     solver, method = scene.solver, scene.solver.method
     if method != "auto" and (solver.engine != "auto" or not method_of(method).machine_code):
         return method, solver.engine
-    compiles = (
-        solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and find_spec("CyRK") is not None
-    )
+    compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects)
+    compiles = compiles and find_spec("CyRK") is not None
     if method == "auto":
         looked_at = dynamics
         if compiles and dynamics.contacts is None:  # in machine code: no Pinocchio or SciPy is imported for that

@@ -245,9 +245,7 @@ def _zero(series: list[float], a: float, b: float) -> tuple[float, float]:
     while True:
         value, slope = _value(series, x)
         a, b = (x, b) if value > 0 else (a, x)
-        newton = (
-            min(max(x - value / slope, a), b) if slope < 0 else a
-        )  # a zero at an end is rounded to either side of it
+        newton = min(max(x - value / slope, a), b) if slope < 0 else a  # a zero at an end is rounded to either side
         converges = abs(newton - x) < last / 2
         better = newton if converges else (a + b) / 2
         x, last = better, abs(better - x)

@@ -131,9 +131,9 @@ class Gauss(Integrator):
                 if advanced is None:
                     return Segment(np.array(states), steps, UNSOLVED.format(t_step))
                 (self._state, others), steps = advanced, steps + 1
-            shown = (
-                self._advanced(derivative, way.start, way.left, others, False) if way.left else (self._state, others)
-            )
+            shown = self._state, others
+            if way.left:
+                shown = self._advanced(derivative, way.start, way.left, others, False)
             if shown is None:
                 return Segment(np.array(states), steps, UNSOLVED.format(way.start))
             q = shown[0].q

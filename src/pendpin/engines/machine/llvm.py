@@ -285,14 +285,8 @@ class Block:
         first = HEADER + TABLE * len(tables)
         self._cells = np.zeros(first + len(numbers) + units * recording.inputs)
         self._whole = self._cells.view(np.int64)
-        memory = self._scratch.ctypes.data, of_rods.ctypes.data
-        self._whole[RODS:HEADER] = (
-            rods,
-            *memory,
-            self.size,
-            self.more,
-            units * recording.directions,
-        )  # as in routines.py
+        memory, lengths = (self._scratch.ctypes.data, of_rods.ctypes.data), (self.size, self.more)
+        self._whole[RODS:HEADER] = rods, *memory, *lengths, units * recording.directions  # as in routines.py
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[HEADER + TABLE * i :][:TABLE] = *addresses, len(table.times)

@@ -19,7 +19,7 @@ declare double @tanh(double)
 declare void @llvm.memset.p0.i64(ptr, i8, i64, i1)
 declare ptr @llvm.launder.invariant.group.p0(ptr)
 """
-# The first cells of a block, the further arguments of a function (code.py): the count of calls, the progress callback, how
+# The first cells of a block, the further arguments of a function (llvm.py): the count of calls, the progress callback, how
 # many rods there are, where loops leave numbers for later ones, where the numbers of the rods are, how long states and
 # further results are, how many unit vectors there are
 CALLS, CALLBACK, RODS, SCRATCH, NUMBERS, STATE, MORE, UNITS = range(8)

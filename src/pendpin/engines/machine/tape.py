@@ -308,19 +308,17 @@ def recorded() -> Any:
 
         return function
 
-    def unsigned(x: Any) -> Any:
-        """What a term is minus of, else the term or number."""
-        if type(x) is not Term:
-            return x
-        name, *operands = x.tape.operations[x.place]
-        return Term(x.tape, operands[0]) if name == "neg" else x
+    def of_angle(name: str, sign: int) -> Callable[..., Any]:
+        """Sine or cosine, of minus an angle by that of the angle itself."""
+        function = recording(name)
 
-    one = {name: recording(name) for name in FUNCTIONS}
-    sine, cosine = one["sin"], one["cos"]
-    one["sin"] = lambda x: (
-        sine(x) if (own := unsigned(x)) is x else -sine(own)
-    )  # of -x by the function of the angle itself
-    one["cos"] = lambda x: cosine(unsigned(x))
+        def operate(x: Any) -> Any:
+            is_minus = type(x) is Term and x.tape.operations[x.place][0] == "neg"
+            return function(x) if not is_minus else function(-x) if sign > 0 else -function(-x)
+
+        return operate
+
+    one = {name: recording(name) for name in FUNCTIONS} | {"sin": of_angle("sin", -1), "cos": of_angle("cos", 1)}
     functions = {name: np.frompyfunc(function, 1, 1) for name, function in one.items()}
     pairs = {name: np.frompyfunc(recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
     return SimpleNamespace(asarray=np.asarray, **functions, **pairs)

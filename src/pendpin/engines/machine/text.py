@@ -3,7 +3,7 @@
 It has the signature of CyRK's right-hand sides, so that it is called from compiled integrators and from Python:
     void rate(double *dy, double t, double *y, void **block, double *more)
 `more` takes the further results of a recording; it is null where they are not wanted. The block holds what changes from run
-to run (code.py). Equations of a chain are loops over its rods: the same code is for any number of rods.
+to run (llvm.py). Equations of a chain are loops over its rods: the same code is for any number of rods.
 """
 
 from collections.abc import Iterable, Iterator
@@ -212,9 +212,7 @@ class Text:
         for place, cell in schedule.carried(loop):
             first, following = self._lanes(cell.first, 0, place), self._lanes(cell.next, loop, place)
             yield f"  %v{place} = phi {self._kind(place)} [ {first}, %enter{loop} ], [ {following}, %loop{loop} ]"
-        for (
-            at
-        ) in names.values():  # an address that LLVM cannot follow, which is what keeps loop strength reduction from it
+        for at in names.values():  # an address that LLVM cannot follow, which keeps loop strength reduction from it
             yield f"  %{at} = call ptr @llvm.launder.invariant.group.p0(ptr %row_{at})"
         for place, (row, cell) in reads.items():
             yield from _load(f"v{place}_{loop}", names[row], str(cell), self._kind(place))

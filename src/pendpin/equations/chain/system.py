@@ -236,9 +236,7 @@ class Direct:
                 around = np.pad(answer, ((1, 1), (0, 0)))
                 rods = np.arange(third, K, 3)
                 columns[rods, unknown] = around[rods[:, None] + np.arange(3)].reshape(len(rods), 3 * size)
-        empty = (
-            np.abs(_split_by_row(columns)).max((2, 3)) == 0
-        )  # of a spherical joint: neither Mc nor a spin enters anything
+        empty = np.abs(_split_by_row(columns)).max((2, 3)) == 0  # of spherical joints, whose Mc and spin enter nothing
         columns[:, np.arange(size), size + np.arange(size)] += empty
         return columns
 
