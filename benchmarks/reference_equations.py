@@ -9,7 +9,6 @@ import pendpin as pp
 from pendpin.dynamics.binding import Binding
 from pendpin.effects import Motion, cross
 from pendpin.equations import recursion, trees
-from pendpin.equations.base import symbols
 from pendpin.model.build import Model
 
 # --- equations in symbols -------------------------------------------------------------------------------------------
@@ -21,7 +20,13 @@ class Numbers:
     def __init__(self, number: Any) -> None:
         self._number = number
         self.asarray = np.frompyfunc(self.exactly, 1, 1)
-        self.minimum, self.maximum = symbols().minimum, symbols().maximum
+        self.minimum = np.frompyfunc(lambda x, y: self._chosen(x, y, hy.lt), 2, 1)
+        self.maximum = np.frompyfunc(lambda x, y: self._chosen(x, y, hy.gt), 2, 1)
+
+    @staticmethod
+    def _chosen(first: Any, second: Any, test: Any) -> Any:
+        first, second = hy.expression(first), hy.expression(second)
+        return hy.select(test(first, second), first, second)
 
     def exactly(self, x: Any) -> Any:
         """A double as a symbol; symbols as they are."""

@@ -12,12 +12,13 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF, ZERO, on_both, states
+from heyoka_symbols import symbols
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Directions, LongChain, Revolute, Spherical
-from pendpin.equations.base import exact, symbols
+from pendpin.equations.base import exact
 from pendpin.model import kinematics
 from pendpin.model.build import build
 

@@ -14,8 +14,9 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
+from heyoka_symbols import symbols
 from laws import law
-from pendpin.equations.base import exact, symbols
+from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations, wrenches
 from pendpin.equations.trees import Tree, motions, motions_in_links
 from pendpin.ground.arrays import EPS

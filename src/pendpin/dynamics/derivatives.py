@@ -71,12 +71,12 @@ class Variational:
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         by_rod = not still and not touching and records_by_rod(engine, effects)
         self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        varied, effects, asked, parameters, masks = self.variation[:5]
+        of_numbers, effects, asked, parameters, masks = self.variation[:5]
         llvm.require("what takes derivatives")
         directions = self.variation.directions or (STATE,)
 
         def write() -> Recording:
-            return add_tangents(record(varied, effects, start, (), asked, by_rod, masks), directions)
+            return add_tangents(record(of_numbers, effects, start, (), asked, by_rod, masks), directions)
 
         places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
         key = ("derivatives", parameters.structure, len(parameters.values), places)
@@ -150,11 +150,11 @@ def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Var
     cases: list[tuple[Any, ...]] = []  # the scene as it is, then with an imaginary part in each of its numbers
     for chain, given in [(None, scene.effects), *changes]:
         effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
-        varied, asked = _engine_of(model, engine, chain), MOTION
+        own, asked = _engine_of(model, engine, chain), MOTION
         if any(isinstance(effect, ContactEffect) for effect in effects):
-            assert isinstance(varied, AngleEngine)
-            asked = Asked(contacts=bind_contacts(model, effects, varied))
-        cases.append((varied, effects, scene.start.time, asked, by_rod))
+            assert isinstance(own, AngleEngine)
+            asked = Asked(contacts=bind_contacts(model, effects, own))
+        cases.append((own, effects, scene.start.time, asked, by_rod))
     first = [parameters_of(*case) for case in cases]
     masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
     same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))

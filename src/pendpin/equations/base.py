@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.ground import libraries
 from pendpin.ground.arrays import Array
 
 JOINTS = 2  # of a rod on a universal joint
@@ -62,21 +61,3 @@ def exact(digits: int) -> Any:
     convert = np.frompyfunc(context.mpf, 1, 1)
     functions["asarray"] = lambda x: np.asarray(convert(np.asarray(x)), dtype=object)
     return SimpleNamespace(minimum=np.minimum, maximum=np.maximum, **functions)
-
-
-@cache
-def symbols() -> Any:
-    """heyoka's expressions in object arrays. Raises ImportError without heyoka."""
-    heyoka = libraries.heyoka()
-
-    def on_expressions(function: Any) -> Any:
-        return np.frompyfunc(lambda x: function(heyoka.expression(x)), 1, 1)
-
-    def chosen(first: Any, second: Any, test: Any) -> Any:
-        first, second = heyoka.expression(first), heyoka.expression(second)
-        return heyoka.select(test(first, second), first, second)
-
-    functions = {name: on_expressions(getattr(heyoka, name)) for name in FUNCTIONS}
-    functions["minimum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.lt), 2, 1)
-    functions["maximum"] = np.frompyfunc(lambda x, y: chosen(x, y, heyoka.gt), 2, 1)
-    return SimpleNamespace(asarray=np.asarray, **functions)
