@@ -9,7 +9,7 @@ import pendpin as pp
 from chain_energies import energy, thin_energy
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
 from laws import law
-from pendpin.equations import thin_recursion
+from pendpin.equations import recursion
 from pendpin.equations.chain import angles, kinematics, solution, system, thin
 from pendpin.errors import InputError
 
@@ -98,7 +98,7 @@ def test_the_recursion_keeps_the_digits_of_long_straight_chains(n):
     q[0] = 0.8, 0.3
     d, rate = thin.directions(q, np.zeros_like(q))
     expected = np.cross(d, thin.solve(some, d, rate, G).acceleration)
-    found, _ = thin_recursion.turning(some, d, rate, G)
+    found, _ = recursion.thin_turning(some, d, rate, G)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-14 * np.sqrt(n) * 10 * np.abs(expected).max())
 
 

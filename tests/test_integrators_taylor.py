@@ -8,7 +8,7 @@ import pytest
 import pendpin as pp
 from effect_cases import EFFECTS, MODELS
 from pendpin import effects as fx
-from pendpin.equations import thin_recursion
+from pendpin.equations import recursion
 from pendpin.equations.chain import thin
 from pendpin.equations.exact import direction, direction_rate, planar, spherical
 from pendpin.model.build import build
@@ -107,6 +107,6 @@ def test_thin_recursion_vs_reactions_as_unknowns(rods: int) -> None:
     moment -= d * (d * moment).sum(-1, keepdims=True)
     moment[0] = 0  # on a point mass
     field = random.normal(size=3)
-    found, _ = thin_recursion.turning(chain, d, rate, field, force, moment)
+    found, _ = recursion.thin_turning(chain, d, rate, field, force, moment)
     expected = np.cross(d, thin.solve(chain, d, rate, field, force=force, moment=moment).acceleration)
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * np.abs(expected).max())

@@ -22,7 +22,7 @@ from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function,
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.tape import Recording, Term
 from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
-from pendpin.equations import newton_euler, recursion, thin_recursion, trees
+from pendpin.equations import newton_euler, recursion, trees
 from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.errors import InputError
@@ -232,8 +232,8 @@ def _record_directions(
     engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any
 ) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
-    rods = (getattr(engine.chain, name) for name in thin_recursion.ThinRods._fields)
-    chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
+    rods = (getattr(engine.chain, name) for name in recursion.ThinRods._fields)
+    chain = recursion.ThinRods(*map(numbers.bodies, rods))
     size, length = 6 * len(chain.m), chain.l[:, None]
 
     def sums(x: Array) -> Array:
@@ -249,7 +249,7 @@ def _record_directions(
         motion = Motion(origin * SIGNS, axes, velocity * SIGNS, omega * SIGNS)
         if loads.wrench is not None:
             force, moment = (part * SIGNS for part in loads.wrench(t, motion))
-        turning, _ = thin_recursion.turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
+        turning, _ = recursion.thin_turning(chain, d, rate, loads.field(t) * SIGNS, force, moment, xp)
         work = powered(State(t, d, omega, lambda: motion)) if powered else []
         return [*rate.reshape(-1), *turning.reshape(-1), *work], []
 

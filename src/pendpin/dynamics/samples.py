@@ -20,7 +20,7 @@ from pendpin.engines import Engine, Loads, Values
 from pendpin.engines.chains import Thin
 from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tape import Recording
-from pendpin.equations import recursion, thin_recursion
+from pendpin.equations import recursion
 from pendpin.equations.trees import Tree, joints_at, outward, prepared, total
 from pendpin.ground.arrays import Array, applied, cross, dot, transposed
 from pendpin.model.build import Model
@@ -133,8 +133,8 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
 def _equations_of_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
     """Accelerations and wrenches of a thin rod, whose joint carries no moment, by the recursion in directions, in W here."""
     assert model.chain is not None
-    rods = (getattr(model.chain, name) for name in thin_recursion.ThinRods._fields)
-    chain = thin_recursion.ThinRods(*map(numbers.bodies, rods))
+    rods = (getattr(model.chain, name) for name in recursion.ThinRods._fields)
+    chain = recursion.ThinRods(*map(numbers.bodies, rods))
 
     def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
         placed, signs = prepared(tree, xp)
@@ -153,7 +153,7 @@ def _equations_of_directions(model: Model, loads: Loads, tree: Tree, numbers: Pa
             f, about_joint = np.split(external[1], 2)
             force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
         state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
-        turned, reaction = thin_recursion.turning(chain, *state, loads.field(t), force, moment, xp)
+        turned, reaction = recursion.thin_turning(chain, *state, loads.field(t), force, moment, xp)
         across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
         across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
         forces = np.stack([applied(joints[1].R, reaction), reaction])
