@@ -121,14 +121,9 @@ def vibrations(matrices: Matrices) -> Vibrations:
     for chosen, part in parts:
         shapes[row : row + len(chosen), chosen] = part.shapes
         row += len(chosen)
-    order = np.argsort(omega, kind="stable")
-    return Vibrations(
-        omega[order],
-        np.concatenate([part.damping_ratio for _, part in parts])[order],
-        shapes[order],
-        np.concatenate([part.eigenvalues for _, part in parts]),
-        all(part.stable for _, part in parts),
-    )
+    order, ratios = np.argsort(omega, kind="stable"), np.concatenate([part.damping_ratio for _, part in parts])
+    eigenvalues, stable = np.concatenate([part.eigenvalues for _, part in parts]), all(part.stable for _, part in parts)
+    return Vibrations(omega[order], ratios[order], shapes[order], eigenvalues, stable)
 
 
 def spectrum(A: Array, off: float | None = None) -> tuple[Array, Array, Array]:
@@ -161,21 +156,16 @@ def is_stable(values: Array, errors: Array) -> bool:
     return bool((np.real(values) <= errors).all())
 
 
-def _uncoupled(matrices: Matrices) -> Iterator[Indices]:
+def _uncoupled(matrices: Matrices) -> list[Indices]:
     """The coordinates, in groups that nothing couples: entries that are rounding couple nothing."""
+    from scipy.sparse.csgraph import connected_components
+
     coupled = np.zeros(matrices.mass.shape, bool)
     for part in matrices:
         size = np.sqrt(np.abs(np.diag(part)))
         coupled |= np.abs(part) > EPS * np.outer(size, size)
-    coupled |= coupled.T
-    left = np.ones(len(coupled), bool)
-    while left.any():
-        group, new = np.zeros(len(coupled), bool), np.arange(len(coupled)) == np.argmax(left)
-        while new.any():
-            group |= new
-            new = coupled[new].any(0) & ~group
-        left &= ~group
-        yield np.flatnonzero(group)
+    count, group = connected_components(coupled, directed=False)
+    return [np.flatnonzero(group == i) for i in range(count)]
 
 
 def _factor(M: Array) -> Array:
@@ -199,10 +189,8 @@ def _undamped(matrices: Matrices) -> Vibrations:
         squares, vectors = eigh(K, M)
     squares = np.where(np.abs(squares) <= len(M) * EPS * np.abs(squares).max(), 0.0, squares)
     omega, grows = np.sqrt(np.abs(squares)), squares < 0
-    roots = np.where(grows, omega, 1j * omega)
-    return Vibrations(
-        omega, np.where(grows, -1.0, 0.0), _normalised(vectors.T), np.concatenate([roots, -roots]), not grows.any()
-    )
+    roots, ratios = np.where(grows, omega, 1j * omega), np.where(grows, -1.0, 0.0)
+    return Vibrations(omega, ratios, _normalised(vectors.T), np.concatenate([roots, -roots]), not grows.any())
 
 
 def _damped(matrices: Matrices) -> Vibrations:
@@ -226,9 +214,8 @@ def _damped(matrices: Matrices) -> Vibrations:
     swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
     pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
     pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
-    modes = [_frequency_and_damping(one, other) for one, other, _ in pairs]
-    rows = _normalised(np.array([shape for *_, shape in pairs]))
-    return Vibrations(np.array([x for x, _ in modes]), np.array([x for _, x in modes]), rows, values, stable)
+    modes = np.array([_frequency_and_damping(one, other) for one, other, _ in pairs])
+    return Vibrations(*modes.T, _normalised(np.array([shape for *_, shape in pairs])), values, stable)
 
 
 def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, int]]:

@@ -3,6 +3,7 @@
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from pydantic import Field, Strict, model_validator
 
 from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_of
@@ -16,6 +17,7 @@ _SMALL = 0.1  # w, below which series have no rounding error of the closed form 
 _TERMS = np.arange(13.0)  # of these series: the next one is 1e-17
 _BETA = 2 / ((2 * _TERMS + 3) * (2 * _TERMS + 5))
 _GAMMA = 16 * (_TERMS + 1) / ((2 * _TERMS + 3) * (2 * _TERMS + 5) * (2 * _TERMS + 7))
+_BETA_AT_SMALL, _GAMMA_AT_SMALL = (polyval(_SMALL, series) for series in (_BETA, _GAMMA))
 
 
 class Drag(BodyEffect):
@@ -149,15 +151,4 @@ def _functions_of_turning(w: Array, xp: Any) -> tuple[Array, Array]:
     atanh = 0.5 * xp.log((1 + root) * (1 + root) / left)
     beta = (1 / 3 - left * inverse * (atanh * root * inverse - 1)) * inverse
     gamma = ((5 - high) * beta - 2 / 3) * inverse
-    return _sum_series(_BETA, low) + (beta - _BETA_AT_SMALL), _sum_series(_GAMMA, low) + (gamma - _GAMMA_AT_SMALL)
-
-
-def _sum_series(coefficients: Array, w: Any) -> Any:
-    """The sum of coefficients times powers of w."""
-    total = coefficients[-1]
-    for coefficient in coefficients[-2::-1]:
-        total = total * w + coefficient
-    return total
-
-
-_BETA_AT_SMALL, _GAMMA_AT_SMALL = (_sum_series(of, _SMALL) for of in (_BETA, _GAMMA))
+    return polyval(low, _BETA) + (beta - _BETA_AT_SMALL), polyval(low, _GAMMA) + (gamma - _GAMMA_AT_SMALL)

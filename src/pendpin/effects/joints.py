@@ -8,6 +8,7 @@ from types import MethodType
 from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
+from numpy.polynomial.polynomial import polyval
 from pydantic import Field, field_serializer, field_validator, model_validator
 
 from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, pace_of, returned
@@ -154,10 +155,7 @@ def _asin_over_x(w: Any, u: Any, xp: Any) -> Any:
         twice = 2 * (1 + xp.sqrt(u))
         w, scale = w / twice, scale * 2 / xp.sqrt(twice)
         u = 1 - w
-    series = _TERMS[-1]
-    for term in _TERMS[-2::-1]:
-        series = series * w + term
-    return scale * series
+    return scale * polyval(w, _TERMS)
 
 
 _DRIVE = ("torque", "amplitude", "frequency", "phase")

@@ -40,10 +40,8 @@ class Pace(NamedTuple):
         return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]
 
     def pieces(self, times: Array) -> Iterator[tuple[Array, int, float]]:
-        """Times (n,) in s cut at the corners: of each piece its times with both ends, how many are due, the shortest time.
-
-        Due are those of `times` behind the beginning of the piece; its end is one of them, or a corner.
-        """
+        """Times (n,) in s cut at the corners: of each piece its times and both ends, how many are due, the shortest."""
+        # Due are those of `times` behind the beginning of the piece; its end is one of them, or a corner.
         if not len(self.corners):
             yield times, len(times) - 1, float(self.shortest[0])
             return
@@ -51,11 +49,8 @@ class Pace(NamedTuple):
         bounds = np.concatenate([times[:1], corners, times[-1:]])
         for (begin, end), shortest in zip(pairwise(bounds), self.at(bounds[:-1]), strict=True):
             due = times[done : (done := int(np.searchsorted(times, end, "right")))]
-            yield (
-                np.concatenate([[begin], due, [] if len(due) and due[-1] == end else [end]]),
-                len(due),
-                float(shortest),
-            )
+            last = [] if len(due) and due[-1] == end else [end]
+            yield np.concatenate([[begin], due, last]), len(due), float(shortest)
 
 
 STEADY = Pace.even(np.inf)  # of an effect to which time makes no difference
@@ -71,12 +66,10 @@ def join_paces(paces: Sequence[Pace]) -> Pace:
 
 
 def measure_pace(t: Array, values: Array, negligible: float) -> Pace:
-    """The pace of a signal with values (n + 1, k) at even times t (n + 1,) in s; n is `BLOCK` times a power of 2.
-
-    A step spans at most eight strides of 1, 2, 4, ... intervals: the longest such that over it, and over shorter ones, all
-    eighth differences are below `negligible` of the largest value; and one interval where there is none. So a pulse, a
-    ripple or a corner gets steps of its own length, at any time, and however small it is beside other changes.
-    """
+    """The pace of a signal with values (n + 1, k) at even times t (n + 1,) in s; n is `BLOCK` times a power of 2."""
+    # A step spans at most eight strides of 1, 2, 4, ... intervals: the longest such that over it, and over shorter ones, all
+    # eighth differences are below `negligible` of the largest value; and one interval where there is none. So a pulse, a
+    # ripple or a corner gets steps of its own length, at any time, and however small it is beside other changes.
     n, floor, stride = len(t) - 1, negligible * np.abs(values).max(initial=0.0), 1
     steps, smooth = np.ones(n), np.ones(n, bool)  # intervals
     while 8 * stride <= n and smooth.any():

@@ -20,9 +20,7 @@ ROUNDING = 4.0  # units in the last place of a time: lsoda starts no step that i
 SHORTEST = 1e-150  # s, the square of which is still a number that it can divide by
 NOT_FINITE = "the acceleration is not a finite number"
 
-Memory = tuple[
-    Any, ...
-]  # what a method keeps from segment to segment: a named tuple of arrays and numbers; () for none
+Memory = tuple[Any, ...]  # what a method keeps from segment to segment: a named tuple of arrays and numbers; or ()
 
 
 @dataclass(frozen=True)

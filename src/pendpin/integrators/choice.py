@@ -117,22 +117,19 @@ def notes_on_stiffness(scene: Scene, steps: int) -> tuple[str, ...]:
         if expected < MANY_STEPS:
             continue
         name = f"effects[{i}] ({effect.kind})"
+        decays = f"{name} decays at {decay:.1e}/s"
         if method.damps and decay > rate:
-            notes.append(
-                f"{name} decays at {decay:.1e}/s, which {method.name} steps over; dop853 takes {expected:.0e} steps"
-            )
-        elif decay > rate and steps > expected / 2:
-            notes.append(f"{name} decays at {decay:.1e}/s, so this took {steps} steps; radau takes far fewer")
+            notes.append(f"{decays}, which {method.name} steps over; dop853 takes {expected:.0e} steps")
         elif steps > expected / 2:
-            notes.append(f"{name} vibrates at {rate:.1e} rad/s, so this took {steps} steps; {less} fewer")
+            vibrates = f"{name} vibrates at {rate:.1e} rad/s, so this took {steps} steps; {less} fewer"
+            notes.append(f"{decays}, so this took {steps} steps; radau takes far fewer" if decay > rate else vibrates)
     return tuple(notes)
 
 
 def uncompiled(scene: Scene) -> Scene:
     """The scene on the engine that it runs on if its equations are not compiled, unless it names its engine."""
-    if scene.solver.engine != "auto" or (
-        scene.solver.method != "auto" and not method_of(scene.solver.method).machine_code
-    ):
+    solver = scene.solver
+    if solver.engine != "auto" or not (solver.method == "auto" or method_of(solver.method).machine_code):
         return scene
     return scene.with_solver(engine=without_compiling(bind(scene).engine))
 
