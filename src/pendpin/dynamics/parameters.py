@@ -79,21 +79,22 @@ class Parameters(Numbers):
             self._structure.append(None)
             return None
         values = _convert_to_numbers(x)
-        present = self._present(values != 0)
-        self._structure.append((values.shape, present.tobytes()))
-        places = range(len(self.values), len(self.values) + int(present.sum()))
-        self.values += values[present].tolist()
-        if self._tape is None:
-            return values[()]
-        out = values.astype(object)
-        out[present] = [self._tape.parameter(place) for place in places]
-        return out[()]
+        return self._replace(values, values != 0, lambda present: values[present].tolist(), self.values)[()]
 
-    def _present(self, mask: Mask) -> Mask:
-        """Which numbers have a parameter, from which are not 0."""
-        chosen = mask if self._fixed_masks is None else self._fixed_masks[len(self.masks)]
-        self.masks.append(chosen)
-        return chosen
+    def _replace(
+        self, values: Array, mask: Mask, listed: Callable[[Mask], list], known: list, by_rod: bool = False
+    ) -> Any:
+        """Numbers with a parameter in place of each in the mask, or in that given beforehand; those listed join the known."""
+        present = mask if self._fixed_masks is None else self._fixed_masks[len(self.masks)]
+        self.masks.append(present)
+        self._structure.append((values.shape, present.tobytes()))
+        begin = len(known)
+        known += listed(present)
+        if self._tape is None:
+            return values
+        out = np.where(present, 0.0, values).astype(object)
+        out[present] = [self._tape.parameter(place, by_rod) for place in range(begin, len(known))]
+        return out
 
     def constant(self, x: Any) -> None:
         """Note what the equations take as it is."""
@@ -136,27 +137,20 @@ class RodParameters(Parameters):
 
     @property
     def values_of_rods(self) -> Array:
+        """The columns of all rods, (k, n)."""
         return np.array(self.columns).reshape(-1, self.rods)
 
     def joints(self, x: Array) -> Array:
         """The numbers of one rod, (w, ...), from those (w n, ...) of the joints of every rod."""
-        return self._number_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
+        return self._of_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
         """The numbers of one rod, from those (n, ...) of every rod."""
-        return self._number_rod(_convert_to_numbers(x)[:, None])
+        return self._of_rod(_convert_to_numbers(x)[:, None])
 
-    def _number_rod(self, x: Array) -> Array:
+    def _of_rod(self, x: Array) -> Array:
         """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
-        present = self._present((x != 0).any(0))
-        self._structure.append((x.shape[1:], present.tobytes()))
-        begin = len(self.columns)
-        self.columns += list(x[:, present].T)
-        if self._tape is None:
-            return x[0]
-        out = np.zeros(x.shape[1:], dtype=object)
-        out[present] = [self._tape.parameter(place, by_rod=True) for place in range(begin, len(self.columns))]
-        return out
+        return self._replace(x[0], (x != 0).any(0), lambda present: list(x[:, present].T), self.columns, by_rod=True)
 
 
 def list_parameters(
