@@ -1,6 +1,6 @@
 """Plants small random faults one by one, and counts those that the tests that reach them notice.
 
-    nice -n 10 python benchmarks/mutants.py 200 mutants.jsonl [--seed 0] [--modules dynamics/contacts/contacts.py ...]
+    nice -n 10 python benchmarks/mutants.py 200 mutants.jsonl [--seed 0] [--modules dynamics/contacts.py ...]
     nice -n 10 python benchmarks/mutants.py 0 planted.jsonl --planted   # faults that once were noticed by no test
 
 A fault changes a comparison, a constant, a sign, min and max, or the bound of a slice, in a function (planting.py). No file
@@ -39,7 +39,7 @@ SOURCE = TOP / "src" / "pendpin"
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
 TESTS = {  # of files in src/pendpin, by what their paths begin with, the first that fits: those that concern them
     "dynamics/contact": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
-    "dynamics/contacts/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
+    "dynamics/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
     "runs/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
     "error_estimates_rounding",
     "motions/search.py": "instants run_surface events special_states sweep",
@@ -98,7 +98,7 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
         "np.maximum(gaps.second * scatter",
         "np.minimum(gaps.second * scatter",
     ),
-    "work of impacts off by 5e-5": ("dynamics/contacts/contacts.py", "after)[joints] / 2", "after)[joints] / 2.0001"),
+    "work of impacts off by 5e-5": ("dynamics/contacts.py", "after)[joints] / 2", "after)[joints] / 2.0001"),
     "lift of drag at 0.49 of a rod": ("effects/drag.py", "turn + 0.5 * lift", "turn + 0.49 * lift"),
     "Modes.hertz doubled": ("stability/modes.py", "return self.omega / (2 * np.pi)", "return self.omega / np.pi"),
     "hertz of the table doubled": ("stability/modes.py", "{omega / (2 * np.pi):.6g}", "{omega / np.pi:.6g}"),

@@ -21,7 +21,7 @@ from effect_cases import EFFECTS, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.compiling import compilable, record
-from pendpin.dynamics.contacts.contacts import Mode
+from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
 from pendpin.engines.machine import llvm

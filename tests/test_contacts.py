@@ -14,8 +14,8 @@ import pendpin as pp
 import scenes
 from laws import law
 from pendpin.cli import main
-from pendpin.dynamics.contacts.contacts import Contacts
-from pendpin.dynamics.contacts.falls import rates_and_mode
+from pendpin.dynamics.contacts import Contacts
+from pendpin.dynamics.falls import rates_and_mode
 from pendpin.effects import DryFriction, Gravity, Stop
 from pendpin.ground.arrays import Array
 

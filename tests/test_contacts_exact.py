@@ -9,8 +9,8 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.contacts.falls import LEAST, LOWER, MOST, RATE, UPPER, Falls, falls_of, guards_of, rates_and_mode
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import LEAST, LOWER, MOST, RATE, UPPER, Falls, falls_of, guards_of, rates_and_mode
 from pendpin.effects import DryFriction, Motor, Stop
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))

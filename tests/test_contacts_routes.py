@@ -12,8 +12,8 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
-from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.contacts.falls import LEAST, LOWER, MOST, RATE, UPPER, Falls, guards_of, rates_and_mode
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import LEAST, LOWER, MOST, RATE, UPPER, Falls, guards_of, rates_and_mode
 from pendpin.effects import DryFriction, Effect, Gravity, Motor, Stop
 from pendpin.ground.arrays import EPS, Array
 from test_contacts_exact import NAMES, ONE, TWO, contacts_of

@@ -15,7 +15,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import Accounts, Binding, Powered, State
-from pendpin.dynamics.contacts.contacts import Contacts
+from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
 from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, Loads, Moving, Values

@@ -18,7 +18,7 @@ import numpy as np
 from pendpin.dynamics.acting import acting, expand_as_written
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import MOTION, Asked, look_up, parameters_of, record, records_by_rod
-from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
+from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import ContactEffect, Effect, Idle

@@ -12,7 +12,7 @@ import numpy as np
 from pendpin.dynamics.acting import HeldTorque, acting, recall_outputs
 from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
 from pendpin.dynamics.compiling import Asked, compile_engine, drop_zeros
-from pendpin.dynamics.contacts.contacts import Contacts, bind_contacts
+from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical

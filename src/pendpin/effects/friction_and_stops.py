@@ -1,4 +1,4 @@
-"""Dry friction and stops, which act through events (dynamics/contacts/contacts.py)."""
+"""Dry friction and stops, which act through events (dynamics/contacts.py)."""
 
 import math
 from typing import Annotated, Any, ClassVar, Literal, Self

@@ -14,7 +14,7 @@ from scipy.optimize import lsq_linear
 
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import staying_zero
-from pendpin.dynamics.contacts.contacts import Mode
+from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.effects import ContactEffect, DryFriction

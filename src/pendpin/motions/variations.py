@@ -10,10 +10,10 @@ from dataclasses import replace
 import numpy as np
 
 from pendpin.dynamics.acting import expand_as_written
-from pendpin.dynamics.contacts.contacts import Mode, Scales
-from pendpin.dynamics.contacts.falls import RATE, Guards, guards_of
+from pendpin.dynamics.contacts import Mode, Scales
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.dynamics.falls import RATE, Guards, guards_of
 from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.engines.machine.llvm import Block

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.contacts.contacts import Mode
+from pendpin.dynamics.contacts import Mode
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import Array

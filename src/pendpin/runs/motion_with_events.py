@@ -5,8 +5,8 @@ from functools import cached_property
 
 import numpy as np
 
-from pendpin.dynamics.contacts.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.contacts.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
+from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
 from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError

@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import built_in, in_order, plain_arithmetic
 from pendpin.dynamics.binding import Accounts, State
-from pendpin.dynamics.contacts.contacts import check_start
+from pendpin.dynamics.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.dynamics.timing import Timing, timing
 from pendpin.effects import Idle, Torque

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.dynamics.contacts.contacts import ROUNDING, Contacts, Mode, Scales
+from pendpin.dynamics.contacts import ROUNDING, Contacts, Mode, Scales
 from pendpin.ground.arrays import EPS, Array, Indices, Mask
 
 REST = 1e-12  # rad, or of the length of a slide: a bounce that goes no farther ends in rest on the stop
