@@ -84,7 +84,7 @@ class Parameters(Numbers):
     def _replace(
         self, values: Array, mask: Mask, listed: Callable[[Mask], list], known: list, by_rod: bool = False
     ) -> Any:
-        """Numbers with a parameter in place of each in the mask, or in that given beforehand; those listed join the known."""
+        """Numbers with a parameter in place of each in the mask, or the one given before; those listed join the known."""
         present = mask if self._fixed_masks is None else self._fixed_masks[len(self.masks)]
         self.masks.append(present)
         self._structure.append((values.shape, present.tobytes()))
