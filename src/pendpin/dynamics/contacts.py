@@ -145,12 +145,10 @@ class Contacts:
         return joints, np.where(q[joints] >= self.upper[joints], -1.0, 1.0)
 
     def strike(self, q: Array, v: Array, t: float) -> Array:
-        """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end.
-
-        Joints that kick each other may bounce without end, less and less. In the limit all that strike without end are at
-        rest relative to their stops. All impulses are theirs, so that one impact without restitution has the same result,
-        however many impacts came before it.
-        """
+        """The rates (nv,) after the impacts of all joints that move into their stops. RunError if these never end."""
+        # Joints that kick each other may bounce without end, less and less. In the limit all that strike without end are at
+        # rest relative to their stops. All impulses are theirs, so that one impact without restitution has the same result,
+        # however many impacts came before it.
         joints, side = self.at_stops(q)
         if not (side * v[joints] < 0).any():
             return v
@@ -189,13 +187,10 @@ class Contacts:
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
-        """Which joints at rest are held, and in which direction the others start to slide; q, v (nv,).
-
-        The search starts with all joints held except those that have just come `loose` (nv,: their direction), and changes
-        the first joint that does not fit, one at a time: Murty's least-index rule, which ends for positive definite
-        matrices of held joints. If rounding errors prevent this, larger ones are allowed. Raises RunError if the search
-        does not end.
-        """
+        """Which joints at rest are held, and how the others start to slide; q, v (nv,). RunError if the search does not end."""
+        # It starts with all joints held except those that have just come `loose` (nv,: their direction), and changes the
+        # first joint that does not fit, one at a time: Murty's least-index rule, which ends for positive definite matrices
+        # of held joints. If rounding errors prevent this, larger ones are allowed.
         resting = (v == 0) & ((self.static > 0) | (q >= self.upper) | (q <= self.lower))
         sign = np.where(self.static > 0, np.sign(v), 0.0)
         if not resting.any():

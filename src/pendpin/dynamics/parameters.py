@@ -124,10 +124,9 @@ class Parameters(Numbers):
 
 
 class RodParameters(Parameters):
-    """Parameters of n rods in a row with w joints each, whose equations are recorded for one rod: the same for every n.
+    """Parameters of n rods in a row with w joints each, whose equations are recorded for one rod: the same for every n."""
 
-    A number that is 0 for all rods is 0 by structure.
-    """
+    # A number that is 0 for all rods is 0 by structure.
 
     by_rod: ClassVar[bool] = True
 

@@ -95,11 +95,8 @@ def _split(steps: Array) -> list[tuple[int, float]]:
 
 
 def remove_jumps(values: Callable[[float], Array], t: Array, samples: Array, negligible: float) -> tuple[Array, Array]:
-    """The times (n,) in s at which a signal jumps, and its samples (m, k) at rising times t (m,) in s less the jumps.
-
-    Each time is the first floating-point number after its jump. A jump is a change between two samples that does not
-    become smaller from interval to half.
-    """
+    """The times (n,) in s just behind a signal's jumps, and its samples (m, k) at rising times t (m,) less the jumps."""
+    # A jump is a change between two samples that does not become smaller from interval to half.
     changes, samples = np.abs(np.diff(samples, axis=0)).max(1), samples.copy()
     around = np.median(np.lib.stride_tricks.sliding_window_view(np.pad(changes, BESIDE), 2 * BESIDE + 1), axis=1)
     steep = np.flatnonzero((changes > negligible * np.abs(samples).max(initial=0.0)) & (changes > STEEP * around))

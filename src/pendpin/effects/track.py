@@ -59,13 +59,11 @@ class Track:
             return replace(self, first=self.first - Decimal(start))
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace:
-        """How fast the velocity changes from `begin` to `end`, in s, but for `negligible` of its largest departure.
-
-        A rod's rates follow the velocity of its support: what is negligible in this is so in them, however rough the
-        acceleration. Between two rows the velocity is a polynomial; at a row its fourth derivative jumps. A step h over a
-        jump J is off by up to J h^4 / 24. Where this matters even for steps from row to row, the integration restarts at
-        the row; elsewhere steps are short enough, and wherever the track moves they are at most `ROWS` rows long.
-        """
+        """How fast the velocity changes from `begin` to `end`, in s, but for `negligible` of its largest departure."""
+        # A rod's rates follow the velocity of its support: what is negligible in this is so in them, however rough the
+        # acceleration. Between two rows the velocity is a polynomial; at a row its fourth derivative jumps. A step h over a
+        # jump J is off by up to J h^4 / 24. Where this matters even for steps from row to row, the integration restarts at
+        # the row; elsewhere steps are short enough, and wherever the track moves they are at most `ROWS` rows long.
         begins = self._own(np.array([begin, end]))
         knots = np.unique(np.clip(self.spline.x, *begins))
         gaps, middles = np.diff(knots), (knots[:-1] + knots[1:]) / 2

@@ -190,10 +190,9 @@ def _motion(chain: ChainInertia, d: Array, rate: Array) -> Motion:
 
 
 class Directions(Thin):
-    """The chain equations in directions: O(n); y = (d, omega) of every rod, in I, with omega normal to d.
+    """The chain equations in directions: O(n); y = (d, omega) of every rod, in I, with omega normal to d."""
 
-    With omega in place of d' a run takes as many steps, and its energy drifts 100 to 1,000 times less.
-    """
+    # With omega in place of d' a run takes as many steps, and its energy drifts 100 to 1,000 times less.
 
     name = "chain, in directions"
 
@@ -241,11 +240,9 @@ def _make_unit(vectors: Array) -> None:
 
 
 class Spherical(Thin):
-    """Pinocchio's spherical joints; y = (quaternions x y z w, angular velocities relative to the rod above, own frame).
+    """Pinocchio's spherical joints; y = (quaternions x y z w, angular velocities relative to the rod above, own frame)."""
 
-    Each rod is given an axial inertia and no spin about its axis: then the spin stays zero and that inertia never
-    matters.
-    """
+    # Each rod is given an axial inertia and no spin about its axis: the spin stays zero and that inertia never matters.
 
     name = "pinocchio, spherical joints"
 

@@ -13,10 +13,9 @@ from pendpin.ground.arrays import Array
 
 
 class Moving(Engine):
-    """Another engine, its base, without the numbers of its state that stay 0 in a motion, as phi does in a plane of theta.
+    """Another engine, its base, without the numbers of its state that stay 0 in a motion, as phi does in a plane."""
 
-    Only motions that begin with these numbers 0 can be integrated.
-    """
+    # Only motions that begin with these numbers 0 can be integrated.
 
     def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
         super().__init__(base.model, base.loads)
@@ -80,10 +79,9 @@ class Moving(Engine):
 
 
 class Compiled(Moving):
-    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters.
+    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
 
-    Many engines share the `equations` of one structure (pendpin.dynamics.compiling keeps them); each run has its block.
-    """
+    # Many engines share the `equations` of one structure (dynamics/compiling.py keeps them); each run has its block.
 
     compiles = True
 

@@ -31,11 +31,7 @@ Wrench = Callable[[Motion], tuple[Array, Array]]  # force N and moment N m about
 def external_forces(
     model: Any, data: Any, q: Array, v: Array, com: Array, joints: Sequence[int], wrench: Wrench
 ) -> list[Any]:
-    """One pin.Force a joint, in its frame, at its origin, at Pinocchio's q (nq,) and v (nv,).
-
-    com (n, 3) m are the bodies' centres of mass, joints their places in Pinocchio's model; wrench gives forces N and
-    moments N m about com, (n, 3), in W.
-    """
+    """One pin.Force a joint, in its frame, at its origin, at Pinocchio's q, v, from a wrench about com (n, 3) m in W."""
     pinocchio().forwardKinematics(model, data, q, v)
     motion = motion_of(data, joints)
     return forces(turn_into_joint_frames(com, motion, *wrench(motion)), joints, len(data.oMi))

@@ -28,10 +28,7 @@ def planar(angle0: float, rate0: float, reduced_length: float, g: float, t: Arra
 
 
 def spherical(direction0: Array, rate0: Array, reduced_length: float, g: float, t: Array) -> np.ndarray:
-    """Unit direction from the joint to the mass at times t, (n, 3) in W, z up; rate0 (3,) is its derivative, 1/s.
-
-    direction0 is normalised, and of rate0 the part across it is taken.
-    """
+    """Unit direction to the mass at times t, (n, 3) in W, z up; direction0 and rate0 (3,), 1/s, made unit and normal."""
     with mp.workdps(DIGITS):
         direction = spherical_at(direction0, rate0, mp.sqrt(mpf(g) / mpf(reduced_length)))
         return np.array([[float(x) for x in direction(mpf(float(x)))] for x in np.atleast_1d(t)])
@@ -57,10 +54,8 @@ def _sines(q: Array) -> tuple[np.ndarray, ...]:
 
 
 def planar_at(angle0: float, rate0: float, w: Real) -> Function:
-    """x(t) with x'' = -w² sin(x), in mpmath numbers: sin(x/2) = k sn(w t + u0, k) where it swings, k < 1.
-
-    k² = sin²(x0/2) + (x0' / 2w)² is the energy over that of rest upside down; above 1 the pendulum goes round.
-    """
+    """x(t) with x'' = -w² sin(x), in mpmath numbers: sin(x/2) = k sn(w t + u0, k) where it swings, k < 1."""
+    # k² = sin²(x0/2) + (x0' / 2w)² is the energy over that of rest upside down; above 1 the pendulum goes round.
     turns = mp.nint(mpf(angle0) / (2 * mp.pi))
     x0, v0 = mpf(angle0) - 2 * mp.pi * turns, mpf(rate0) / (2 * w)
     m, middle = mp.sin(x0 / 2) ** 2 + v0**2, 2 * mp.pi * turns
@@ -85,11 +80,9 @@ def amplitude(u: Real, m: Real) -> Real:
 
 
 def spherical_at(direction0: Array, rate0: Array, w: Real) -> Callable[[Real], Vector]:
-    """The direction (3,) at a time, in mpmath numbers; w² = g / reduced length.
-
-    Height and azimuth separate: z(t) from Jacobi's sn, the azimuth from integrals of the third kind. Without angular
-    momentum about the vertical it is the planar pendulum.
-    """
+    """The direction (3,) at a time, in mpmath numbers; w² = g / reduced length."""
+    # Height and azimuth separate: z(t) from Jacobi's sn, the azimuth from integrals of the third kind. Without angular
+    # momentum about the vertical it is the planar pendulum.
     d0, rate0 = mp.matrix([mpf(float(x)) for x in direction0]), mp.matrix([mpf(float(x)) for x in rate0])
     d0 /= mp.norm(d0)
     rate0 -= _dot(d0, rate0) * d0

@@ -51,10 +51,9 @@ class StateScales(NamedTuple):
 
 
 class Adaptive(Integrator):
-    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike, up to events too.
+    """A method of CyRK and SciPy with one tolerance, relative and absolute (rad, rad/s) alike, up to events too."""
 
-    With `in_machine_code` its equations are those of a compiled engine, and CyRK's loops call them directly.
-    """
+    # With `in_machine_code` its equations are those of a compiled engine, and CyRK's loops call them directly.
 
     def __init__(self, method: Method, setting: float, in_machine_code: bool = False) -> None:
         super().__init__(method, setting)

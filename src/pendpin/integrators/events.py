@@ -169,12 +169,10 @@ class _Interval(NamedTuple):
 
 
 def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing | None:
-    """The earliest time at which one of m functions falls to 0 and then below -floor (m,).
-
-    In the intervals between the rising times `bounds` (k + 1,): all are sampled at once, and those that may hold a
-    crossing are searched. None if there is none: then no function was below -floor, but for what its interpolant leaves
-    out (`UNSEEN`). A function may start at 0 or below; it crosses where it next falls below -floor.
-    """
+    """The earliest time between rising `bounds` (k + 1,) at which one of m functions falls to 0 and then below -floor."""
+    # All intervals are sampled at once, and those that may hold a crossing are searched. None if there is none: then no
+    # function was below -floor (m,), but for what its interpolant leaves out (`UNSEEN`). A function may start at 0 or
+    # below; it crosses where it next falls below -floor.
     waiting, looks = _intervals(sample, bounds, floor), dict[int, int]()
     while waiting:
         part = waiting.pop()

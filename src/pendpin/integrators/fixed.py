@@ -61,10 +61,9 @@ class GridPlace(NamedTuple):
 
 
 class StepGrid:
-    """The ends of steps of one size in s, counted from an origin, and how far behind it the stored state is.
+    """The ends of steps of one size in s, counted from an origin, and how far behind it the stored state is."""
 
-    That state is at the end of a step; or inside one, behind a corner of what acts, from which it continues to that end.
-    """
+    # That state is at the end of a step; or inside one, behind a corner of what acts, from which it goes on to that end.
 
     def __init__(self, step: float, place: GridPlace, t: float, plan: StepPlan) -> None:
         """The steps of the segment before, which ended at `place`, from t in s on; new ones where there was none."""
@@ -153,10 +152,7 @@ class FixedStep(Integrator):
 
 
 class RungeKutta4(FixedStep):
-    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state.
-
-    On a compiled engine the loop of its steps is compiled.
-    """
+    """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state; compiled on a compiled engine."""
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative of the engine."""

@@ -28,10 +28,9 @@ UNSOLVED = "the stage equations are not solved {:g} s after the start: take a sm
 
 
 class Rule(NamedTuple):
-    """The coefficients of s stages, as a_ij = (1/2 + w_ij) b_j with w antisymmetric.
+    """The coefficients of s stages, as a_ij = (1/2 + w_ij) b_j with w antisymmetric."""
 
-    In this form the conditions for a symplectic and symmetric method hold exactly, whatever the rounding of w.
-    """
+    # So the conditions for a symplectic and symmetric method hold exactly, whatever the rounding of w.
 
     c: Array  # (s,)
     b: Array  # (s,)

@@ -46,10 +46,9 @@ class SeriesMemory(NamedTuple):
 
 
 class Taylor(Integrator):
-    """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series.
+    """Adaptive order and step (A. Jorba, M. Zou, Experimental Mathematics 14 (2005)); an evaluation is a whole series."""
 
-    Its state is kept from segment to segment without projection, so that no digits are lost between them.
-    """
+    # Its state is kept from segment to segment without projection, so that no digits are lost between them.
 
     @classmethod
     def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Taylor":

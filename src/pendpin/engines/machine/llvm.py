@@ -113,10 +113,9 @@ def processor() -> tuple[int, bytes, bytes, bytes]:
 
 
 class Library:
-    """Functions compiled in memory from LLVM's intermediate language, for this processor; they live as long as this object.
+    """Functions compiled in memory from LLVM's language, for this processor, as long as this object lives."""
 
-    Threads may compile at the same time: each library has a context of its own.
-    """
+    # Threads may compile at the same time: each library has a context of its own.
 
     def __init__(self, text: str, optimisation: int) -> None:
         self._context = self._engine = None  # until there are some to dispose of
@@ -265,10 +264,9 @@ class Function:
 
 
 class Block:
-    """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback.
+    """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback."""
 
-    `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
-    """
+    # `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
 
     def __init__(
         self, function: Function, fixed: Fixed, compiled: Callable[[float], None] = lambda seconds: None

@@ -66,20 +66,17 @@ class System(ABC):
 
 
 def empty_band(K: int, r: int) -> tuple[Array, Array]:
-    """A lower band of K joints with r reactions each, all 0, and its blocks: a view (K, r, 2 r), [joint, column, row].
-
-    Rows run over the joint itself and the next one. Only rows on and below the diagonal are to be written.
-    """
+    """A lower band of K joints with r reactions each, all 0, and its blocks: a view (K, r, 2 r), [joint, column, row]."""
+    # Rows run over the joint itself and the next one. Only rows on and below the diagonal are to be written.
     band = np.zeros((K, r, 2 * r))  # [joint, column, diagonal]
     blocks = np.ndarray((K, r, 2 * r), buffer=band, strides=(16 * r * r, 16 * r - 8, 8))
     return band.reshape(r * K, 2 * r).T, blocks
 
 
 class Axes(NamedTuple):
-    """The moment-carrying axis a3 of each joint: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above.
+    """The axis a3 of each joint that carries a moment: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above."""
 
-    All are 0 for a spherical joint: its Mc is 0 and it transmits no twisting moment.
-    """
+    # All are 0 for a spherical joint: its Mc is 0 and it transmits no twisting moment.
 
     trig: Array  # (4, K): s_t, s, c_t, c
     spherical: Mask | None  # (K,) None if no joint is spherical
@@ -185,11 +182,10 @@ class Eliminated:
 
 
 class Direct:
-    """Reactions and turning together, by LU with pivoting: slower by ten, and nothing is divided by an inertia.
+    """Reactions and turning together, by LU with pivoting: slower by ten, and nothing is divided by an inertia."""
 
-    The columns of the matrix are residuals of the balances for unit unknowns. The unknowns of a rod enter only its own
-    equations and its neighbours', so every third rod is evaluated at once.
-    """
+    # The columns of the matrix are residuals of the balances for unit unknowns. The unknowns of a rod enter only its own
+    # equations and its neighbours', so every third rod is evaluated at once.
 
     def __init__(self, system: System) -> None:
         self.system = system
