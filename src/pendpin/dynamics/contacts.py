@@ -187,7 +187,7 @@ class Contacts:
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
 
     def choose(self, t: float, q: Array, v: Array, scales: Scales, loose: Array | float = 0.0) -> Mode:
-        """Which joints at rest are held, and how the others start to slide; q, v (nv,). RunError if the search does not end."""
+        """Which joints at rest are held, and how the others start to slide; q, v (nv,). RunError if a search never ends."""
         # It starts with all joints held except those that have just come `loose` (nv,: their direction), and changes the
         # first joint that does not fit, one at a time: Murty's least-index rule, which ends for positive definite matrices
         # of held joints. If rounding errors prevent this, larger ones are allowed.

@@ -143,7 +143,7 @@ def _rates(joint: Joints, u_rate: Array) -> Array:
 
 def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
     """How a rod turns, and its angles' rates, at a pole too, and accelerations (2, k), from d'' (3, k) in I."""
-    (s, c), frame = joint.phi, _product(above.frame, joint.R)
+    (_, s, _, c), frame = joint.trig, _product(above.frame, joint.R)
     e1, e2, _ = _into(frame, acceleration)
     p, pa = joint.into(above.omega), joint.into(above.alpha)
     pole, phi_d = np.abs(c) < POLE, rates[1]

@@ -153,29 +153,9 @@ class Joints(NamedTuple):
     def at(cls, q: Array) -> "Joints":
         """From angles q (..., n, 2) in rad: R = Rx(-theta) Ry(phi)."""
         angles = rods_last(q)
-        trig = np.empty((4, angles.shape[1]))
-        s_t, s, c_t, c = trig
-        np.sin(angles, out=trig[:2])
-        np.cos(angles, out=trig[2:])
-        R = np.empty((3, 3, angles.shape[1]))
-        R[0, 0], R[0, 1], R[0, 2] = c, 0, s
-        R[1, 1] = c_t
-        np.negative(s_t, out=R[2, 1])
-        np.multiply(s_t, c, out=R[1, 2])
-        np.multiply(c_t, c, out=R[2, 2])
-        np.multiply(R[2, 1], s, out=R[1, 0])
-        np.multiply(-c_t, s, out=R[2, 0])
+        s_t, s, c_t, c = trig = np.concatenate([np.sin(angles), np.cos(angles)])
+        R = np.array([[c, np.zeros_like(c), s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]])
         return cls(q.shape[-2], trig, R)
-
-    @property
-    def theta(self) -> tuple[Array, Array]:
-        """sin(theta), cos(theta), each (K,)."""
-        return self.trig[0], self.trig[2]
-
-    @property
-    def phi(self) -> tuple[Array, Array]:
-        """sin(phi), cos(phi), each (K,)."""
-        return self.trig[1], self.trig[3]
 
     def into(self, x: Array) -> Array:
         """Components in a rod's own frame of a vector (3, K) given in the frame above it."""
@@ -208,11 +188,8 @@ class Joints(NamedTuple):
 
     def relative_omega(self, rate: Array) -> Array:
         """Angular velocity of each rod relative to the rod above it, in its own frame, (3, K); rate (2, K) in rad/s."""
-        (s, c), w = self.phi, np.empty((3, rate.shape[1]))
-        np.multiply(-rate[0], c, out=w[0])
-        w[1] = rate[1]
-        np.multiply(-rate[0], s, out=w[2])
-        return w
+        _, s, _, c = self.trig
+        return np.array([-rate[0] * c, rate[1], -rate[0] * s])
 
     def omega(self, rate: Array) -> Array:
         """Angular velocity of each rod, in its own frame, (3, K) rad/s; rate (2, K) in rad/s."""

@@ -58,7 +58,7 @@ def solve(
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
     external = _external(chain, joints, torque, force, moment)
-    s, c = joints.phi
+    _, s, _, c = joints.trig
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     if chain.n == 1 and external.first_spherical == 0:
         x, alpha = _solve_single_thin(chain.rods, joints, field, omega, drift, external)
@@ -110,7 +110,7 @@ def _external(
     if torque is not None:
         tau = rods_last(torque)
         first_spherical = max(first_spherical, _count_to_last((tau != 0).any(0), chain.n))
-        (s_t, c_t), (s, c) = joints.theta, joints.phi
+        s_t, s, c_t, c = joints.trig
         at_joint = np.stack([-tau[0] * c, tau[1], -tau[0] * s])
         about_G = about_G + at_joint
         about_G[0] += below(tau[0], joints.n)
@@ -135,7 +135,8 @@ def _solve_single_thin(
 ) -> tuple[Array, Array]:
     """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment."""
     # Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
-    (s, c), (o1, o2, o3), (moment1, moment2, _) = joints.phi, omega, np.broadcast_to(external.moment, omega.shape)
+    (_, s, _, c), (o1, o2, o3) = joints.trig, omega
+    moment1, moment2, _ = np.broadcast_to(external.moment, omega.shape)
     still = joints.into(-np.reshape(field, (-1, 3)).T) - external.push  # m/s², of a rod at rest, less free fall
     lever, inertia = rod.m * rod.h, rod.inertia[0] + rod.m * rod.h**2
     a1, a2 = (moment1 + lever * still[1]) / inertia, (moment2 - lever * still[0]) / inertia  # without spin
@@ -151,14 +152,8 @@ def _balances(
     (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
     if axes.spherical is not None:
         o3, drift = np.where(axes.spherical, 0.0, [o3, drift])
-    swing, moment = np.empty_like(omega), np.empty_like(omega)
-    np.multiply(o1, o3, out=swing[0])
-    np.multiply(o2, o3, out=swing[1])
-    np.negative(o1 * o1 + o2 * o2, out=swing[2])
-    np.multiply(I2 - I3, swing[1], out=moment[0])
-    np.multiply(I3 - I1, swing[0], out=moment[1])
-    np.multiply(I1 - I2, o1 * o2, out=moment[2])
-    moment += external.moment
+    swing = np.array([o1 * o3, o2 * o3, -(o1 * o1 + o2 * o2)])
+    moment = np.array([(I2 - I3) * swing[1], (I3 - I1) * swing[0], (I1 - I2) * (o1 * o2)]) + external.moment
     if axes.spherical is not None:
         moment[2, axes.spherical] = 0
     support = -np.reshape(field, (-1, 3)).T
@@ -169,7 +164,7 @@ def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha
     """Angular accelerations (3, K) of rods on spherical joints, in the frames that the angles give them, which do spin."""
     # Across the axis the frame's spin adds what leaves b3'' unchanged; along it the universal joint's twist constraint
     # decides, from the support down.
-    (s_t, c_t), (s, c) = joints.theta, joints.phi
+    s_t, s, c_t, c = joints.trig
     a1 = alpha[0] + np.where(spherical, omega[1] * omega[2], 0.0)
     a2 = alpha[1] - np.where(spherical, omega[0] * omega[2], 0.0)
     band = np.zeros((alpha.shape[1], 2))
@@ -182,10 +177,8 @@ def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha
 
 def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array) -> Array:
     """theta'', phi'' (2, K): the relative angular acceleration along the joint's two axes."""
-    (s_t, c_t), (s, c) = joints.theta, joints.phi
+    s_t, s, c_t, c = joints.trig
     across = c * omega[2] - s * omega[0]  # omega . a3, the same above and below the joint
     up = above(alpha, joints.n)
-    out = np.empty_like(rate)
-    out[0] = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * across
-    out[1] = alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * across
-    return out
+    theta_dd = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * across
+    return np.array([theta_dd, alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * across])

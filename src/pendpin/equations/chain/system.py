@@ -100,10 +100,8 @@ class Balances(System):
         tip = above(linear + rods.k * swing, rods.n)
         tip[:, :: rods.n] = self.support
         turned = above(turn, rods.n)
-        out = np.empty((turn.shape[1], 4))
-        out[:, :3] = (joints.into(tip) - linear + rods.h * swing).T
-        out[:, 3] = self.drift + s * turn[0] - c * turn[2] + s_t * turned[1] + c_t * turned[2]
-        return out
+        twist = self.drift + s * turn[0] - c * turn[2] + s_t * turned[1] + c_t * turned[2]
+        return np.column_stack([(joints.into(tip) - linear + rods.h * swing).T, twist])
 
     def resistance(self, turn: Array) -> Array:
         """I alpha (3, K), N m."""
@@ -117,16 +115,10 @@ class Balances(System):
     def loads(self, x: Array) -> RodLoads:
         """Force and moment about G of reactions x (4, K), in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
-        up = np.empty((5, Mc.size))  # of the joint below: force in this rod's frame, the parts of Mc on b2 and b3
-        up[:3] = joints.out_of(F)
-        np.multiply(s_t, Mc, out=up[3])
-        np.multiply(c_t, Mc, out=up[4])
-        up = below(up, rods.n)
-        moment = np.empty_like(F)
-        moment[0] = rods.h * F[1] + rods.k * up[1] - s * Mc
-        moment[1] = -rods.h * F[0] - rods.k * up[0] - up[3]
-        moment[2] = c * Mc - up[4]
-        return RodLoads(F - up[:3], moment)
+        # of the joint below: force in this rod's frame, the parts of Mc on b2 and b3
+        up = below(np.concatenate([joints.out_of(F), [s_t * Mc, c_t * Mc]]), rods.n)
+        across = rods.h * F[1] + rods.k * up[1] - s * Mc, -rods.h * F[0] - rods.k * up[0] - up[3]
+        return RodLoads(F - up[:3], np.array([*across, c * Mc - up[4]]))
 
     def band(self) -> Array:
         """The band (8, 4 K): reactions of each joint on its own gap and on the next joint's."""
