@@ -101,14 +101,10 @@ class LongChain(AngleEngine):
 
     def _motion(self, q: Array, v: Array) -> Motion:
         """Poses and velocities in W of n rods with angles and rates q, v (..., n, 2)."""
-        moving = motion(self._chain, q, v)
-        start = np.zeros((*q.shape[:-2], 1, 3))
-        return Motion(
-            np.concatenate([start, moving.tips[..., :-1, :]], -2) * SIGNS,
-            FLIP @ moving.frames @ FLIP,
-            np.concatenate([start, moving.tip_velocities[..., :-1, :]], -2) * SIGNS,
-            applied(moving.frames, moving.omega) * SIGNS,
-        )
+        moving, start = motion(self._chain, q, v), np.zeros((*q.shape[:-2], 1, 3))
+        tips = moving.tips, moving.tip_velocities
+        origin, velocity = (np.concatenate([start, x[..., :-1, :]], -2) * SIGNS for x in tips)
+        return Motion(origin, FLIP @ moving.frames @ FLIP, velocity, applied(moving.frames, moving.omega) * SIGNS)
 
 
 class Thin(Engine):
