@@ -10,7 +10,6 @@ from pendpin.dynamics.acting import built_in
 from pendpin.dynamics.compiling import compilable
 from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.effects import Anchor, Bending
-from pendpin.engines import Derivative
 from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators.base import Integrator
@@ -138,31 +137,23 @@ def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
     """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only."""
     # By forward differences with a `step` relative to the state.
     derivative, _ = dynamics.engine.derivative(lambda t: None)
-    if len(y) > LARGE:
-        return 0.0, _fastest(derivative, y)
-    steps = step * np.maximum(np.abs(y), 1.0)
 
     def rate(y: Array) -> Array:
         dy = np.empty_like(y)
         derivative(dy, 0.0, y)
         return dy
 
-    base = rate(y)
+    base, steps = rate(y), step * np.maximum(np.abs(y), 1.0)
+    if len(y) > LARGE:  # the power method on the slopes, never written out: right within a few tenths
+        size, growth = STEP * max(1.0, float(np.linalg.norm(y))), list[float]()
+        direction = np.cos(np.arange(len(y)))  # without a symmetry by which a motion would be missed
+        for _ in range(POWER_STEPS):
+            direction /= max(float(np.linalg.norm(direction)), 1e-300)
+            direction = (rate(y + size * direction) - base) / size
+            growth.append(float(np.linalg.norm(direction)))
+        return 0.0, float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
     slopes = np.array([(rate(y + step) - base) / size for step, size in zip(np.diag(steps), steps, strict=True)]).T
     if not np.isfinite(slopes).all():
         return 0.0, 0.0
     rates = np.linalg.eigvals(slopes)
     return float(-rates.real.min()), float(np.abs(rates).max())
-
-
-def _fastest(derivative: Derivative, y: Array) -> float:
-    """The fastest rate in 1/s at y (size,), within a few tenths: the power method on the slopes, never written out."""
-    base, rate, size = np.empty_like(y), np.empty_like(y), STEP * max(1.0, float(np.linalg.norm(y)))
-    derivative(base, 0.0, y)
-    direction, growth = np.cos(np.arange(len(y))), []  # without a symmetry by which a motion would be missed
-    for _ in range(POWER_STEPS):
-        direction /= max(float(np.linalg.norm(direction)), 1e-300)
-        derivative(rate, 0.0, y + size * direction)
-        direction = (rate - base) / size
-        growth.append(float(np.linalg.norm(direction)))
-    return float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
