@@ -28,7 +28,6 @@ from pendpin.scene import METHODS, Form, Scene, chosen_scene, scene_of
 from pendpin.trajectory import HingeReactions, Reactions, RunRecord, Stats
 
 CONTACTS = "contacts"  # dry friction and stops together
-Effort = Callable[[float, Array, Array, Motion], Array]  # t since the start, q, v (nv,), motion -> (nv,)
 
 
 class Dynamics:
@@ -167,11 +166,9 @@ def choose_engine(model: Model, loads: Loads, name: str, form: Form = "any") -> 
         raise InputError(f'solver.engine: {len(model.joints)} joints are too many for Pinocchio\'s memory; use "chain"')
     thin = model.chain is not None and model.chain.first_thin == 0
     spherical = thin and loads.torque is None and not loads.axial and form != "angles"
-    if spherical and form == "directions":
-        return Directions(model, loads)
-    if spherical and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
+    if spherical and form != "directions" and name != "chain" and len(model.rods) <= MAX_SPHERICAL:
         return Spherical(model, loads)
-    if spherical and name != "pinocchio":
+    if spherical and (form == "directions" or name != "pinocchio"):
         return Directions(model, loads)
     return LongChain(model, loads) if name == "chain" or model.make_pin is None else Revolute(model, loads)
 
@@ -249,35 +246,28 @@ def efforts(run: RunRecord) -> dict[str, Array]:
         raise InputError(f"efforts: {len(run.joints)} joints are too many for Pinocchio's memory")
     pin, model = pinocchio(), dynamics.model.pin.copy()
     model.gravity = pin.Motion.Zero()
-    data, engine, start = model.createData(), Revolute(dynamics.model, dynamics.loads), dynamics.start
-    acts = [(bound.effect.kind, _effort(dynamics, bound, model)) for bound in dynamics.binding.acts if bound]
-    kinds = dict.fromkeys(kind for kind, _ in acts)
-    out = {kind: np.zeros_like(run.q) for kind in kinds}
-    rest = np.zeros_like(run.q)
-    for i, (t, q, v, a) in enumerate(zip(run.t - start, run.q, run.v, run.a, strict=True)):
-        motion = engine.motion(np.concatenate([q, v]))
-        for kind, effort in acts:
-            out[kind][i] += effort(float(t), q, v, motion)
-        rest[i] = pin.rnea(model, data, q, v, a) - sum(out[kind][i] for kind in kinds)
-    return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
+    engine, binding, bodies = Revolute(dynamics.model, dynamics.loads), dynamics.binding, dynamics.model.bodies
+    data, heavy, still = model.createData(), model.copy(), np.zeros(model.nv)
 
-
-def _effort(dynamics: Dynamics, bound: Any, model: Any) -> Effort:
-    """The generalised force of one effect. `model` is a pin.Model without gravity."""
-    pin, model = pinocchio(), model.copy()
-    data, complete, coms = model.createData(), dynamics.binding.complete, dynamics.binding.bodies.com
-
-    def effort(t: float, q: Array, v: Array, motion: Motion) -> Array:
+    def effort(bound: Any, t: float, q: Array, v: Array, motion: Motion) -> Array:
+        """The generalised force (nv,) of one effect at t since the start, q, v (nv,) and the motion there."""
         if isinstance(bound, BoundTorque):
             return bound.at(t, q, v)
         if isinstance(bound, BoundField):
-            model.gravity.linear = np.asarray(bound.at(t), float)
-            return -pin.computeGeneralizedGravity(model, data, q)
-        wrenches = turn_into_joint_frames(coms, motion, *bound.at(t, complete(t, motion)))
-        external, still = forces(wrenches, joints_of(dynamics.model.bodies), model.njoints), np.zeros(len(q))
-        return -pin.rnea(model, data, q, still, still, external)
+            heavy.gravity.linear = np.asarray(bound.at(t), float)
+            return -pin.computeGeneralizedGravity(heavy, data, q)
+        wrenches = turn_into_joint_frames(binding.bodies.com, motion, *bound.at(t, binding.complete(t, motion)))
+        return -pin.rnea(model, data, q, still, still, forces(wrenches, joints_of(bodies), model.njoints))
 
-    return effort
+    acts = [bound for bound in binding.acts if bound]
+    out = {bound.effect.kind: np.zeros_like(run.q) for bound in acts}
+    rest = np.zeros_like(run.q)
+    for i, (t, q, v, a) in enumerate(zip(run.t - dynamics.start, run.q, run.v, run.a, strict=True)):
+        motion = engine.motion(np.concatenate([q, v]))
+        for bound in acts:
+            out[bound.effect.kind][i] += effort(bound, float(t), q, v, motion)
+        rest[i] = pin.rnea(model, data, q, v, a) - sum(one[i] for one in out.values())
+    return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
 
 
 def explain(dynamics: Dynamics, stats: Stats) -> tuple[str, ...]:
