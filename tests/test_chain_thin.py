@@ -10,7 +10,7 @@ from chain_energies import energy, thin_energy
 from fifty_digits import TILTED, G, alike, error, fifty_digits, mixed, point_masses, state
 from laws import law
 from pendpin.equations import recursion
-from pendpin.equations.chain import angles, kinematics, solution, system, thin
+from pendpin.equations.chain import kinematics, solution, system, thin
 from pendpin.errors import InputError
 
 seeds = st.integers(0, 2**32 - 1)
@@ -58,7 +58,7 @@ def test_thin_chain_in_directions_vs_angles(seed, n):
     F = np.einsum("nij,ni->nj", frames, there.force)
     np.testing.assert_allclose(F, here.force, rtol=0, atol=1e-12 * abs(F).max())
     np.testing.assert_array_equal(here.Mc, 0)
-    reading = angles.read(d[None], rate[None], there.acceleration[None], q)
+    reading = thin.read(d[None], rate[None], there.acceleration[None], q)
     np.testing.assert_allclose(reading.q[0], q, atol=1e-13)
     np.testing.assert_allclose(reading.v[0], v, atol=1e-9)
     scale = abs(here.acceleration).max()
@@ -117,7 +117,7 @@ def test_angles_are_read_back_along_a_path(seed):
     q, v, a = path(2, rng, times)
     d, rate = thin.directions(q, v)
     after, before = (thin.directions(q + t * v + t * t / 2 * a, v + t * a)[1] for t in (h, -h))
-    found = angles.read(d, rate, (after - before) / (2 * h), q[0])
+    found = thin.read(d, rate, (after - before) / (2 * h), q[0])
     clear = np.abs(np.cos(q[..., 1])).min(1) > 0.05
     same_pair = (
         np.abs(np.exp(1j * (found.q - q)) - 1).max((1, 2)) < 1e-9
@@ -136,7 +136,7 @@ def test_full_turns_through_the_pole_are_read_as_such(theta):
     q = np.stack([np.full_like(phi, theta), phi], -1)[:, None]
     v = np.broadcast_to([0.0, 2.0], q.shape)
     d, rate = thin.directions(q, v)
-    found = angles.read(d, rate, -4 * d, q[0])
+    found = thin.read(d, rate, -4 * d, q[0])
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     np.testing.assert_allclose(found.v, v, atol=1e-7)
     np.testing.assert_allclose(found.a[np.abs(np.cos(phi)) > 1e-3], 0, atol=1e-9)
@@ -146,7 +146,7 @@ def test_a_rod_at_rest_at_the_pole_keeps_the_angle_before():
     q = np.array([[[0.3, 1.5]], [[0.3, np.pi / 2]], [[0.3, np.pi / 2]]])
     d, rate = thin.directions(q, np.zeros_like(q))
     d[1:] = [1.0, 0.0, 0.0]
-    found = angles.read(d, rate, np.zeros_like(d), q[0, :])
+    found = thin.read(d, rate, np.zeros_like(d), q[0, :])
     np.testing.assert_allclose(found.q, q, atol=1e-12)
     np.testing.assert_array_equal(found.v, 0)
 

@@ -11,7 +11,7 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.engines import AngleEngine
-from pendpin.equations.chain.angles import refined
+from pendpin.equations.chain.thin import refined
 from pendpin.runs import integration
 
 METHODS: tuple[dict[str, Any], ...] = (

@@ -27,7 +27,7 @@ from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
 from pendpin.engines.machine.tape import Recording
-from pendpin.equations.chain.angles import POLE
+from pendpin.equations.chain.thin import POLE
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array, Mask

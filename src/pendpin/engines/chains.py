@@ -17,7 +17,7 @@ from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
 from pendpin.engines.pinocchio import Revolute, centres_of, external_forces
 from pendpin.equations.base import PHI, THETA, split_by_rod
-from pendpin.equations.chain import angles, solution, thin
+from pendpin.equations.chain import solution, thin
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, motion, rods_last
 from pendpin.ground.arrays import Array, Indices, across, applied, cross
 from pendpin.model.bodies import append_body, pinocchio, with_gravity
@@ -125,21 +125,21 @@ class Thin(Engine):
             return np.empty((0, len(near))), np.empty((0, len(near)))
         d, rate = self.directions(y)
         kept, reading = np.arange(len(y)), self._read(t, d, rate, near)
-        for _ in range(angles.REFINEMENTS):
-            if not (coarse := angles.unresolved(t, reading)).any():
+        for _ in range(thin.REFINEMENTS):
+            if not (coarse := thin.unresolved(t, reading)).any():
                 break
-            t, d, rate, kept = angles.refined(t, d, rate, kept, coarse)
+            t, d, rate, kept = thin.refined(t, d, rate, kept, coarse)
             reading = self._read(t, d, rate, near)
         return reading.q[kept].reshape(len(y), -1), reading.v[kept].reshape(len(y), -1)
 
-    def _read(self, t: Array, d: Array, rate: Array, near: Array) -> angles.Reading:
+    def _read(self, t: Array, d: Array, rate: Array, near: Array) -> thin.Reading:
         """The angles of directions d, d' (k, n, 3); d'' is computed only at a pole, where a rate is read from it."""
         near = split_by_rod(near)
-        reading = angles.read(d, rate, None, near)
-        if (pole := (reading.across < 2 * angles.POLE).any(1)).any():
+        reading = thin.read(d, rate, None, near)
+        if (pole := (reading.across < 2 * thin.POLE).any(1)).any():
             bend = np.zeros_like(d)
             bend[pole] = self.bend(t[pole], d[pole], rate[pole])
-            reading = angles.read(d, rate, bend, near)
+            reading = thin.read(d, rate, bend, near)
         return reading
 
     def density(self, y: Array) -> float:

@@ -2,7 +2,7 @@
 
 A thin rod on a universal joint without joint effects is a spherical pendulum: its direction d = b3 is its complete state.
 The equations are those of the chain in the inertial frame I (z down), with three reactions a joint and no angles.
-angles.py computes the angles afterwards, continuously through cos(phi) = 0.
+The angles, rates and accelerations are computed from directions afterwards, continuously through cos(phi) = 0 (section 9).
 """
 
 from dataclasses import dataclass, replace
@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
 from pendpin.equations.chain.system import RodLoads, System, empty_band, project
 from pendpin.errors import InputError
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, Mask
 
 
 class ThinSolution(NamedTuple):
@@ -116,3 +116,162 @@ class _ThinBalances(System):
             blocks[:-1, column, 3:] = block[:, :-1].T
         blocks[rods.n - 1 :: rods.n, :, 3:] = 0
         return band
+
+
+# --- angles from directions --------------------------------------------------------------------------------------------
+
+POLE = 1e-8  # |cos(phi)| below which theta, theta' follow from d', d''; above it from d, d'; the errors are equal there
+RESTING = 1e-12  # of the rates of the rod and of the one above: a rod that passes a pole no faster rests there
+PASS = 1e-6  # rad: a rod that comes so close to a pole passes through it
+PARTS, REFINEMENTS = 8, 8  # of an interval that is too long, how often
+
+
+class Reading(NamedTuple):
+    """The angles of a run in directions."""
+
+    q: Array  # (k, n, 2) rad, theta, phi, continuous from sample to sample
+    v: Array  # (k, n, 2) rad/s
+    across: Array  # (k, n), |cos(phi)|
+    a: Array | None  # (k, n, 2) rad/s², if d'' is given; where |cos(phi)| < POLE theta'' has no value, and is 0
+
+
+class _Turning(NamedTuple):
+    """A rod's frame, angular velocity and acceleration, the latter two in that frame; samples last, for speed."""
+
+    frame: Array  # (3, 3, k), columns b1, b2, b3 in I
+    omega: Array  # (3, k)
+    alpha: Array  # (3, k); 0 unless d'' is given
+
+
+def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Array | None = None) -> Reading:
+    """Angles of samples d, d', d'' (k, n, 3), in I, rising in time; previous (n, 2) are the angles just before.
+
+    Each rod's angles are relative to the frame of the rod above, which they build in turn. Of the two pairs that mean
+    the same direction, (theta, phi) and (theta + pi, pi - phi), the one nearest to the sample before is taken; the very
+    first sample, without previous, has |phi| <= pi/2. Without d'' rates at a pole are 0.
+    """
+    k, n, _ = d.shape
+    q, v, a, across = *np.empty((3, k, n, 2)), np.empty((k, n))
+    above = _Turning(np.eye(3)[..., None], np.zeros((3, 1)), np.zeros((3, 1)))
+    for i in range(n):
+        own, own_rate = (np.ascontiguousarray(x[:, i].T) for x in (d, rate))
+        u, u_rate = own, own_rate  # seen from the rod above, in its frame
+        if i:
+            u = _into(above.frame, own)
+            u_rate = _into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
+        q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
+        joint = Joints.at(q[:, i : i + 1])
+        rates = _rates(joint, u_rate)
+        if acceleration is not None:
+            above, rates, a[:, i].T[:] = _accelerated(above, joint, rates, np.ascontiguousarray(acceleration[:, i].T))
+        elif i + 1 < n:
+            omega = joint.into(above.omega) + joint.relative_omega(rates)
+            above = _Turning(_product(above.frame, joint.R), omega, above.alpha)
+        v[:, i], across[:, i] = rates.T, np.abs(joint.trig[3])
+    return Reading(q, v, across, None if acceleration is None else a)
+
+
+def unresolved(t: Array, reading: Reading) -> Mask:
+    """The intervals (k - 1,) between samples at t (k,) in which a rod turns by over half its distance to a pole."""
+    # In such an interval theta may change by any amount; more samples are needed.
+    across = reading.across
+    speed = np.sqrt(reading.v[..., 1] ** 2 + (reading.v[..., 0] * across) ** 2)
+    turn = np.maximum(speed[1:], speed[:-1]) * np.diff(t)[:, None]
+    return np.asarray(((turn > np.minimum(across[1:], across[:-1]) / 2) & (turn > PASS)).any(1))
+
+
+def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple[Array, Array, Array, Array]:
+    """Samples at t (k,), with PARTS - 1 more in each chosen interval (k - 1,), and where those of `kept` are among them."""
+    # d, d' (k, n, 3) are interpolated by a cubic on the sphere.
+    i, s = np.flatnonzero(chosen), (np.arange(1, PARTS) / PARTS)[:, None, None, None]
+    h = (t[i + 1] - t[i])[:, None, None]
+    d0, d1, r0, r1 = d[i], d[i + 1], h * rate[i], h * rate[i + 1]
+    a, b = 3 * (d1 - d0) - 2 * r0 - r1, 2 * (d0 - d1) + r0 + r1
+    more = d0 + s * (r0 + s * (a + s * b))  # (parts - 1, chosen, n, 3)
+    slope = (r0 + s * (2 * a + 3 * s * b)) / h
+    size = np.linalg.norm(more, axis=-1, keepdims=True)
+    more, slope = more / size, slope / size
+    slope = slope - more * (more * slope).sum(-1, keepdims=True)
+    times = t[i] + s[..., 0, 0] * h[:, 0, 0]
+    t, d, rate = (np.concatenate([x, y.reshape(-1, *x.shape[1:])]) for x, y in ((t, times), (d, more), (rate, slope)))
+    order = np.argsort(t, kind="stable")
+    return t[order], d[order], rate[order], np.argsort(order, kind="stable")[kept]
+
+
+def _into(frames: Array, x: Array) -> Array:
+    """Components of vectors (3, k) in frames (3, 3, k) whose columns are the axes."""
+    return np.add.reduce(frames * x[:, None], 0)
+
+
+def _product(A: Array, B: Array) -> Array:
+    """A B, of matrices (3, 3, k)."""
+    return np.add.reduce(A[:, :, None] * B, 1)
+
+
+def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array | None) -> Array:
+    """theta, phi (2, k) of one rod over all samples, from u, u' seen from the rod above, and d', (3, k) each."""
+    across = np.sqrt(u[1] ** 2 + u[2] ** 2)  # |cos(phi)|; three times as fast as hypot
+    theta = np.arctan2(u[1], u[2])
+    if (pole := across < POLE).any():
+        speed = np.hypot(u_rate[1], u_rate[2])
+        moving = speed > RESTING * (np.linalg.norm(rate, axis=0) + np.linalg.norm(above.omega, axis=0))
+        theta = np.where(pole & moving, np.arctan2(u_rate[1], u_rate[2]), theta)
+        for sample in np.flatnonzero(pole & ~moving):  # of a rod that rests at a pole, from the sample before
+            if sample:
+                theta[sample] = theta[sample - 1]
+            elif start is not None:
+                theta[sample] = start[0]
+    return _continuous(np.array([theta, np.arctan2(u[0], across)]), start)
+
+
+def _continuous(pairs: Array, start: Array | None) -> Array:
+    """The pairs (2, k) that follow on each other, from pairs with |phi| <= pi/2."""
+    # From one sample to the next the other pair is nearer if theta changes by over pi less the larger |phi|.
+    begin = pairs[:, 0] if start is None else start
+    turned = np.cos(begin[1]) < 0
+    theta, phi = np.concatenate([_other(begin) if turned else begin, pairs.T.ravel()]).reshape(-1, 2).T
+    size = np.abs(_wrapped(phi))
+    nearer = np.abs(_wrapped(np.diff(theta))) + np.maximum(size[1:], size[:-1]) > np.pi
+    other = (np.cumsum(nearer) + turned) % 2 == 1
+    out = np.column_stack([begin, np.where(other, _other(pairs), pairs)])
+    return (out - 2 * np.pi * np.cumsum(np.round(np.diff(out, prepend=out[:, :1]) / (2 * np.pi)), 1))[:, 1:]
+
+
+def _other(pair: Array) -> Array:
+    """The other angles (2, ...) of the same directions."""
+    return np.array([pair[0] + np.pi, np.pi - pair[1]])
+
+
+def _wrapped(angle: Array) -> Array:
+    """The same angles (n,) in [-pi, pi] rad."""
+    return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
+
+
+def _rates(joint: Joints, u_rate: Array) -> Array:
+    """theta', phi' (2, k) from u' (3, k); theta' is 0 at a pole, where u' does not show it."""
+    s_t, s, c_t, c = joint.trig
+    along_theta = (c_t * u_rate[1] - s_t * u_rate[2]) / np.where(np.abs(c) < POLE, np.inf, c)
+    return np.array([along_theta, c * u_rate[0] - s * (s_t * u_rate[1] + c_t * u_rate[2])])
+
+
+def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
+    """How a rod turns, and its angles' rates, at a pole too, and accelerations (2, k), from d'' (3, k) in I."""
+    (_, s, _, c), frame = joint.trig, _product(above.frame, joint.R)
+    e1, e2, _ = _into(frame, acceleration)
+    p, pa = joint.into(above.omega), joint.into(above.alpha)
+    pole, phi_d = np.abs(c) < POLE, rates[1]
+    o2 = phi_d + p[1]
+    moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2) + np.sqrt(np.abs(e1) + np.abs(e2)))
+    # at cos(phi) = 0 the limit of theta', which d' does not show but d'' does; 0 for a rod at rest
+    bend = e2 + pa[0] - (o2 + phi_d) * p[2]
+    at_pole = np.where(moving, -s * bend / np.where(moving, 2 * phi_d, 1.0), 0.0)
+    theta_d = np.where(pole, at_pole, rates[0])
+    rates = np.array([theta_d, phi_d])
+    w1, _, w3 = joint.relative_omega(rates)
+    o1, o3 = p[0] + w1, p[2] + w3
+    a1, a2 = o2 * o3 - e2, e1 - o1 * o3
+    rho = a1 - pa[0] - o2 * w3 + o3 * phi_d
+    theta_dd = np.where(pole, 0.0, (theta_d * phi_d * s - rho) / np.where(pole, 1.0, c))
+    phi_dd = a2 - pa[1] - o3 * w1 + o1 * w3
+    a3 = pa[2] + o1 * phi_d - o2 * w1 - theta_dd * s - theta_d * phi_d * c
+    return _Turning(frame, np.array([o1, o2, o3]), np.array([a1, a2, a3])), rates, np.array([theta_dd, phi_dd])

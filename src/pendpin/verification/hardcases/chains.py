@@ -6,7 +6,7 @@ import numpy as np
 
 from pendpin.effects import Gravity, Motor
 from pendpin.equations.base import split_by_rod
-from pendpin.equations.chain import angles, solution, thin
+from pendpin.equations.chain import solution, thin
 from pendpin.equations.exact import planar
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.bodies import pinocchio
@@ -285,7 +285,7 @@ def _quarter(solve: Solve, full: bool) -> float:
     q, v = CALM_Q.reshape(2, 2), CALM_V.reshape(2, 2)
     turn = np.array([[0.0, -1.0, 0.0], [1.0, 0.0, 0.0], [0.0, 0.0, 1.0]])
     d, rate = (x @ turn for x in thin.directions(q, v))  # in I, whose z points down, the turn is the other way
-    image = angles.read(d[None], rate[None])
+    image = thin.read(d[None], rate[None])
     tips = [
         solve(scene(THIN_PAIR, q=a.ravel(), v=b.ravel(), duration=4.0 if full else 1.0, samples=11)).tips
         for a, b in ((q, v), (image.q, image.v))
