@@ -131,7 +131,7 @@ def _csvs(folder: Path) -> Reader:
 
     def take(path: Path) -> None:
         track = read_track(path, ("t", "x", "y", "z"))
-        times = np.linspace(track.start, track.end, 7)
+        times = np.linspace(*track.ends, 7)
         found = [track.at(times, order) for order in range(3)]
         if not np.isfinite(found).all():
             raise Finding("positions that are not finite")

@@ -79,7 +79,7 @@ class Idle(Effect):
     kind: str = Field(description="which effect it stands for")
 
 
-def pace_of(self: Any, begin: float, end: float, negligible: float) -> Pace:
+def pace_from_fields(self: Any, begin: float, end: float, negligible: float) -> Pace:
     """The `pace` of an effect that changes with time by its `track`, or by its `frequency`, or not at all."""
     if track := getattr(self, "track", None):
         return track.pace(begin, end, negligible)

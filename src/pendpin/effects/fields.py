@@ -6,7 +6,16 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither, pace_of
+from pendpin.effects.base import (
+    Bodies,
+    BodyEffect,
+    Effect,
+    FieldEffect,
+    FrameEffect,
+    Motion,
+    both_or_neither,
+    pace_from_fields,
+)
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
 from pendpin.ground.arrays import Array, applied, cross
@@ -95,10 +104,9 @@ class Tracked(Effect):
     def check(self, begin: float, end: float) -> None:
         """Raises ValueError where the rows of the csv do not reach from `begin` to `end`, in s."""
         if self.csv and self.track and np.isnan(self.track.at(np.array([begin, end]))).any():
-            raise ValueError(
-                f"{place_of(self.csv)}: its times, {self.track.start:.9g} to {self.track.end:.9g} s, do not cover the run, "
-                f"{begin:.9g} to {end:.9g} s"
-            )
+            first, last = self.track.ends
+            times = f"its times, {first:.9g} to {last:.9g} s, do not cover the run, {begin:.9g} to {end:.9g} s"
+            raise ValueError(f"{place_of(self.csv)}: {times}")
 
     def since(self, start: float) -> tuple[Effect, float]:
         """The effect with its time counted from `start` in s: a track keeps all digits of its times."""
@@ -133,7 +141,7 @@ class Support(Tracked, FrameEffect):
             raise ValueError("a phase needs an amplitude and frequency")
         return self
 
-    pace = pace_of
+    pace = pace_from_fields
 
     def position(self, t: Any, xp: Any = np) -> Array:
         """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""
@@ -209,7 +217,7 @@ class Rotation(Tracked, BodyEffect):
         """False: inertial forces do not turn a thin rod about its axis."""
         return False
 
-    pace = pace_of
+    pace = pace_from_fields
 
     @property
     def vector(self) -> Array | None:

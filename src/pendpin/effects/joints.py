@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from pydantic import Field, field_serializer, field_validator, model_validator
 
-from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, pace_of, returned
+from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, pace_from_fields, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
@@ -38,7 +38,7 @@ class Viscous(OnJoints):
         """-coefficient v, (k,) N m."""
         return -self.coefficient * v
 
-    pace = pace_of
+    pace = pace_from_fields
 
 
 class Spring(OnJoints):
@@ -57,7 +57,7 @@ class Spring(OnJoints):
         """-stiffness (q - rest), (k,) N m."""
         return -self.stiffness * (q - self.rest)
 
-    pace = pace_of
+    pace = pace_from_fields
 
     def potential(self, q: Array, xp: Any = np) -> Any:
         """stiffness (q - rest)² / 2, summed over the joints, J; q is (n, nv) in rad."""
@@ -135,7 +135,7 @@ class Bending(JointEffect):
         w, u = _half_angle_squares(s[..., 0::2], c[..., 0::2], s[..., 1::2], c[..., 1::2], *direction)
         return (2 * self.stiffness * inverse * w * _asin_over_x(w, u, xp) ** 2).sum(-1)
 
-    pace = pace_of
+    pace = pace_from_fields
 
 
 def _half_angle_squares(s1: Any, c1: Any, s2: Any, c2: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
@@ -208,7 +208,7 @@ class Motor(JointEffect):
         """Whether it is a controller."""
         return self.proportional is not None or self.derivative is not None
 
-    pace = pace_of
+    pace = pace_from_fields
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""

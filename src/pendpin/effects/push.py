@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_of
+from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_from_fields
 from pendpin.ground.arrays import Array, cross
 from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
@@ -43,7 +43,7 @@ class Push(BodyEffect):
         """True with a torque; a force on the axis does not turn a rod about it."""
         return any(self.torque)
 
-    pace = pace_of
+    pace = pace_from_fields
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
@@ -94,7 +94,7 @@ class Anchor(BodyEffect):
         """False: a force on the axis does not turn a rod about it."""
         return False
 
-    pace = pace_of
+    pace = pace_from_fields
 
     @property
     def resistances(self) -> tuple[str, ...]:

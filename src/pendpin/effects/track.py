@@ -38,14 +38,9 @@ class Track:
     spline: Any  # scipy's PPoly: positions (n, 3) at times (n,) since the first row
 
     @property
-    def start(self) -> float:
-        """The time of the first row in s."""
-        return float(self.first)
-
-    @property
-    def end(self) -> float:
-        """The time of the last row in s."""
-        return float(self.first + Decimal(self.length))
+    def ends(self) -> tuple[float, float]:
+        """The times of the first and the last row in s."""
+        return float(self.first), float(self.first + Decimal(self.length))
 
     def along(self, axis: Array) -> "Track":
         """A course of one number, in m or another unit, along an axis (3,)."""
@@ -98,9 +93,10 @@ class Track:
     @cached_property
     def _origin(self) -> tuple[float, float, float]:
         """The time of the first row, what that double leaves out, and what rounding the times themselves may have, in s."""
+        start, end = self.ends
         with localcontext(prec=DIGITS):
-            rest = float(self.first - Decimal(self.start))
-        return self.start, rest, ULPS * float(np.spacing(max(abs(self.start), abs(self.end))))
+            rest = float(self.first - Decimal(start))
+        return start, rest, ULPS * float(np.spacing(max(abs(start), abs(end))))
 
     def looked_up(self, numbers: Any) -> "LookedUp":
         """The same path, its pieces looked up in a table of `numbers` (pendpin.dynamics.parameters)."""
@@ -165,18 +161,18 @@ def read_track(path: Path, columns: tuple[str, ...]) -> Track:
 
 def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
     """The time of each row, with all its digits, and its other numbers."""
-    before, heading = None, True
+    before, heading = None, columns
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
         cells = tuple(cell.strip() for cell in line.split(","))
-        if heading and cells == columns:
-            heading = False
+        if cells == heading:
+            heading = None
             continue
-        heading = False
+        heading = None
         if len(cells) != len(columns):
             raise InputError(f"line {number}: {len(cells)} values instead of {len(columns)}: {', '.join(columns)}")
-        _, *position = (_value(number, name, cell) for name, cell in zip(columns, cells, strict=True))
+        _, *position = (_value(f"line {number}: {name}", cell) for name, cell in zip(columns, cells, strict=True))
         time = Decimal(cells[0])
         if before is not None and not float(time - before) > 0:
             raise InputError(f"line {number}: t = {time:.15g} does not come after {before:.15g}")
@@ -184,15 +180,15 @@ def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
         yield time, *position
 
 
-def _value(number: int, name: str, cell: str) -> float:
+def _value(where: str, cell: str) -> float:
+    """The number in a cell. Raises InputError for one that is missing, not finite or too large."""
     if not cell:
-        raise InputError(f"line {number}: {name} is missing")
+        raise InputError(f"{where} is missing")
     try:
         value = math.nan if "_" in cell else float(cell)
     except ValueError:
-        raise InputError(f"line {number}: {name}: {shown(cell)} is not a number") from None
-    if not math.isfinite(value):
-        raise InputError(f"line {number}: {name}: {shown(cell)} is not a finite number")
-    if abs(value) > LARGEST:
-        raise InputError(f"line {number}: {name}: {shown(cell)} is beyond {LARGEST:g}")
+        raise InputError(f"{where}: {shown(cell)} is not a number") from None
+    if not abs(value) <= LARGEST:
+        why = f"beyond {LARGEST:g}" if math.isfinite(value) else "not a finite number"
+        raise InputError(f"{where}: {shown(cell)} is {why}")
     return value
