@@ -18,7 +18,6 @@ from pendpin.engines.base import (
     Loads,
     ProgressCallback,
     Sample,
-    count_calls,
 )
 from pendpin.ground.arrays import Array, Indices, cross
 from pendpin.model.bodies import Body, in_mass_unit, pinocchio, with_gravity
@@ -172,15 +171,20 @@ class Revolute(AngleEngine):
         return CanonicalForm(self.model, self.loads)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """(v, q'') by Pinocchio's ABA."""
+        """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         nv, pin, data, aba, tau = self._pin_model.nv, self._pin_model, self._data, self._aba, self._no_torque
+        calls, loaded, every = 0, self._loaded, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
 
         def derivative(dy: Array, t: float, y: Array) -> None:
+            nonlocal calls
+            calls += 1
+            if not calls % every:
+                progress(t)
             q, v = y[:nv], y[nv:]
             dy[:nv] = v
-            dy[nv:] = self.accelerate(t, q, v) if self._loaded else aba(pin, data, q, v, tau)
+            dy[nv:] = self.accelerate(t, q, v) if loaded else aba(pin, data, q, v, tau)
 
-        return count_calls(derivative, progress, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY)
+        return derivative, lambda: calls
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
