@@ -4,6 +4,7 @@ Each script begins with the look of pendpin's own figures. Its picture in the ga
 that its letters can be read there; a script that moves names a frame of its player instead.
 """
 
+import re
 import shutil
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,15 @@ from matplotlib.figure import Figure
 
 SMALL = 4.0  # inches at least, the width of a small figure; 0.7 of it is the height, as of a frame of a player
 SHRINK = 0.55  # of a large figure
+GROUPS = {  # the scripts of the gallery under its headings, by number; what is in none stands last
+    "Rods, chains and robots": (1, 2, 3, 29, 13, 14, 18, 25),
+    "Cables and loads": (4, 21, 5, 6, 28, 27),
+    "Effects": (9, 10, 8, 7, 22),
+    "Accuracy": (16, 15, 23, 11, 12, 24),
+    "Studies": (17, 30, 31, 26, 20, 19),
+}
+ENTRY = re.compile(r'\.\. raw:: html\n\n    <div class="sphx-glr-thumbcontainer".*?</div>\n    </div>\n', re.DOTALL)
+OPEN, CLOSE = ('.. raw:: html\n\n    <div class="sphx-glr-thumbnails">\n', ".. raw:: html\n\n    </div>\n")
 
 
 def scrape(block: Any, block_vars: dict[str, Any], gallery_conf: dict[str, Any]) -> str:
@@ -62,6 +72,22 @@ def show_small(app: Any) -> None:
             shutil.copyfile(small, thumbnail)
 
 
+def group(app: Any) -> None:
+    """Arrange the gallery's page under headings; called after sphinx-gallery, which writes one list."""
+    page = Path(app.srcdir) / "gallery" / "index.rst"
+    text = page.read_text(encoding="utf-8")
+    entries = {int(re.search(r"plot_(\d+)", entry)[1]): entry for entry in ENTRY.findall(text)}
+    pages = {int(re.search(r"plot_(\d+)", line)[1]): line for line in re.findall(r"^   /gallery/plot_.*$", text, re.M)}
+    known = [number for numbers in GROUPS.values() for number in numbers]
+    groups = GROUPS | {"Further": tuple(number for number in entries if number not in known)}
+    lines = "\n".join(pages[number] for numbers in groups.values() for number in numbers)
+    parts = [text[: text.index(OPEN)], f".. toctree::\n   :hidden:\n\n{lines}\n"]
+    for title, numbers in groups.items():
+        if numbers:
+            parts += [f"{title}\n{'-' * len(title)}\n", OPEN, *(entries[number] for number in numbers), CLOSE]
+    page.write_text("\n".join(parts), encoding="utf-8")
+
+
 def reset(gallery_conf: dict[str, Any], name: str) -> None:
     """Give matplotlib the look of pendpin; sphinx-gallery calls this before every script."""
     import matplotlib as mpl
@@ -76,4 +102,5 @@ def reset(gallery_conf: dict[str, Any], name: str) -> None:
 def setup(app: Any) -> dict[str, bool]:
     """Sphinx calls this."""
     app.connect("builder-inited", show_small, priority=900)
+    app.connect("builder-inited", group, priority=900)
     return {"parallel_read_safe": True}
