@@ -1,6 +1,7 @@
 """Store what the gallery of the site shows of each example that moves: a frame of its player, in docs/images/gallery.
 
 python tests/store_thumbnails.py [NAME ...]
+python tests/store_thumbnails.py player      # the README's first picture, docs/images/player.png
 
 A script of docs/gallery_scripts names its picture by a line `# sphinx_gallery_thumbnail_path`. Chromium draws the frames.
 """
@@ -15,12 +16,14 @@ import numpy as np
 from PIL import Image
 
 import pendpin as pp
-from browser import chromium
+from browser import Browser, chromium
+from pendpin.scene import builtin_scene
 
 DOCS = Path(__file__).parents[1] / "docs"
 SCRIPTS, PICTURES = DOCS / "gallery_scripts", DOCS / "images" / "gallery"
 SIZE = (960, 672)  # pixels of a page
 SHOWN = (480, 336)  # pixels of a picture
+PLAYER = (1100, 720)  # pixels of the README's
 VIVID = 0.25  # difference of two colours of a pixel, of what moves; the ground and the sky are pale
 FRAMES = {  # what the player is asked for, by the address of its page
     "plot_01_one_rod": "t=2.1&reactions=on",
@@ -68,11 +71,25 @@ def cropped(pixels: np.ndarray) -> Image.Image:
     return whole.resize(SHOWN, Image.Resampling.LANCZOS, (x, y, x + width, y + height))
 
 
+def draw_player(browser: Browser, folder: Path) -> None:
+    """The whole page of the built-in rod, as the first command of the README makes it, with its reactions."""
+    address = pp.simulate(builtin_scene()).animate().save(folder / "player.html").as_uri()
+    with browser.open(f"{address}#t=2.1&reactions=on", PLAYER) as page:
+        page.resize(*PLAYER)
+        page.evaluate(DRAWN)
+        picture = Image.fromarray(np.round(page.picture() * 255).astype(np.uint8))
+    picture.save(DOCS / "images" / "player.png", optimize=True)
+    print(DOCS / "images" / "player.png")
+
+
 def main(names: list[str]) -> None:
-    """Draw the frames of all scripts of the table, or of those named."""
+    """Draw the player and the frames of all scripts of the table, or those named."""
     PICTURES.mkdir(exist_ok=True)
     with tempfile.TemporaryDirectory() as folder, chromium() as browser:
-        for name in names or FRAMES:
+        for name in names or ["player", *FRAMES]:
+            if name == "player":
+                draw_player(browser, Path(folder))
+                continue
             address = page_of(SCRIPTS / f"{name}.py", Path(folder)).as_uri()
             with browser.open(f"{address}#{FRAMES[name]}", SIZE) as page:
                 page.resize(*SIZE)
