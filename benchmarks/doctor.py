@@ -22,7 +22,7 @@ from pendpin.doctor.checking.evaluation import Context, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.diagnose import diagnose
 from pendpin.doctor.mending.mends import standing
-from pendpin.doctor.reading.documents import read_text, unwrapped
+from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary
 from pendpin.doctor.reading.tree import Unread, symbols
@@ -207,9 +207,7 @@ def _healed(text: str, good: str) -> bool:
     mend = next((finding.mends[0] for finding in found.wrong if finding.mends), None)
     if mend is None:
         return False
-    meant = Equation(
-        tuple(parse(unwrapped(good)[0], WORDS)[0]), meanings=mend.equation.meanings, frame=mend.equation.frame
-    )
+    meant = Equation(tuple(parse(good, WORDS)[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
     a, b = (standing(equation, found.system)[0] for equation in (meant, mend.equation))
     return a.shape == b.shape and bool(np.abs(a - b).max() < 1e-7)
 

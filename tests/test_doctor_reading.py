@@ -320,8 +320,8 @@ DOCUMENTS = [
     (r"$$\left\{\begin{array}{l} x = a \\ y = b \end{array}\right.$$", [(1, "x = a"), (1, "y = b")]),
     (r"$$\begin{array}{rcl} x &=& a \\ y &=& b \end{array}$$", [(1, "x &=& a"), (1, "y &=& b")]),
     (r"$$x = a \rightarrow y = b$$", [(1, "x = a"), (1, "y = b")]),
-    ("theta, w = y.T", [(1, "(theta, w) = y.T")]),
-    ("$$L = a =$$\n$$= b$$", [(1, "L = a      \n  = b")]),
+    ("theta, w = y.T", [(1, "(theta, w) = y")]),
+    ("$$L = a =$$\n$$= b$$", [(1, "L = a"), (2, "L = b")]),
     ("$$T = a$$\nand\n$$ = b$$", [(1, "T = a"), (3, "T = b")]),
     (r"$x = a \quad y = b$", [(1, "x = a"), (1, "y = b")]),
     (
@@ -337,8 +337,8 @@ DOCUMENTS = [
     ("Coupling matrix A = b", [(1, "A = b")]),
     ("acc = num / den + temp;", [(1, "acc = num / den + temp")]),
     ("Th'' = -g / L * sin(Th)", [(1, "Th'' = -g / L * sin(Th)")]),
-    ("![f](https://latex.codecogs.com/svg.latex?\\large&space;x=%5Cfrac{a}{b})", [(1, r"\large x=\frac{a}{b}")]),
-    ("- <math>\nx = a. <math> and\n- <math> y = b <math>", [(2, "x = a."), (3, "y = b")]),
+    ("![f](https://latex.codecogs.com/svg.latex?\\large&space;x=%5Cfrac{a}{b})", [(1, r"x=\frac{a}{b}")]),
+    ("- <math>\nx = a. <math> and\n- <math> y = b <math>", [(2, "x = a"), (3, "y = b")]),
     (r"the energy {\displaystyle E={\frac {a}{b}}} is", [(1, r"E={\frac {a}{b}}")]),
     ("so\n\n\\frac{a}{b}\n\\left(c\n\\right) = d\n\nend", [(3, "\\frac{a}{b}\n\\left(c\n\\right) = d")]),
 ]

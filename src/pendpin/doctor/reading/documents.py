@@ -9,32 +9,24 @@ from html import unescape
 from itertools import pairwise
 from urllib.parse import unquote
 
+from pendpin.doctor.reading.tokens import ENVIRONMENTS, cut, tokens
+from pendpin.doctor.reading.tree import Unread
 from pendpin.errors import InputError, shown
 
 Formula = tuple[int, int, int, str]  # where it starts and ends with its marks, where it begins, and its text
 MOST_BYTES = 2_000_000  # of a document
-MOST_STATEMENTS = 500
+MOST_STATEMENTS, MOST_OF_A_DISPLAY = 500, 60_000  # of a document; characters
 AROUND = 300  # characters of a sentence before and after an equation
 
-_ENVIRONMENTS = (
-    "equation|align|aligned|alignat|gather|gathered|multline|eqnarray|split|flalign|displaymath|math|cases|subequations"
-)
 _OPENERS = re.compile(
-    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{_ENVIRONMENTS})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|:math:`"
+    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|:math:`"
     r"|\[(?:tex|itex|latex|math)\]|\{\\(?:display|text)style(?![A-Za-z])"
 )
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```", ":math:`": "`"}
 _PICTURE = re.compile(
     r'!?(?:\[[^\n]*?\]\()?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?(?P<formula>[^\s"\'<>]+)'
 )
-_WRAPPING = re.compile(rf"\\(?:begin|end)\{{(?:{_ENVIRONMENTS})\*?\}}(?:\{{[^{{}}]{{0,20}}\}})?")
-_SYSTEM = re.compile(  # rows of equations in an array, a brace before them
-    r"((?:\\left\s*\\(?:\{|lbrace)\s*)?\\begin\{(?:array|matrix)\}(?:\[\w\])?(?:\{[^{}]*\})?)"
-    r"((?:(?!\\begin).)*?)(\\end\{(?:array|matrix)\}(?:\s*\\right\s*\.)?)|(\\left\s*\\(?:\{|lbrace))(.*)(\\right\s*\.)",
-    re.DOTALL,
-)
-_ROW = re.compile(r"\\\\|\\(begin|end)\{[^{}]*\}|(?<!\\)[{}]")
-_BOX = re.compile(r"\s*\\f?boxe?d?\{(.*)\}\s*", re.DOTALL)
+_PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _BLANK = re.compile(
@@ -58,8 +50,6 @@ _TYPED = re.compile(
 )
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
 _SEVERAL = re.compile(r"\(?\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*,?\s*\)?\s*=\s*(.+)", re.DOTALL)
-_LEFTS, _RIGHTS = re.compile(r"\\left\b"), re.compile(r"\\right\b")
-_EQUAL = re.compile(r"\\(?:equiv|triangleq|coloneqq|doteq)\b")
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
@@ -116,42 +106,30 @@ def read_text(text: str) -> Document:
     formulas = sorted({*_formulas(text), *_pictures(text)})
     formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
-        if "=" in formula or _EQUAL.search(formula):
-            found += [(begin + at, _statement(text, start, end, row, begin + at)) for at, row in rows(formula)]
+        found += [(begin + at, _statement(text, start, end, one, begin + at)) for at, one in equations_in(formula)]
     for start, end, piece in _lines(text, [formula[:2] for formula in formulas], skipped):
-        found += [(start, _statement(text, start, end, piece, start))]
+        found += [(start + at, _statement(text, start, end, one, start + at)) for at, one in equations_in(piece)]
     chain: list[Statement] = []
     for _, one in sorted(found, key=lambda pair: pair[0])[:MOST_STATEMENTS]:
-        bare = one.text.lstrip(" &\n")
-        if bare.startswith("=") and chain and (left := _LEFT.match(chain[-1].text)):  # goes on with that left side
-            one = replace(one, text=f"{left[1].strip()} {bare}", chained=True)
+        if one.text.startswith("=") and chain and (left := _LEFT.match(chain[-1].text)):  # goes on with that left side
+            one = replace(one, text=f"{left[1].strip()} {one.text}", chained=True)
         chain.append(one)
     return Document(tuple(chain), text=text, skipped=tuple(skipped))
 
 
-def rows(formula: str) -> list[tuple[int, str]]:
-    """The rows of a display, each with where it begins; those that only go on with a sum or a side belong together."""
-    cuts, depth = [0], 0
-    for match in _ROW.finditer(formula):
-        depth += {"begin": 1, "end": -1, "{": 1, "}": -1}.get((match[1] or match[0]), 0)
-        if match[0] == "\\\\" and depth <= 0:
-            cuts.append(match.end())
-    pieces = [(start, formula[start:end]) for start, end in pairwise([*cuts, len(formula)])]
-    joined: list[tuple[int, str]] = []
-    for start, piece in pieces:
-        bare = piece.strip().lstrip("&").strip()
-        before = joined[-1][1].rstrip(" \n&\\") if joined else ""
-        goes_on = bool(before) and ("=" not in bare or before.endswith("="))
-        is_open = before.count("(") > before.count(")") or len(_LEFTS.findall(before)) > len(_RIGHTS.findall(before))
-        if joined and (goes_on or not bare or is_open):
-            first, text = joined[-1]
-            if before.endswith("=") and bare.startswith("="):
-                text = before[:-1] + " "
-            joined[-1] = (first, text + " " * (start - first - len(text)) + piece if bare else text)
-        elif bare:
-            joined.append((start + len(piece) - len(piece.lstrip(" \n&")), piece.strip(" \n&")))
-    whole = any("=" not in piece and not _EQUAL.search(piece) for _, piece in joined)
-    return [(0, formula)] if whole or not joined else joined
+def equations_in(formula: str) -> list[tuple[int, str]]:
+    """The equations of a display or line, each with where it begins; of one that is not read, the whole."""
+    try:
+        found = tokens(formula, MOST_OF_A_DISPLAY)
+    except Unread:
+        return [(0, formula.strip())]
+    equations = list[tuple[int, str]]()
+    for piece in cut(found):
+        if any(token.kind == "relation" for token in piece):
+            prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
+            start = prefix.start() if prefix else piece[0].start
+            equations.append((start, formula[start : piece[-1].end]))
+    return equations
 
 
 def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Statement:
@@ -193,8 +171,7 @@ def _formulas(text: str) -> Iterator[Formula]:
         body = text[place:end]
         if opener == "$" and "\n\n" in body:
             continue
-        formula, begin = unwrapped(body)
-        yield match.start(), end + len(closer), place + begin, formula
+        yield match.start(), end + len(closer), place, body
         place = end + len(closer)
 
 
@@ -214,22 +191,18 @@ def _find_unmarked(text: str, formulas: list[Formula]) -> Iterator[Formula]:
         words = {*re.findall("[A-Za-z]{4,}", bare)} - _NOT_WORDS
         covered = any(start < match.end() and match.start() < end for start, end, _, _ in formulas)
         if bare != match[0] and bare.count("=") == 1 and not words and not covered:
-            formula, begin = unwrapped(match[0])
-            yield match.start(), match.end(), match.start() + begin, formula
+            yield match.start(), match.end(), match.start(), match[0]
 
 
 def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
-    """Formulas, where a display that goes on with the sum or the chain of the one before it belongs to that."""
+    """Formulas, where a display that may go on with the sum or the chain of the one before it is a row of that."""
     found: list[Formula] = []
     for start, end, begin, formula in formulas:
         if found and text[start : start + 2] in ("$$", r"\[", r"\b", "``"):
             first, ended, at, before = found[-1]
-            bare, is_open = formula.lstrip(" &\n"), _ENDS_OPEN.search(before)
-            goes_on = is_open or (bare[:1] in ("+", "-") and not ("=" in before and "=" in formula))
+            goes_on = _ENDS_OPEN.search(before) or formula.lstrip(" &\n")[:1] in ("+", "-")
             if goes_on and not re.search(r"\w", text[ended:start]):
-                if is_open and bare.startswith("=") and is_open[0].startswith("="):
-                    before = before[: is_open.start()].ljust(len(before))
-                between = re.sub(r"[^\n]", " ", text[at + len(before) : begin])
+                between = "\f" + re.sub(r"[^\n]", " ", text[at + len(before) + 1 : begin])
                 found[-1] = (first, end, at, before + between + formula)
                 continue
         found.append((start, end, begin, formula))
@@ -279,11 +252,8 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     for place, equation in _cut(line[begin:], ";"):
         while (shorter := _COMMENT.sub("", equation)) != equation:
             equation = shorter
-        equation = equation.rstrip().removesuffix("\\\\").rstrip()
         at = begin + place + len(equation) - len(equation.lstrip())
         equation = equation.strip()
-        if equation[:2] == "[ " and equation[-2:] == " ]":
-            at, equation = at + 2, equation[2:-2]
         bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
         beside = sum(
             not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare)
@@ -322,19 +292,6 @@ def _cut(text: str, separator: str) -> Iterator[tuple[int, str]]:
             start = i + 1
 
 
-def unwrapped(text: str) -> tuple[str, int]:
-    """A formula without the environments and boxes around its lines, its blank ends cut, and where in the text it begins."""
-    box = _BOX.fullmatch(text)
-    inner = _WRAPPING.sub(lambda match: " " * len(match[0]), box[1] if box else text)
-    for match in _SYSTEM.finditer(inner):
-        before, rows, after = (
-            part or "" for part in (match[1] or match[4], match[2] or match[5], match[3] or match[6])
-        )
-        if "=" in rows:
-            inner = inner[: match.start()] + " " * len(before) + rows + " " * len(after) + inner[match.end() :]
-    return inner.strip(), (box.start(1) if box else 0) + len(inner) - len(inner.lstrip())
-
-
 def read_toml(data: bytes, place: str) -> Document:
     """The tables [equations] and [symbols] of a TOML file. Raises InputError."""
     try:
@@ -366,7 +323,10 @@ def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]
     for number, (name, text) in enumerate(pairs, start=1):
         if number > MOST_STATEMENTS:
             return
-        yield Statement(unwrapped(text.strip().strip("$").strip())[0], name or f"equation {number}", name)
+        text, found = text.strip().strip("$").strip(), equations_in(text.strip().strip("$").strip())
+        if found:  # without layout around it
+            text = text[found[0][0] : found[-1][0] + len(found[-1][1])]
+        yield Statement(text, name or f"equation {number}", name)
 
 
 def text_of(value: object) -> str | None:

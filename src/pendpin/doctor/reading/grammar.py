@@ -8,22 +8,29 @@ import re
 from dataclasses import replace
 from fractions import Fraction
 
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, unknown
-from pendpin.doctor.reading.symbols import CLOSING, OF_TIME, SymbolReader, symbol_of
-from pendpin.doctor.reading.tokens import is_latex, lines, tokens
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word, unknown
+from pendpin.doctor.reading.tokens import (
+    ACCENTS,
+    CLOSING,
+    MATRICES,
+    MOST_TOKENS,
+    SEPARATORS,
+    Token,
+    cut,
+    is_latex,
+    tokens,
+)
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
-OPENING = {closed: opened for opened, closed in CLOSING.items()}
-SEPARATORS = (",", ";", "row", ".", "&")
-ENDS = {"close", "relation", "other relation", "condition", "end", *SEPARATORS}
-MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix"}
-DERIVATIVES = ("der", "diff", "Derivative", "D")
+OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
+ENDS = {"close", "relation", "other relation", "condition", "over", "end", *SEPARATORS}
 POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
-OF_CODE = (*DERIVATIVES, "diag", *POWERS, *LISTS)
+OF_CODE = {"der", "diff", "Derivative", "D", "diag", *POWERS, *LISTS}
+FRAMES = set("ABINOWG")
+OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 TIME = Written("t")
-MOST_POWER = 12
-MOST_DIGITS = 30
+MOST_POWER, MOST_DIGITS = 12, 30
 MOST_TERMS = 6  # of a sum with bounds
 
 
@@ -33,7 +40,13 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
     Its names mean nothing yet, unless some `words` are given.
     """
     try:
-        equations = Parser(lines(tokens(text)), is_latex(text), tight).equations()
+        pieces, latex = list[list[Token]](), is_latex(text)
+        for piece in cut(tokens(text)):
+            if pieces and piece[0].kind == "relation":  # a chain that goes on in the next row
+                pieces[-1] += piece
+            else:
+                pieces.append(piece)
+        equations = [Parser(piece, latex, tight).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -45,14 +58,48 @@ def lone(text: str, words: Vocabulary) -> Node | None:
     return found[0][0] if [len(sides) for sides in found] == [1] else None
 
 
-class Parser(SymbolReader):
-    """One pass over the tokens of a text."""
+class Parser:
+    """A cursor over the tokens of one equation."""
+
+    def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
+        end = found[-1].end if found else 0
+        self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
+        self.starred = any(token.text == "*" for token in found)  # products have a sign
+        self.place, self.bars, self.spaced = 0, 0, False  # of |, how many are open; whether blanks separate entries
+
+    def peek(self, ahead: int = 0) -> Token:
+        """The token this number of places ahead."""
+        return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
+
+    def take(self) -> Token:
+        """The next token, and past it."""
+        token = self.peek()
+        self.place = min(self.place + 1, len(self.tokens) - 1)
+        return token
+
+    def took(self, *texts: str) -> bool:
+        """Whether these tokens come next, and past them."""
+        found = [self.peek(i).text for i in range(len(texts)) if self.peek(i).kind not in ("_", "^")] == [*texts]
+        self.place += len(texts) if found else 0
+        return found
+
+    @property
+    def end(self) -> int:
+        """The place behind the token before."""
+        return self.peek(-1).end
+
+    def at_sign(self) -> bool:
+        """Whether + or - comes next."""
+        return self.peek().kind == "operator" and self.peek().text in "+-"
+
+    def at_symbol(self) -> bool:
+        """Whether a printed name begins here; it may begin with frames, as in {}^I C^A."""
+        framed = [self.peek(i).text for i in (0, 1)] == ["{", "}"] and self.peek(2).kind == "^"
+        return framed or self.peek().kind in ("letter", "word", "accent", "style")
 
     def at_end(self) -> bool:
         """Whether an expression ends before the next token; | ends one that a | has opened."""
-        token = self.peek()
-        closes = token.kind == "|" and self.bars > 0
-        return token.kind in ENDS or closes or (token.kind == "command" and token.text in ("end", "over"))
+        return self.peek().kind in ENDS or (self.peek().kind == "|" and self.bars > 0)
 
     def at_new_entry(self) -> bool:
         """Whether the next token begins an entry of a row such as [a b -c]: after a blank that no sign has behind it."""
@@ -61,38 +108,32 @@ class Parser(SymbolReader):
             return False
         return token.kind != "operator" or (token.text in "+-" and self.peek(1).start == token.end)
 
-    def equations(self) -> list[list[Node]]:
-        """Lines, sides, and equations on one line with a comma between. Raises Unread."""
-        found: list[list[Node]] = [[]]
-        before = ""  # what stands before this place: nothing, a side, or =
-        while (token := self.peek()).kind != "end":
-            if token.kind in SEPARATORS:
-                self.take()
-                if before == "=" and token.kind not in ("&", "."):
-                    raise Unread("the right side of = is empty", token.start)
-                ends = self.peek().kind in ("end", "relation", *SEPARATORS)
-                if token.kind not in ("&", ".") and not ends and found[-1]:
-                    found.append([])
-                    before = ""
-            elif token.kind == "relation":
-                if before == "=" or not found[-1]:
-                    raise Unread("the left side of = is empty", token.start)
-                self.take()
-                before = "="
-            elif token.kind == "condition":
-                self.take()
-                if self.peek().kind not in ("end", *SEPARATORS):
-                    raise Unread(f"an equation that holds only {token.text} is not checked", token.start)
-            elif token.kind == "other relation":
+    def sides(self) -> list[Node]:
+        """What stands on the sides of each =. Raises Unread."""
+        for token in self.tokens:
+            if token.kind == "strange":
+                raise Unread(token.text, token.start, "}" if "is not closed" in token.text else "")
+        if len(self.tokens) > MOST_TOKENS:
+            raise Unread(f"longer than {MOST_TOKENS:,} symbols")
+        found = list[Node]()
+        while True:
+            token = self.peek()
+            if token.kind in ("relation", "end", "condition"):
+                side = "left" if token.kind == "relation" and not found else "right"
+                raise Unread(f"the {side} side of = is empty", token.start)
+            if token.kind not in ("close", "other relation", *SEPARATORS):
+                found.append(self.sum())
+            token = self.take()
+            if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
+                return found
+            if token.kind == "condition":
+                raise Unread(f"an equation that holds only {token.text} is not checked", token.start)
+            if token.kind in ("other relation", "arrow relation"):
                 raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
-            elif before == "side" or token.kind == "close":
+            if token.kind == ",":
+                raise Unread("it gives values to several names at once: write an equation for each", token.start)
+            if token.kind != "relation":
                 raise Unread(f"the bracket {token.text} closes nothing", token.start, OPENING.get(token.text, ""))
-            else:
-                found[-1].append(self.sum())
-                before = "side"
-        if before == "=":
-            raise Unread("the right side of = is empty", token.start)
-        return [sides for sides in found if sides]
 
     def sum(self) -> Node:
         """Terms with their signs."""
@@ -114,8 +155,7 @@ class Parser(SymbolReader):
 
     def product(self) -> Node:
         """Factors, multiplied with or without a sign."""
-        factors, operators, marks = [self.power()], ["*"], [(0, 0)]
-        slash = False
+        factors, operators, marks, slash = [self.power()], ["*"], [(0, 0)], False
         while not (self.at_end() or self.at_sign() or self.at_new_entry()):
             token, name = self.peek(), factors[-1]
             mark, operator = (token.start, token.start), "*"
@@ -136,9 +176,9 @@ class Parser(SymbolReader):
             slash = operator == "/" and (token.kind == "operator" or slash)
         if len(factors) == 1:
             return factors[0]
-        start = factors[0].outer[0]
-        marks[0] = (start, start)
-        return Node("product", (start, factors[-1].outer[1]), tuple(operators), tuple(factors), tuple(marks))
+        span = (factors[0].outer[0], factors[-1].outer[1])
+        marks[0] = (span[0], span[0])
+        return Node("product", span, tuple(operators), tuple(factors), tuple(marks))
 
     def _is_long(self, node: Node) -> bool:
         """Whether a factor is a name of several letters, such as zeros: before a bracket a function of code."""
@@ -156,34 +196,32 @@ class Parser(SymbolReader):
             else:
                 for _ in token.text:
                     base = Node("derivative", (base.outer[0], token.end), "t", (base,))
-        while self.peek().kind in ("^", "superscript"):
-            start, above = self.peek().start, self.script()
-            end = self.end
-            if above in ("T", "top", "intercal"):
+        while self.peek().kind == "^":
+            token = self.take()
+            if token.text in ("T", "top", "intercal"):
                 if base.kind == "product" and {*base.value} == {"*"} and self.latex:  # entries with blanks between
                     base = Node("matrix", base.outer, (1, len(base.children)), base.children)
-                base = Node("function", (base.outer[0], end), "transpose", (base,), ((end, end),))
+                base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
                 continue
             if base.written is not None and base.kind == "symbol":
-                below = self.script() if self.peek().kind == "_" else ""
+                below = self.take().text if self.peek().kind == "_" else ""
                 index = ",".join(filter(None, (base.written.index, below)))
-                if re.fullmatch(r"[A-Za-z]+|\*", above):
-                    written = replace(base.written, index=f"{index},{above}" if index else above)
-                    base = symbol_of(written, (base.span[0], self.end))
+                if re.fullmatch(r"[A-Za-z]+|\*", token.text):
+                    written = replace(base.written, index=f"{index},{token.text}" if index else token.text)
+                    base = _symbol(written, (base.span[0], self.end))
                     continue
-                base = symbol_of(replace(base.written, index=index), base.span) if below else base
-            exponent = _exponent(above, start)
+                base = _symbol(replace(base.written, index=index), base.span) if below else base
+            exponent = _exponent(token)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
-            mark = (start, self.end)
-            base = Node("power", (base.outer[0], mark[1]), exponent, (base,), (mark,))
+            base = Node("power", (base.outer[0], self.end), exponent, (base,), ((token.start, self.end),))
             any(self.took(*argument) for argument in OF_TIME)
         return base
 
     def atom(self) -> Node:
         """A number, symbol, function, fraction, bracket or matrix."""
         token = self.peek()
-        if token.text in ("d", "partial", "frac") and (node := self.derivative()):
+        if token.text in ("d", "partial", "frac") and token.kind != "^" and (node := self.derivative()):
             return node
         match token.kind:
             case "number" | "half":
@@ -195,8 +233,6 @@ class Parser(SymbolReader):
                 return self.function()
             case "command":
                 return self.command()
-            case "matrix":
-                return self.matrix()
             case "|":
                 return self.length()
             case "word" if self.peek(1).kind == "open" and token.text in OF_CODE:
@@ -204,13 +240,61 @@ class Parser(SymbolReader):
         if self.at_symbol():
             return self.symbol()
         if token.kind != "open":
+            self.take()
             wrong = "it ends too early" if token.kind == "end" else f"{token.text!r} stands where a quantity should"
             raise Unread(wrong, token.start)
         group = self.group()
-        if token.text == "{" and group.kind == "symbol" and group.written and self.peek().kind == "_":
-            written = replace(group.written, index=group.written.index + self.script())  # as in {\bf q}_1
-            return symbol_of(written, (token.start, self.end))
-        return group
+        if token.text != "{" or group.kind != "symbol" or group.written is None:
+            return group
+        lowered = self.take().text if self.peek().kind == "_" else ""  # as in {\bf q}_1
+        timed = any(self.took(*argument) for argument in OF_TIME)
+        written = replace(group.written, index=group.written.index + lowered)
+        return _symbol(written, (token.start, self.end)) if lowered or timed else group
+
+    # --- printed names ------------------------------------------------------------------------------------------
+
+    def symbol(self) -> Node:
+        """One quantity, of which is known only how it is written: accents, hats, indices, primes, frames."""
+        start = self.peek().start
+        before = self.take().text if self.took("{", "}") else ""
+        written = self.written()
+        if self.peek().kind == "^" and self.peek().text in FRAMES:
+            frame = self.take().text
+            written = replace(written, frames=before + frame if before and written.letter == "C" else "")
+        while self.peek().kind == "prime":
+            written = replace(written, dots=written.dots + len(self.take().text))
+        lowered = self.peek().kind == "_" and not written.index
+        if lowered or (self.peek().kind == "^" and self.peek().text in ("uparrow", "downarrow")):
+            written = replace(written, index=written.index + self.take().text)
+        any(self.took(*argument) for argument in OF_TIME)
+        if written.letter == "sum" and written.index:
+            raise Unread("a sum is read with small numbers as its bounds", start)
+        return _symbol(written, (start, self.end))
+
+    def written(self) -> Written:
+        """A letter with what is above, below and around it."""
+        token = self.take()
+        if token.kind in ("accent", "style"):
+            opened = self.take() if self.peek().kind == "open" else None
+            written = (self.symbol().written if opened else None) or self.written()
+            if opened and self.take().kind != "close":
+                raise Unread(f"\\{token.text} over more than one symbol", opened.start)
+            dots = written.dots + ACCENTS.get(token.text, 0)
+            written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
+        elif token.text == "dot" and self.peek().kind in ("letter", "word"):  # dot theta
+            written = self.written()
+            return replace(written, dots=written.dots + 1)
+        elif token.kind in ("word", "letter"):
+            written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
+        else:
+            raise Unread(f"{token.text!r} is not a symbol", token.start)
+        while self.peek().kind == "dots":
+            written = replace(written, dots=written.dots + ACCENTS[self.take().text])
+        number = self.peek()
+        adjoins = number.kind == "number" and number.start == token.end and token.kind == "letter" and not self.latex
+        while adjoins or self.peek().kind == "_":  # as in θ1
+            written, adjoins = replace(written, index=written.index + self.take().text), False
+        return written
 
     # --- derivatives, functions and commands --------------------------------------------------------------------
 
@@ -218,8 +302,7 @@ class Parser(SymbolReader):
         r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
         place, start = self.place, self.peek().start
         fraction = self.took("frac")
-        above = self.differential(fraction)
-        start_below = self.place
+        above, start_below = self.differential(fraction), self.place
         below = self.differential(fraction) if above and (fraction or self.took("/")) else None
         if fraction and above and below is None and self.tokens[start_below : start_below + 2][-1].text == above[0]:
             raise Unread("a derivative that is not read", start)
@@ -229,7 +312,7 @@ class Parser(SymbolReader):
                 if by.written is None or order != below[2]:
                     raise Unread("a derivative that is not read", start)
                 inside = inside or self.power()
-                return differentiated(inside, by, order, (start, self.end))
+                return _differentiated(inside, by, order, (start, self.end))
         self.place = place
         return None
 
@@ -237,29 +320,22 @@ class Parser(SymbolReader):
         """d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
         if (braced and not self.took("{")) or self.peek().text not in ("d", "partial"):
             return None
-        sign, inside = self.take().text, None
-        order = self.order()
-        if self.at_symbol():
-            inside = self.symbol()
-        elif self.peek().kind == "open":
-            inside = self.group()
-        order = max(order, self.order())
+        sign, order, inside = self.take().text, 1, None
+        for _ in range(2):
+            if self.peek().kind == "^" and re.fullmatch("[1-9]", self.peek().text):
+                order = int(self.take().text)
+            if inside is None and (self.at_symbol() or self.peek().kind == "open"):
+                inside = self.symbol() if self.at_symbol() else self.group()
         return None if braced and not self.took("}") else (sign, inside, order)
-
-    def order(self) -> int:
-        """The number after ^, and past it; 1 where there is none."""
-        text = self.script() if self.peek().kind in ("^", "superscript") else "1"
-        return int(text) if re.fullmatch("[1-9]", text) else 1
 
     def function(self) -> Node:
         """A function of what is in brackets or, as in sin 2 phi, of a number and a symbol."""
-        token = self.take()
-        name, caret = token.text, self.peek()
-        exponent = _exponent(self.script(), caret.start) if caret.kind in ("^", "superscript") else None
-        mark, first = (caret.start, self.end), self.peek()
+        token, caret = self.take(), self.peek()
+        exponent = _exponent(self.take()) if caret.kind == "^" else None
+        first = self.peek()
         if exponent and exponent < 0:
-            raise Unread(f"{name}^-1 may be the inverse function or 1/{name}: write which", token.start)
-        if name == "sqrt" and first.text == "[" and self.latex:
+            raise Unread(f"{token.text}^-1 may be the inverse function or 1/{token.text}: write which", token.start)
+        if token.text == "sqrt" and first.text == "[" and self.latex:
             raise Unread("only square roots are read", token.start)
         if first.kind == "open" and not self.at_symbol():
             argument = self.group(row=False)
@@ -268,29 +344,28 @@ class Parser(SymbolReader):
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
             if not factors:
-                raise Unread(f"{name} of nothing", first.start)
-            if self.peek().text == "t" and factors[-1].kind == "symbol":  # cos omega t
+                raise Unread(f"{token.text} of nothing", first.start)
+            if self.peek()[:2] == ("letter", "t") and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
             marks = tuple((factor.span[0], factor.span[0]) for factor in factors)
             span = (first.start, factors[-1].outer[1])
             argument = Node("product", span, ("*",) * len(factors), tuple(factors), marks)
             argument = argument if len(factors) > 1 else factors[0]
-        node = Node("function", (token.start, argument.outer[1]), name, (argument,), ((token.start, token.end),))
-        return node if exponent is None else Node("power", node.span, exponent, (node,), (mark,))
+        mark = (token.start, token.end)
+        node = Node("function", (token.start, argument.outer[1]), token.text, (argument,), (mark,))
+        return node if exponent is None else Node("power", node.span, exponent, (node,), ((caret.start, caret.end),))
 
     def function_of_code(self) -> Node:
         """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...])."""
         token, inner = self.take(), self.group(row=False)
         name, start, span = token.text, token.start, (token.start, self.end)
-        parts: tuple[Node, ...] = inner.children if inner.kind == "matrix" else (inner,)
+        parts = inner.children if inner.kind == "matrix" else (inner,)
         inside = parts[0]
         if name in LISTS:
             return replace(inner, bracketed=span)
         if name == "diag":
             zero = Node("number", (start, start), Fraction(0))
-            return _matrix(
-                [[part if i == j else zero for j in range(len(parts))] for i, part in enumerate(parts)], span
-            )
+            return _matrix([[one if i == j else zero for j in range(len(parts))] for i, one in enumerate(parts)], span)
         if name in POWERS:
             power = parts[1].value if len(parts) == 2 and parts[1].kind == "number" else POWERS[name]
             if power not in range(1, MOST_POWER + 1) or len(parts) > 2:
@@ -299,81 +374,93 @@ class Parser(SymbolReader):
             return Node("power", span, Fraction(power), (inside,), (mark,))
         if name in ("diff", "Derivative") and len(parts) == 1:
             raise Unread(f"{name} without a symbol to differentiate by", start)
-        for by in parts[1:] or (symbol_of(TIME, (span[1] - 1, span[1] - 1)),):
+        for by in parts[1:] or (_symbol(TIME, (span[1] - 1, span[1] - 1)),):
             by, *count = by.children if by.kind == "matrix" else (by,)  # Derivative(x, (t, 2))
-            order = count[0].value if count and count[0].kind == "number" else 1
-            if by.written is None or order not in (1, 2):
-                raise Unread(f"{name} is read of an expression and symbols", start)
-            inside = differentiated(inside, by, int(order), span)
+            inside = _differentiated(inside, by, count[0].value if count else 1, span)
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \begin of a matrix, \underbrace, \sum, \dv and \pdv."""
+        r"""\sqrt, \frac, \underbrace, \sum, \dv and \pdv."""
         token = self.peek()
+        if token.text == "sqrt":
+            return self.function()
+        self.take()
         match token.text:
-            case "sqrt":
-                return self.function()
-            case "begin":
-                return self.matrix()
             case "frac":
-                self.take()
-                self.digit()
-                above = self.atom()
-                self.digit()
-                parts, marks = (above, self.atom()), ((token.start, token.start),) * 2
+                parts, marks = (self.atom(), self.atom()), ((token.start, token.start),) * 2
                 return Node("product", (token.start, parts[1].outer[1]), ("*", "/"), parts, marks, fraction=True)
             case "underbrace" | "overbrace":  # without its label
-                self.take()
                 node = self.group() if self.peek().kind == "open" else self.atom()
                 if self.peek().kind in ("_", "^"):
-                    self.script()
+                    self.take()
                 return node
             case "dv" | "pdv":
-                self.take()
                 order = self.atom().value if self.peek().text == "[" else 1
                 inside = self.atom()
                 inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
-                if by.written is None or order not in (1, 2):
-                    raise Unread("a derivative by more than one symbol", token.start)
-                return differentiated(inside, by, int(order), (token.start, self.end))
+                return _differentiated(inside, by, order, (token.start, self.end))
             case "sum":  # with small numbers as its bounds, written out
-                start, scripts = self.take().start, {"_": "", "^": ""}
+                scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
-                    scripts[mark] = self.script()
+                    scripts[mark] = self.take().text
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
-                    raise Unread("a sum is read with small numbers as its bounds", start)
+                    raise Unread("a sum is read with small numbers as its bounds", token.start)
                 body, numbers = self.product(), range(int(bounds[2]), int(bounds[3]) + 1)
                 terms = tuple(_numbered(body, bounds[1], str(i)) for i in numbers)
-                marks = ((start, start),) * len(terms)
-                return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, marks)
+                marks = ((token.start, token.start),) * len(terms)
+                return Node("sum", (token.start, body.outer[1]), (1,) * len(terms), terms, marks)
         raise Unread(f"\\{token.text} stands where a quantity should", token.start)
 
     # --- brackets and matrices ----------------------------------------------------------------------------------
 
     def group(self, row: bool = True) -> Node:
-        """What stands in brackets; with commas a column; in code also rows with ; and entries with a blank between."""
+        r"""What stands in brackets; with commas a column; of a matrix rows with ; or \\ and entries with & or blanks.
+
+        An empty entry of a matrix in LaTeX is 0.
+        """
         opened, outer = self.take(), self.spaced
+        is_matrix = opened.text in MATRICES
         self.spaced = row and opened.text == "[" and (outer or self._is_row())
-        rows = [[self.sum()]]
-        if self.took("over"):
-            above, below = rows[0][0], self.sum()
-            mark = (above.outer[0], above.outer[0])
-            rows = [[Node("product", (mark[0], below.outer[1]), ("*", "/"), (above, below), (mark, mark))]]
-        while self.peek().kind in (",", ";") or (self.spaced and not self.at_end()):
-            separator = self.take().kind if self.peek().kind in (",", ";") else ""
-            if self.peek().kind == "close":
+        rows = [list[Node]()]
+        while (token := self.peek()).kind != "close":
+            if is_matrix and token.kind in ("&", "row"):
+                rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
+            else:
+                rows[-1].append(self.sum())
+            token = self.peek()
+            if self.took("over"):
+                above, below = rows[-1].pop(), self.sum()
+                span = (above.outer[0], below.outer[1])
+                marks = ((span[0], span[0]),) * 2
+                rows[-1].append(Node("product", span, ("*", "/"), (above, below), marks))
+            elif token.kind in (",", ";", "&", "row"):
+                self.take()
+                if token.kind == "row" or (token.kind == ";" and opened.text == "["):
+                    rows.append([])
+                elif token.kind == "&" and self.peek().kind == "close":
+                    rows[-1].append(Node("number", (token.end, token.end), Fraction(0)))
+            elif not (self.spaced and not self.at_end()):
                 break
-            if separator == ";" and opened.text == "[":
-                rows.append([])
-            rows[-1].append(self.sum())
         blank, self.spaced, token = self.spaced, outer, self.peek()
         if token.kind != "close" or token.text != CLOSING[opened.text]:
             wrong = f"{opened.text} is closed by {token.text}"
             reason = wrong if token.kind == "close" else f"the bracket {opened.text} is not closed"
             raise Unread(reason, opened.start, CLOSING[opened.text])
         span = (opened.start, self.take().end)
+        rows = [row for row in rows if row]
         entries = [entry for row in rows for entry in row]
+        if not entries:
+            raise Unread(f"{token.text!r} stands where a quantity should", token.start)
+        if is_matrix:
+            node = _matrix(rows, span)
+            if opened.text != "Vmatrix":
+                return node
+            if self.peek().kind == "_":
+                self.take()
+            return Node(
+                "function", span, "norm", (entries[0] if len(entries) == 1 else node,), ((opened.start, opened.end),)
+            )
         if len(entries) == 1:
             return replace(entries[0], bracketed=span)
         if opened.text == "[" and {entry.kind for entry in entries} == {"matrix"}:  # [[a, b], [c, d]]
@@ -402,59 +489,28 @@ class Parser(SymbolReader):
             raise Unread("the bracket | is not closed", opened.start)
         closed = self.take()
         if self.peek().kind == "_":
-            self.script()
+            self.take()
         return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
 
-    def matrix(self) -> Node:
-        r"""The environment of a matrix, or \pmat{...}; an empty entry is 0."""
-        token, opened = self.take(), self.take()
-        name = self.plain() if token.text == "begin" and opened.kind == "open" else ""
-        if token.text == "begin" and name not in MATRICES:
-            raise Unread(f"\\begin{{{name}}} has no meaning in an equation here", token.start)
-        if name == "array" and self.peek().kind == "open":
-            self.take()
-            self.plain()
-        rows = [list[Node]()]
-        while True:
-            end = self.peek()
-            if end.kind == "end":
-                raise Unread("the matrix has no \\end", token.start)
-            closes = end.text == "end" or end.kind == "close"
-            if closes and not rows[-1]:
-                break
-            empty = closes or end.kind in ("&", "row")
-            rows[-1].append(Node("number", (end.start, end.start), Fraction(0)) if empty else self.sum())
-            end = self.peek()
-            if end.kind in ("&", "row"):
-                self.take()
-                rows += [[]] if end.kind == "row" else []
-            elif end.text == "end" or end.kind == "close":
-                break
-            else:
-                raise Unread(f"{end.text!r} ends no entry of a matrix", end.start)
-        if self.take().text == "end" and self.take().kind == "open":
-            self.plain()
-        node = _matrix([row for row in rows if row], (token.start, self.end))
-        if name != "Vmatrix":
-            return node
-        if self.peek().kind == "_":
-            self.script()
-        inner = node.children[0] if node.value == (1, 1) else node
-        return Node("function", node.span, "norm", (inner,), ((token.start, token.end),))
+
+def _symbol(written: Written, span: Span) -> Node:
+    return Node("symbol", span, unknown(written), written=written)
 
 
-def differentiated(node: Node, by: Node, order: int, span: Span) -> Node:
+def _differentiated(node: Node, by: Node, order: object, span: Span) -> Node:
     """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
-    for _ in range(order):
+    if by.written is None or order not in (1, 2):
+        raise Unread("only first and second derivatives by one symbol are read", span[0])
+    for _ in range(int(order)):
         if by.written == TIME and node.written is not None and node.kind == "symbol":
-            node = symbol_of(replace(node.written, dots=node.written.dots + 1), span)
+            node = _symbol(replace(node.written, dots=node.written.dots + 1), span)
         else:
             node = Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
     return node
 
 
 def _matrix(rows: list[list[Node]], span: Span, bracketed: Span | None = None) -> Node:
-    if not rows or len({len(row) for row in rows}) > 1:
+    if len({len(row) for row in rows}) != 1:
         raise Unread("the rows of the matrix have different lengths", span[0])
     entries = tuple(entry for row in rows for entry in row)
     return Node("matrix", span, (len(rows), len(rows[0])), entries, bracketed=bracketed)
@@ -472,12 +528,12 @@ def _numbered(node: Node, letter: str, number: str) -> Node:
     return replace(node, written=written, value=unknown(written), children=children)
 
 
-def _exponent(text: str, place: int) -> Fraction:
+def _exponent(token: Token) -> Fraction:
     """A small number, or a half."""
-    text = re.sub(r"frac(\d)(\d)", r"\1/\2", text)
+    text = re.sub(r"frac(\d)(\d)", r"\1/\2", token.text)
     if not re.fullmatch(r"[+-]?\d{1,9}(?:\.\d{1,3}|/[1-9])?", text):
-        raise Unread("only numbers are read as exponents", place)
+        raise Unread("only numbers are read as exponents", token.start)
     value = Fraction(text)
     if abs(value) > MOST_POWER or value.denominator > 2:
-        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", place)
+        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
     return value

@@ -1,20 +1,40 @@
-"""Text to tokens: LaTeX, plain text and their mixtures, with the place of every token."""
+"""Text to tokens: LaTeX, plain text, code and their mixtures, with their places; and which tokens are one equation."""
 
 import html
 import re
 import unicodedata
+from bisect import bisect
 from collections.abc import Iterator
 from typing import NamedTuple
 
 from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
-MOST_CHARACTERS = 20_000  # of one equation
-MOST_TOKENS = 2_000
+MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
+MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix", "pmat"}
+CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", "pmat": "}", **{name: name for name in MATRICES - {"pmat"}}}
+ENVIRONMENTS = {
+    "equation",
+    "align",
+    "aligned",
+    "alignat",
+    "alignedat",
+    "gather",
+    "gathered",
+    "multline",
+    "eqnarray",
+    "split",
+    "flalign",
+}
+ENVIRONMENTS |= {"displaymath", "math", "cases", "subequations"}
+ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 
 
 class Token(NamedTuple):
-    """kind: number, letter, word, function, accent, style, operator, open, close, command, relation, or the text itself."""
+    """kind: number, letter, word, function, accent, style, operator, open, close, command, relation, or the text itself.
+
+    What is raised or lowered is one token, ^ or _, its text without brackets. The text of a strange one says why.
+    """
 
     kind: str
     text: str
@@ -22,23 +42,21 @@ class Token(NamedTuple):
     end: int
 
 
-ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
+_PLAIN = """mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak mbox mathnormal
+textnormal textsc"""
 _NAMES = {  # LaTeX's commands by the kind of their token; after = what they stand for
     "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
         overrightarrow vb va vu uvec pmb""",
-    "plain": """mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak mbox mathnormal
-        textnormal textsc""",
     "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore",
-    "space": """, ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace phantom
-        allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr small qty
-        scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut""",
-    "arrow": "uparrow downarrow",
+    "space": f"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
+        phantom allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr small qty
+        scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in",
-    "command": "sqrt frac tfrac=frac dfrac=frac cfrac=frac partial begin end over underbrace overbrace sum dv pdv",
-    "letter": "top intercal prime star dagger",
-    "matrix": "pmat bmat mat pmatrix bmatrix matrix",
+    "command": "sqrt frac tfrac=frac dfrac=frac cfrac=frac partial underbrace overbrace sum dv pdv",
+    "over": "over",
+    "letter": "top intercal prime star dagger uparrow downarrow",
     "row": r"\ cr newline",
     "operator": "cdot=* times=x ast=* div=/ wedge=x bullet=.",
     "relation": "equiv== triangleq== coloneqq== eqdef== doteq==",
@@ -54,21 +72,22 @@ _COMMANDS = {
 _COMMANDS |= {" ": ("space", " "), **{name: ("letter", letter) for name, letter in GREEK.items()}}
 _SIGNS = {
     "operator": dict(zip("+-−–*/·⋅×∙÷∗", "+---*/**x*/*", strict=True)) | {"%2B": "+"},
-    "superscript": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
+    "^": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
+    "_": dict(zip("₀₁₂₃₄₅₆", "0123456", strict=True)),
     "half": {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"},
     "dots": {"\u0307": "dot", "\u0308": "ddot", "\u02d9": "dot", "\u00a8": "ddot"},
-    "index": dict(zip("₀₁₂₃₄₅₆", "0123456", strict=True)),
     "letter": GREEK,
     "open": {"(": "(", "[": "[", "{": "{"},
     "close": {")": ")", "]": "]", "}": "}"},
     "prime": {"'": "'", "′": "'", "’": "'", "″": "''"},
     "relation": {"=": "=", "==": "=", ":=": "="},
+    "row": {"\f": "\\"},
     "gap": {"⇒": "⇒", "⟹": "⟹"},
     "function": {"√": "sqrt"},
     "command": {"∂": "partial"},
     "other relation": {letter: letter for letter in "<>≈≠≤≥∼≪≫"},
-    "^": {"^": "^", "**": "^"},
-    **{letter: {letter: letter} for letter in "_,.;|&"},
+    "script": {"^": "^", "**": "^", "_": "_"},
+    **{letter: {letter: letter} for letter in ",.;|&"},
 }
 _CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, text in table.items()}
 
@@ -77,7 +96,7 @@ _NOISE = re.compile(
     r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
     r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
     r"|\b(?:np|numpy|math|Math|sp|sympy|ca|cs|jnp|torch|self|params?|par|obj|this|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
-    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?<=[\s.,s])\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
+    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
     r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
 _NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
@@ -86,11 +105,13 @@ _UNITS = re.compile(  # of a parameter: what stands between its number and the e
     r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
     rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
 )
-_FUNCTION_NAMES = "|".join(sorted(FUNCTIONS))
 _TOKEN = re.compile(
-    rf"""(?P<plain>\\(?:mathrm|textrm|text|mathit|operatorname\*?|rm|mbox)\s*\{{\s*(?:d|diag|{_FUNCTION_NAMES})\s*\}}|\{{\s*\\rm\s+d\s*\}})
-    |(?P<tag></?su[bp]>)|(?P<entity>&[A-Za-z]+;)
+    rf"""\\(?P<environment>begin|end)\s*\{{\s*(?P<called>[A-Za-z]+)\*?\s*\}}(?:(?<=[yt]\}})(?:\[\w\])?\{{[^{{}}]*\}}|(?<=y\}})\[\w\])?
+    |(?P<matrix>\\[pb]?mat(?:rix)?\s*\{{)
     |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
+    |(?P<plain>\\(?:{"|".join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}})
+    |(?P<lowered>_\s*G/O|<su(?P<which>[bp])>(?P<content>[^<>]*)</su[bp]>)
+    |(?P<entity>&[A-Za-z]+;)
     |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
     |(?P<typo>\\dot\{{\\partial\}})
     |(?P<command>\\(?:[A-Za-z]+\*?|.))
@@ -111,76 +132,140 @@ def is_latex(text: str) -> bool:
     return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text))
 
 
-def tokens(text: str) -> list[Token]:
-    """The tokens of one equation. Raises Unread for a character or command that means nothing here."""
-    if len(text) > MOST_CHARACTERS:
-        raise Unread(f"longer than {MOST_CHARACTERS:,} characters")
-    latex, found, place = is_latex(text), list[Token](), 0
+def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
+    """The tokens of a text. Raises Unread for one that is too long or too deep."""
+    if len(text) > most:
+        raise Unread(f"longer than {most:,} characters")
     text = _NAMED.sub(lambda match: match[2].rjust(len(match[0])), text)
     text = _NOISE.sub(lambda match: " " * len(match[0]), text)
     if units := _UNITS.search(text):
-        value = units["value"].partition("(")[0]
-        text = text[: units.start()] + value.ljust(len(units[0]))
+        text = text[: units.start()] + units["value"].partition("(")[0].ljust(len(units[0]))
+    latex, found, place = is_latex(text), list[Token](), 0
     while place < len(text):
-        new = list(_tokens_at(text, place, latex))
+        # LaTeX takes one digit where there are no braces, as in \frac12
+        last = [token.text for token in found[-2:]]
+        short = latex and (last[-1:] == ["frac"] or (last[:1] == ["frac"] and found[-1].kind in ("number", "letter")))
+        try:
+            new = list(_tokens_at(text, place, latex, short))
+        except RecursionError:
+            raise Unread("nested too deeply") from None
         found += [token for token in new if token.kind != "space"]
         place = new[-1].end
-        if len(found) > MOST_TOKENS:
-            raise Unread(f"longer than {MOST_TOKENS:,} symbols")
-    return _merged(found)
+    # s and c before an angle are its sine and cosine, in brackets if both are there
+    short_names, in_brackets = set[int](), set[int]()
+    for i, token in enumerate(found):
+        after = found[i + 1 : i + 4]
+        if token.kind == "letter" and token.text in "sc" and after and after[0].start == token.end:
+            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and (
+                len(after) < 2 or after[1].kind != "prime"
+            ):
+                short_names.add(i)
+            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
+                in_brackets.add(i)
+    for i in short_names | (in_brackets if {found[i].text for i in in_brackets} == {"s", "c"} else set[int]()):
+        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
+    return found
 
 
-def _tokens_at(text: str, start: int, latex: bool) -> Iterator[Token]:
-    """The token at one place; of a word perhaps several."""
+def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Iterator[Token]:
+    """The token at one place, of a word perhaps several; a number has one digit only where it is `short`."""
     match = _TOKEN.match(text, start)
     assert match is not None
     kind, found, end = match.lastgroup, match[0], match.end()
-    if kind == "prose":  # which end an equation, or are a condition, or a name such as const
+    strange = lambda what: Token("strange", f"{what} has no meaning in an equation here", start, end)  # noqa: E731
+    if match["environment"]:
+        known = match["called"] in MATRICES | ENVIRONMENTS
+        is_open = match["environment"] == "begin"
+        yield Token("open" if is_open else "close", match["called"], start, end) if known else strange(found)
+        return
+    if match["prose"]:  # which end an equation, or are a condition, or a name such as const
         words = match["words"].strip()
         if words in _PROSE_WORDS or not re.fullmatch(r"[A-Za-z.]*", match["words"]):
             yield Token("condition" if _CONDITION.search(words) else ",", words, start, end)
             return
-        kind, found = ("sign", "(") if found[0] == "(" else ("command", found[: found.index("{")].rstrip())
-        end = start + len(found)
+        if r"\textbf" in found:
+            yield Token("style", "textbf", start, start + found.index("{"))
+            return
+        kind, found = "plain", f"{{{words}}}"
+    if match["lowered"]:
+        content = "G/O" if match["content"] is None else joined(tokens(match["content"]))
+        yield Token("^" if match["which"] == "p" else "_", content, start, end)
+        return
     match kind:
+        case "matrix":
+            yield Token("open", "pmat", start, end)
         case "plain":
-            name = re.findall("[a-z]+", found)[-1]
-            yield Token("function" if name in FUNCTIONS else "word" if name == "diag" else "letter", name, start, end)
+            name = re.findall(r"[A-Za-z]+\d*", found)[-1:]
+            if not name:
+                yield Token("space", found, start, end)
+                return
+            name = "L" if name == ["l"] and found[:6] in (r"\maths", r"\mathc") else name[0]
+            word = name == "diag" or name[-1].isdigit()
+            yield Token("function" if name in FUNCTIONS else "word" if word else "letter", name, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
-        case "tag" if found[1] == "/":
-            yield Token("close", "}", start, end)
-        case "tag":
-            yield from (Token(mark := "_^"["p" in found], mark, start, end), Token("open", "{", end, end))
         case "entity":
             letter = html.unescape(found)
-            if letter not in _CHARACTERS or letter == "&":
-                raise Unread(f"{found} has no meaning in an equation here", start)
-            yield Token(*_CHARACTERS[letter], start, end)
+            known = letter in _CHARACTERS and letter != "&"
+            yield Token(*_CHARACTERS[letter], start, end) if known else strange(found)
         case "typo":  # of a partial derivative by a rate
             yield from (Token("command", "partial", start, start + 6), Token("accent", "dot", start + 6, end))
         case "command":
             name = found[1:].rstrip("*") or "*"
-            if name not in _COMMANDS:
-                raise Unread(f"\\{name} has no meaning in an equation here", start)
-            yield Token(*_COMMANDS[name], start, end)
+            yield Token(*_COMMANDS[name], start, end) if name in _COMMANDS else strange(f"\\{name}")
         case "number":
-            yield Token("number", found.replace("{,}", ".").replace(",", "."), start, end)
+            end = start + 1 if short else end
+            yield Token("number", text[start:end].replace("{,}", ".").replace(",", "."), start, end)
         case "element" if not latex and re.split(r"\W", found)[0] not in FUNCTIONS:
             yield Token("word", found, start, end)
         case "element" | "word":
             word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*", found)
             assert word is not None
             yield from _letters(word[0], start, latex, text)
-        case _ if found.isspace() or found in "~\u2009\u202f":
+        case _ if found != "\f" and (found.isspace() or found in "~\u2009\u202f"):
             yield Token("space", found, start, start + 1)
+        case _ if found in _SIGNS["script"]:
+            yield _script(text, Token(*_CHARACTERS[found], start, end), latex)
         case _:  # neither a digit nor a Latin letter; a letter with dots above is two
             apart = found.isalpha() and found not in _CHARACTERS
             for letter in unicodedata.normalize("NFD", found) if apart else [found]:
                 if letter not in _CHARACTERS and not (letter.isascii() and letter.isalpha()):
-                    code = f"{found!r} (U+{ord(found):04X})"
-                    raise Unread(f"the character {code} has no meaning in an equation here", start)
+                    yield strange(f"the character {found!r} (U+{ord(found):04X})")
+                    return
                 yield Token(*_CHARACTERS.get(letter, ("letter", letter)), start, end)
+
+
+def _script(text: str, mark: Token, latex: bool) -> Token:
+    """What is raised or lowered: a number with its sign, a letter, or what stands in brackets."""
+    inside, depth, place, sign, first = list[Token](), 0, mark.end, "", True
+    while first or depth:
+        if place == len(text):
+            reason = f"the bracket {inside[0].text} is not closed" if inside else "it ends too early"
+            return Token("strange", reason, inside[0].start if inside else mark.start, place)
+        new = list(_tokens_at(text, place, latex, latex and first))
+        new = new[:1] if first else new
+        place = new[-1].end
+        if strange := next((token for token in new if token.kind == "strange"), None):
+            return strange._replace(end=place)
+        if first and new[0].kind == "close":
+            return Token("strange", f"{new[0].text!r} stands where an index or exponent should", mark.start, mark.end)
+        if first and new[0].kind == "operator" and new[0].text in "+-" and not sign:
+            sign = new[0].text
+        elif new[0].kind not in ("space", "style"):
+            depth += sum({"open": 1, "close": -1}.get(token.kind, 0) for token in new)
+            inside += new
+            first = False
+    return Token(mark.text, sign + joined(inside), mark.start, place)
+
+
+def joined(found: list[Token]) -> str:
+    """The text of some tokens without blanks, brackets and type."""
+    texts = (
+        token.kind * (token.kind in ("_", "^")) + token.text
+        for token in found
+        if token.kind not in ("open", "close", "style")
+    )
+    return "".join(texts)
 
 
 def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
@@ -201,62 +286,67 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             place += len(part)
 
 
-def _merged(found: list[Token]) -> list[Token]:
-    r"""The tokens with \mathrm d as d; with s and c before an angle as sine and cosine, in brackets if both are there."""
-    following = zip(found, [*found[1:], None], strict=False)
-    found = [a for a, b in following if a.kind != "plain" or b is None or b[:2] != ("letter", "d")]
-    short, in_brackets = set[int](), set[int]()
-    for i, token in enumerate(found):
-        if token.kind == "arrow relation":  # between two equations, or of a limit
-            between = _relates(found[:i]) and _relates(found[i:])
-            found[i] = token._replace(kind="gap" if between else "other relation")
-        after = found[i + 1 : i + 4]
-        if token.kind == "letter" and token.text in "sc" and after and after[0].start == token.end:
-            if after[0].text in ("theta", "phi") and (len(after) < 2 or after[1].kind != "prime"):
-                short.add(i)
-            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
-                in_brackets.add(i)
-    if {found[i].text for i in in_brackets} == {"s", "c"}:
-        short |= in_brackets
-    for i in short:
-        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
-    return found
+SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
 
 
-def lines(found: list[Token]) -> list[Token]:
-    r"""Tokens with a separator between equations only: not where a row goes on with a sum, nor at labels and &.
+def cut(found: list[Token]) -> list[list[Token]]:
+    r"""The tokens of each equation without layout: environments, & and gaps, and brackets around equations.
 
-    A gap such as \quad or \Rightarrow separates two equations if both sides of it have a relation.
+    An equation ends at \\ where what follows is not the rest of a sum, at a comma, and at & or \quad if there is a relation
+    on both sides. What begins with = after \\ goes on with the chain before it, but is listed by itself.
     """
-    kept: list[Token] = []
-    related = False
-    for line in _split(found, "row"):
-        bare = [token for token in line if token.kind not in ("&", "gap")]
-        if kept and bare and (bare[0].kind != "operator" or (related and _relates(bare))):
-            kept.append(Token("row", "\\", bare[0].start, bare[0].start))
-            related = False
-        for piece in _split(line, "gap"):
-            if related and _relates(piece):
-                kept.append(Token(",", ",", piece[0].start, piece[0].start))
-                related = False
-            for column in _split(piece, "&"):
-                if not (related and column and column[0].kind == "open" and not _relates(column)):
-                    kept += column
-                related = related or _relates(column)
-    return kept
-
-
-def _relates(found: list[Token]) -> bool:
-    return any(token.kind == "relation" for token in found)
-
-
-def _split(found: list[Token], kind: str) -> list[list[Token]]:
-    """The tokens between separators of a kind that stand outside matrices and braces."""
-    pieces, depth = [list[Token]()], 0
-    for token in found:
-        depth += {"begin": 1, "end": -1, "{": 1, "}": -1}.get(token.text, 0)
-        if token.kind == kind and depth == 0:
-            pieces.append([])
+    found = [one for one in found if one.text not in ENVIRONMENTS]
+    closed, opened = dict[int, int](), list[int]()
+    for i, token in enumerate(found):
+        if token.kind == "open":
+            opened.append(i)
+        elif token.kind == "close" and token.text in [CLOSING[found[j].text] for j in opened[-20:]]:
+            while CLOSING[found[j := opened.pop()].text] != token.text:
+                pass
+            closed[j] = i
+    relations = [i for i, token in enumerate(found) if token.kind == "relation"]
+    layout = set[int]()
+    for i, token in enumerate(found):  # brackets that begin an equation and hold all of it
+        end = closed.get(i, len(found) if token.text == r"\{" else 0)
+        begins = i == 0 or found[i - 1].kind in SEPARATORS or i - 1 in layout
+        if begins and any(j < end for j in relations[bisect(relations, i) :][:1]):
+            layout |= {i, end}
+    pieces, marks, piece, around = [], list[Token](), list[Token](), list[int]()  # openers around a token
+    for i, token in enumerate([*found, Token("row", "", 0, 0)]):
+        around = [j for j in around if closed[j] >= i] if around and closed[around[-1]] < i else around
+        if i in layout:
+            continue
+        if not around and token.kind in SEPARATORS:
+            if piece:
+                pieces.append((marks, piece))
+                marks, piece = [], []
+            marks.append(token)
+            continue
+        in_matrix = bool(around) and found[around[-1]].text in MATRICES
+        if token.kind != "gap" and (in_matrix or token.kind not in ("row", "&")):
+            piece.append(token)
+        if i in closed:
+            around = [*around, i]
+    equations = list[list[Token]]()
+    for marks, piece in pieces:
+        before = {token.kind for token in equations[-1]} if equations else set[str]()
+        kinds, begins, separators = {token.kind for token in piece}, piece[0].kind, {token.kind for token in marks}
+        both, between = "relation" in before and "relation" in kinds, list[Token]()
+        if "row" in separators:
+            if before and equations[-1][-1].kind == begins == "relation":  # a = \\\\ = b
+                equations[-1].pop()
+            ends_open = bool(before) and equations[-1][-1].kind in ("relation", "operator")
+            goes_on = ends_open or (begins in ("operator", "relation") and not both)
+        elif separators & {",", ";"}:  # of a, b = c, d all is kept
+            goes_on = "relation" in kinds and "relation" not in before and [token.text for token in marks] == [","]
+            between = marks
+        elif separators == {"&"} and "relation" in before and begins == "open" and not both:
+            continue  # the number of an equation, or words beside it
         else:
-            pieces[-1].append(token)
-    return pieces
+            between = [token for token in marks if token.kind in (".", "arrow relation")]
+            goes_on = begins == "relation" or not both or separators == {"."}
+        if before and (goes_on or begins == "condition" or "other relation" in kinds):
+            equations[-1] += between * goes_on + piece
+        else:
+            equations.append(piece)
+    return equations
