@@ -36,20 +36,19 @@ _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
 _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
-_COMMENT = re.compile(r"\s+(?:#|//|%(?!2B)).*$|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
+_COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _BEFORE = re.compile(r"((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
-    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(\w+)\s*=\s*\w+\.\1\s*$"
+    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _TYPED = re.compile(
     r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
     re.I,
 )
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
-_SEVERAL = re.compile(r"\(?\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*,?\s*\)?\s*=\s*(.+)", re.DOTALL)
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
@@ -107,8 +106,8 @@ def read_text(text: str) -> Document:
     formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
         found += [(begin + at, _statement(text, start, end, one, begin + at)) for at, one in equations_in(formula)]
-    for start, end, piece in _lines(text, [formula[:2] for formula in formulas], skipped):
-        found += [(start + at, _statement(text, start, end, one, start + at)) for at, one in equations_in(piece)]
+    for start, end, one in _lines(text, [formula[:2] for formula in formulas], skipped):
+        found.append((start, _statement(text, start, end, one, start)))
     chain: list[Statement] = []
     for _, one in sorted(found, key=lambda pair: pair[0])[:MOST_STATEMENTS]:
         if one.text.startswith("=") and chain and (left := _LEFT.match(chain[-1].text)):  # goes on with that left side
@@ -118,17 +117,34 @@ def read_text(text: str) -> Document:
 
 
 def equations_in(formula: str) -> list[tuple[int, str]]:
-    """The equations of a display or line, each with where it begins; of one that is not read, the whole."""
+    """The equations of a display or line, each with where it begins; of one that is not read, the whole.
+
+    Where several names have values at once there is an equation for each, or for the column of names.
+    """
     try:
-        found = tokens(formula, MOST_OF_A_DISPLAY)
+        found = cut(tokens(formula, MOST_OF_A_DISPLAY))
     except Unread:
         return [(0, formula.strip())]
     equations = list[tuple[int, str]]()
-    for piece in cut(found):
-        if any(token.kind == "relation" for token in piece):
-            prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
-            start = prefix.start() if prefix else piece[0].start
-            equations.append((start, formula[start : piece[-1].end]))
+    for i, piece in enumerate(found):
+        kinds = [token.kind for token in piece]
+        if "relation" not in kinds:
+            continue
+        prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
+        start, end = prefix.start() if prefix else piece[0].start, piece[-1].end
+        left, value = formula[start : piece[kinds.index("relation")].start], piece[kinds.index("relation") + 1 :]
+        names = [name.strip() for name in re.sub(r"^\s*\((.*)\)\s*$|,\s*$", r"\1", left).split(",")]
+        if len(names) == 1 or not value or not all(re.fullmatch(r"(?:\w+\.\s*)?[^\W\d]\w*", name) for name in names):
+            equations.append((start, formula[start:end]))
+            continue
+        more = [one for one in found[i + 1 : i + len(names)] if "relation" not in [token.kind for token in one]]
+        values = [formula[one[0].start : one[-1].end] for one in (value, *more)]
+        if values[0].startswith("sincos("):
+            values = [f"{function}{values[0].removeprefix('sincos')}" for function in ("sin", "cos")]
+        if len(values) == len(names):
+            equations += [(start, f"{name} = {one}") for name, one in zip(names, values, strict=True)]
+        else:
+            equations.append((start, f"({', '.join(names)}) = {values[0]}"))
     return equations
 
 
@@ -231,17 +247,16 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
-        pieces = list(_in_line(whole))
+        codes = [(match.start(1), match[1]) for match in re.finditer(r"`([^`=]*=[^`]*)`", whole)]
+        parts = [(at + i, one) for at, part in codes or _in_line(whole) for i, one in equations_in(part)]
+        pieces = [(begin + at, end, one) for at, one in parts if codes or not _NO_EQUATION.search(one)]
         if not pieces:
             skipped.append(f"line {number}")
-        yield from ((begin + at, end, piece) for at, piece in pieces)
+        yield from pieces
 
 
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
-    """The equations of a plain line."""
-    if codes := list(re.finditer(r"`([^`=]*=[^`]*)`", line)):
-        yield from ((match.start(1), match[1]) for match in codes)
-        return
+    """A plain line without its label, comments and the like, and where that begins; nothing of one that is prose."""
     line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
     if annotated := _ANNOTATED.match(line):
         line = annotated[1] + " " * len(annotated[2]) + line[annotated.end() :]
@@ -249,47 +264,20 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     begin = label.end() if label and "=" not in label[0] else 0
     if typed := _TYPED.match(line[begin:]):
         begin += typed.end()
-    for place, equation in _cut(line[begin:], ";"):
-        while (shorter := _COMMENT.sub("", equation)) != equation:
-            equation = shorter
-        at = begin + place + len(equation) - len(equation.lstrip())
-        equation = equation.strip()
-        bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
-        beside = sum(
-            not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare)
-        )  # words with nothing but a space between
-        prose = beside > 1 or _NO_EQUATION.search(bare)
-        if "=" in equation and not prose and "|" not in equation.replace("||", "")[:1]:
-            if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
-                at, equation = at + words.end(), equation[words.end() :]
-            yield from ((at, one) for one in _unpacked(equation) if not _NO_EQUATION.search(one))
-
-
-def _unpacked(equation: str) -> Iterator[str]:
-    """Of code that gives values to several names at once an equation for each, or for the column of names."""
-    match = _SEVERAL.fullmatch(equation)
-    if match is None or "\\" in equation:
-        yield equation
-        return
-    names = [name.strip() for name in match[1].split(",")]
-    values = [value.strip() for _, value in _cut(match[2], ",")]
-    if both := re.fullmatch(r"sincos(\(.*\))", match[2].strip()):
-        values = [f"sin{both[1]}", f"cos{both[1]}"]
-    if len(names) == len(values):
-        yield from (f"{name} = {value}" for name, value in zip(names, values, strict=True))
-    else:
-        yield f"({', '.join(names)}) = {match[2]}"
-
-
-def _cut(text: str, separator: str) -> Iterator[tuple[int, str]]:
-    """The pieces between separators that stand outside brackets, each with where it begins."""
-    depth = start = 0
-    for i, letter in enumerate(text + separator):
-        depth += (letter in "([{") - (letter in ")]}")
-        entity = letter == ";" and re.search(r"&[A-Za-z]+$", text[start:i])
-        if letter == separator and not entity and (depth <= 0 or i == len(text)):
-            yield start, text[start:i]
-            start = i + 1
+    equation = line[begin:]
+    while (shorter := _COMMENT.sub(lambda match: " " * len(match[0]), equation).rstrip()) != equation:
+        equation = shorter
+    bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
+    beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
+    prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
+    if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
+        words = _BEFORE.match(equation.lstrip())
+        at = (
+            words.end() + len(equation) - len(equation.lstrip())
+            if words and not {*words[1].split()} & _NOT_WORDS
+            else 0
+        )
+        yield begin + at, equation[at:]
 
 
 def read_toml(data: bytes, place: str) -> Document:

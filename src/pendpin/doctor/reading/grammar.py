@@ -121,7 +121,10 @@ class Parser:
             if token.kind in ("relation", "end", "condition"):
                 side = "left" if token.kind == "relation" and not found else "right"
                 raise Unread(f"the {side} side of = is empty", token.start)
-            if token.kind not in ("close", "other relation", *SEPARATORS):
+            if token.text == "Eq" and self.peek(1).text == "(":  # of sympy, also where it has a name
+                self.take()
+                found = [*self.group(row=False).children]
+            elif token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
             if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):

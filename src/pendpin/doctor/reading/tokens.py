@@ -243,7 +243,9 @@ def _script(text: str, mark: Token, latex: bool) -> Token:
             reason = f"the bracket {inside[0].text} is not closed" if inside else "it ends too early"
             return Token("strange", reason, inside[0].start if inside else mark.start, place)
         new = list(_tokens_at(text, place, latex, latex and first))
-        new = new[:1] if first else new
+        if first:  # of T^t_p only the t is raised
+            head = new[0].text.partition("_")[0] if mark.text == "^" and new[0].kind == "word" else new[0].text
+            new = [new[0]._replace(text=head, end=new[0].end - len(new[0].text) + len(head))]
         place = new[-1].end
         if strange := next((token for token in new if token.kind == "strange"), None):
             return strange._replace(end=place)
@@ -273,6 +275,8 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     end = place + len(word)
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
+    elif word == "frac" and not latex:  # frac(1)(2)
+        yield Token("command", word, place, end)
     elif word.lower() in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
         yield Token("function", word.lower(), place, end)
     elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):
@@ -327,18 +331,19 @@ def cut(found: list[Token]) -> list[list[Token]]:
             piece.append(token)
         if i in closed:
             around = [*around, i]
-    equations = list[list[Token]]()
+    equations, any_relation = list[list[Token]](), False
     for marks, piece in pieces:
         before = {token.kind for token in equations[-1]} if equations else set[str]()
         kinds, begins, separators = {token.kind for token in piece}, piece[0].kind, {token.kind for token in marks}
         both, between = "relation" in before and "relation" in kinds, list[Token]()
+        any_relation = any_relation or "relation" in before
         if "row" in separators:
             if before and equations[-1][-1].kind == begins == "relation":  # a = \\\\ = b
                 equations[-1].pop()
             ends_open = bool(before) and equations[-1][-1].kind in ("relation", "operator")
             goes_on = ends_open or (begins in ("operator", "relation") and not both)
         elif separators & {",", ";"}:  # of a, b = c, d all is kept
-            goes_on = "relation" in kinds and "relation" not in before and [token.text for token in marks] == [","]
+            goes_on = not any_relation and [token.text for token in marks] == [","]
             between = marks
         elif separators == {"&"} and "relation" in before and begins == "open" and not both:
             continue  # the number of an equation, or words beside it
