@@ -13,7 +13,16 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, Written, bound, raw, unknown
+from pendpin.doctor.reading.names import (
+    CONSTANTS,
+    UNIT_VECTORS,
+    Vocabulary,
+    Written,
+    bound,
+    raw,
+    settle_elements,
+    unknown,
+)
 from pendpin.doctor.reading.tokens import tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
@@ -111,8 +120,10 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
+    written = [part.written for one in found for part in parts(one.sides) if part.written]
+    if any(name.index[:1] == "[" and "," in name.index for name in written):
+        found = _rewritten(found, settle_elements(written))
     # indices are counted from 1 where q_0 and q_1 both move
-    written = (part.written for one in found for part in parts(one.sides) if part.written)
     moving = {(name.letter, name.index) for name in written if name.dots}
     if any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter, _ in moving):
         shifted = str.maketrans("01", "12")

@@ -46,7 +46,7 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
                 pieces[-1] += piece
             else:
                 pieces.append(piece)
-        equations = [Parser(piece, latex, tight).sides() for piece in pieces]
+        equations = [_named_matrices(Parser(piece, latex, tight).sides()) for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -494,6 +494,14 @@ class Parser:
         if self.peek().kind == "_":
             self.take()
         return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
+
+
+def _named_matrices(sides: list[Node]) -> list[Node]:
+    """The sides of an equation; a capital that is equal to a matrix or column for two coordinates is one, as if bold."""
+    if not any(side.kind == "matrix" and side.value in ((2, 2), (2, 1)) for side in sides):
+        return sides
+    capital = lambda side: side.kind == "symbol" and side.written.letter.isupper() and not side.written.index  # noqa: E731
+    return [replace(one, written=replace(one.written, styled=True)) if capital(one) else one for one in sides]
 
 
 def _symbol(written: Written, span: Span) -> Node:

@@ -1,7 +1,7 @@
 """How quantities are written: letters and names in plain text; and what a printed name means in one system."""
 
 import re
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 
@@ -30,7 +30,10 @@ _DOTTED = re.compile(  # thetaDot1, xprime, x_ddot, theta_dot_dot
     r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?:(?P<twice>d|D)?[dD]ot|prime)(?P<again>_?[dD]ot|prime)?_?(?P<last>\d?)"
 )
 _MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
-_ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)(?:,\s*[:1])?[)\]]")  # y(2), y[1], y(2, :), y[:, 1], y(2, 1)
+_ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
+    r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
+)
+_PAIR = re.compile(r"\[(\d),(\d)\]")
 _SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V"}
 _SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
 _RUN_ON = re.compile(
@@ -54,7 +57,8 @@ def of_word(word: str) -> Written | None:
         vector = of_word(match[1])
         rate = vector.dots if vector and len(vector.letter) == 1 and not vector.index else 0
         assert vector is not None or not rate
-        return Written(vector.letter if vector and rate else match[1], rate, f"[{match[2]}]")
+        index = f"[{match[2]},{match[3]}]" if match[3] and len(match[1]) < 3 else f"[{match[2]}]"
+        return Written(vector.letter if vector and rate else match[1], rate, index)
     if match := _MOMENTUM.fullmatch(word):
         return Written("p", 0, _SHORT.get(match[1], match[1]) + match[2])
     for pattern in (_OVER_DT, _DOTTED):
@@ -72,6 +76,22 @@ def of_word(word: str) -> Written | None:
         letter, index = match[1], match[2]
     bare = _STYLED.sub("", index).strip("_").replace("_", ",")
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
+
+
+def settle_elements(written: Iterable[Written]) -> Callable[[Written], Written]:
+    """What M(2, 1) is in a text with such names: M_21, counted from 1; G_2 or y(2) where each has 1 in the second place."""
+    pairs = {(one.letter, *match.groups()) for one in written if (match := _PAIR.fullmatch(one.index))}
+    matrices = {letter for letter, _, second in pairs if second != "1"}
+    from_zero = {letter for letter, first, second in pairs if "0" in first + second}
+
+    def settle(one: Written) -> Written:
+        if (match := _PAIR.fullmatch(one.index)) is None:
+            return one
+        if one.letter not in matrices:
+            return replace(one, index=match[1] if one.letter.isupper() else f"[{match[1]}]")
+        return replace(one, index="".join(str(int(place) + (one.letter in from_zero)) for place in match.groups()))
+
+    return settle
 
 
 def spelled(word: str, latex: bool, code: bool) -> list[str]:

@@ -100,6 +100,7 @@ _NOISE = re.compile(
     r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
 _NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
+_RECORD = re.compile(r"\b([A-Za-z]+)(\d?)\.(?=[A-Za-z]\w*\d|(?<=\d\.)[A-Za-z])(\w+)\b(?!\s*[(.])")
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 _UNITS = re.compile(  # of a parameter: what stands between its number and the end
     r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
@@ -116,7 +117,8 @@ _TOKEN = re.compile(
     |(?P<typo>\\dot\{{\\partial\}})
     |(?P<command>\\(?:[A-Za-z]+\*?|.))
     |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
-    |(?P<element>(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1])?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
+    |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
+        |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1])?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
     |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)
     |(?P<sign>\*\*|==|:=|%2B|.)""",
     re.VERBOSE | re.DOTALL,
@@ -141,6 +143,9 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     if units := _UNITS.search(text):
         text = text[: units.start()] + units["value"].partition("(")[0].ljust(len(units[0]))
     latex, found, place = is_latex(text), list[Token](), 0
+    if not latex:  # robot.m1 is m1, bob1.mass is mass_1
+        own = lambda match: (match[3] if re.search(r"\d", match[3]) else f"{match[3]}_{match[2]}").rjust(len(match[0]))  # noqa: E731
+        text = _RECORD.sub(own, text)
     while place < len(text):
         # LaTeX takes one digit where there are no braces, as in \frac12
         last = [token.text for token in found[-2:]]
