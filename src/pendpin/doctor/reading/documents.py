@@ -29,9 +29,8 @@ _PICTURE = re.compile(
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
-_BLANK = re.compile(
-    r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
-)  # prints nothing, also where it holds an equals sign
+# prints nothing, also where it holds an equals sign
+_BLANK = re.compile(r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
@@ -39,7 +38,7 @@ _LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Z
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
 _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
-_BEFORE = re.compile(r"((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
+_BEFORE = re.compile(r"\s*((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
@@ -264,20 +263,16 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     begin = label.end() if label and "=" not in label[0] else 0
     if typed := _TYPED.match(line[begin:]):
         begin += typed.end()
-    equation = line[begin:]
+    equation = line[begin:].rstrip()
     while (shorter := _COMMENT.sub(lambda match: " " * len(match[0]), equation).rstrip()) != equation:
         equation = shorter
     bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
     beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
     prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
-        words = _BEFORE.match(equation.lstrip())
-        at = (
-            words.end() + len(equation) - len(equation.lstrip())
-            if words and not {*words[1].split()} & _NOT_WORDS
-            else 0
-        )
-        yield begin + at, equation[at:]
+        if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
+            begin, equation = begin + words.end(), equation[words.end() :]
+        yield begin, equation
 
 
 def read_toml(data: bytes, place: str) -> Document:
@@ -311,9 +306,11 @@ def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]
     for number, (name, text) in enumerate(pairs, start=1):
         if number > MOST_STATEMENTS:
             return
-        text, found = text.strip().strip("$").strip(), equations_in(text.strip().strip("$").strip())
-        if found:  # without layout around it
-            text = text[found[0][0] : found[-1][0] + len(found[-1][1])]
+        text = text.strip().strip("$").strip()
+        if found := equations_in(text):  # without layout around it
+            as_printed = all(text.startswith(one, at) for at, one in found)
+            end = found[-1][0] + len(found[-1][1])
+            text = text[found[0][0] : end] if as_printed else ", ".join(one for _, one in found)
         yield Statement(text, name or f"equation {number}", name)
 
 

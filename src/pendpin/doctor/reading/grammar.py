@@ -500,8 +500,10 @@ def _named_matrices(sides: list[Node]) -> list[Node]:
     """The sides of an equation; a capital that is equal to a matrix or column for two coordinates is one, as if bold."""
     if not any(side.kind == "matrix" and side.value in ((2, 2), (2, 1)) for side in sides):
         return sides
-    capital = lambda side: side.kind == "symbol" and side.written.letter.isupper() and not side.written.index  # noqa: E731
-    return [replace(one, written=replace(one.written, styled=True)) if capital(one) else one for one in sides]
+    for i, side in enumerate(sides):
+        if side.kind == "symbol" and side.written and side.written.letter.isupper() and not side.written.index:
+            sides[i] = replace(side, written=replace(side.written, styled=True))
+    return sides
 
 
 def _symbol(written: Written, span: Span) -> Node:

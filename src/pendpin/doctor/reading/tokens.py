@@ -336,27 +336,38 @@ def cut(found: list[Token]) -> list[list[Token]]:
             piece.append(token)
         if i in closed:
             around = [*around, i]
-    equations, any_relation = list[list[Token]](), False
+    segments = list[tuple[list[Token], list[Token]]]()  # of rows and between commas; & and gaps within them
     for marks, piece in pieces:
-        before = {token.kind for token in equations[-1]} if equations else set[str]()
-        kinds, begins, separators = {token.kind for token in piece}, piece[0].kind, {token.kind for token in marks}
-        both, between = "relation" in before and "relation" in kinds, list[Token]()
-        any_relation = any_relation or "relation" in before
-        if "row" in separators:
-            if before and equations[-1][-1].kind == begins == "relation":  # a = \\\\ = b
-                equations[-1].pop()
-            ends_open = bool(before) and equations[-1][-1].kind in ("relation", "operator")
-            goes_on = ends_open or (begins in ("operator", "relation") and not both)
-        elif separators & {",", ";"}:  # of a, b = c, d all is kept
-            goes_on = not any_relation and [token.text for token in marks] == [","]
-            between = marks
-        elif separators == {"&"} and "relation" in before and begins == "open" and not both:
-            continue  # the number of an equation, or words beside it
-        else:
-            between = [token for token in marks if token.kind in (".", "arrow relation")]
-            goes_on = begins == "relation" or not both or separators == {"."}
-        if before and (goes_on or begins == "condition" or "other relation" in kinds):
-            equations[-1] += between * goes_on + piece
+        kinds = {token.kind for token in marks}
+        if segments and not kinds & {"row", ",", ";"}:
+            before = segments[-1][1]
+            both = _relates(before) and _relates(piece)
+            if kinds == {"&"} and _relates(before) and piece[0].kind == "open" and not both:
+                continue  # the number of an equation, or words beside it
+            if piece[0].kind == "relation" or not both or kinds == {"."}:
+                before += [token for token in marks if token.kind in (".", "arrow relation")] + piece
+                continue
+        segments.append((marks, piece))
+    equations, related = list[list[Token]](), False
+    for marks, piece in segments:
+        begins, between = piece[0].kind, list[Token]()
+        before = equations[-1] if equations else []
+        related = related or _relates(before)
+        goes_on = begins == "condition" or any(token.kind == "other relation" for token in piece)
+        if any(token.kind == "row" for token in marks):
+            if before and before[-1].kind == begins == "relation":  # a = \\ = b
+                before.pop()
+            both = _relates(before) and _relates(piece)
+            ends_open = bool(before) and before[-1].kind in ("relation", "operator")
+            goes_on = goes_on or ends_open or (begins in ("operator", "relation") and not both)
+        elif [token.text for token in marks] == [","] and not related:  # of a, b = c, d all is kept
+            goes_on, between = True, marks
+        if before and goes_on:
+            before += between + piece
         else:
             equations.append(piece)
     return equations
+
+
+def _relates(found: list[Token]) -> bool:
+    return any(token.kind == "relation" for token in found)
