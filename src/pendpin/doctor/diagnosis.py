@@ -301,7 +301,7 @@ class _Doctor:
         letters = {bare(name) for other in others for name in other.names}
         if right < NEIGHBOURS or bare(next(iter(one.unknown))) in letters:
             return None
-        healed = mends_of_unknown(self._patient(one, next(one.readings())), one.unknown)
+        healed = mends_of_unknown(self._patient(one, next(one.readings())), *one.unknown)
         return self._without_value(found, healed, reason) if healed else None
 
     def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:

@@ -15,21 +15,19 @@ from itertools import combinations
 import numpy as np
 
 from pendpin.doctor.checking.dimensions import Disagreement, dimension
-from pendpin.doctor.checking.evaluation import Context
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, oddness, parts_of, reader_of, swapped
+from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, parts_of, reader_of, swapped
 from pendpin.doctor.mending.writing import Printer, Splice, Writer
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols, walk
-from pendpin.doctor.systems.base import Spec, System, Values, dot, random_states
+from pendpin.doctor.systems.base import System, Values, dot, random_states
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
 CIRCULAR = {*FUNCTIONS, "sec", "csc"}
-FACTORS = [
-    Monomial(Fraction(factor))
-    for factor in ["2", "1/2", "3", "1/3", "4", "1/4", "3/2", "2/3", "6", "1/6", "12", "1/12"]
-]
-INERTIAS = ("I1", "I2", "I3", "J1", "J2", "J3", "h")  # that a missing term may hold, wherever the page is about them
+FACTORS = [Monomial(Fraction(*pair)) for n in (2, 3, 4, 6, 12) for pair in ((n, 1), (1, n))]
+FACTORS += [Monomial(Fraction(3, 2)), Monomial(Fraction(2, 3))]
+ODDNESS = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 24: 0.08, 5: 0.12, 9: 0.12, 10: 0.12, 7: 0.14}
+INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
 
@@ -59,63 +57,38 @@ class Change:
         return Change((*self.splices, *other.splices), self.cost + other.cost, *words, swaps, count=2)
 
 
-# --- trees that are printed nowhere ---------------------------------------------------------------------------------
-
-
 def number(value: Fraction | int) -> Node:
-    """A number."""
+    """A number that is printed nowhere."""
     return Node("number", (0, 0), Fraction(value))
 
 
-def times(node: Node, other: Node, operator: str = "*") -> Node:
-    """A product."""
-    return Node("product", node.span, ("*", operator), (node, other), ((0, 0), (0, 0)))
-
-
-def power_of(node: Node, exponent: int) -> Node:
-    """A power."""
-    return Node("power", node.span, Fraction(exponent), (node,), (node.span,))
-
-
-def times_monomial(node: Node, monomial: Monomial) -> Node:
-    """A product with a monomial."""
-    node = times(node, number(monomial.factor))
+def times(node: Node, monomial: Monomial) -> Node:
+    """A part times a monomial."""
+    factors = [("*", node), ("*", number(monomial.factor))]
     for name, power in monomial.powers:
         function, _, quantity = name.rpartition(" ")
-        factor = Node("symbol", (0, 0), quantity)
-        factor = Node("function", (0, 0), function, (factor,)) if function else factor
-        node = times(node, power_of(factor, abs(power)), "*" if power > 0 else "/")
-    return node
+        atom = Node("symbol", (0, 0), quantity)
+        atom = Node("function", (0, 0), function, (atom,)) if function else atom
+        factors.append(("*" if power > 0 else "/", Node("power", (0, 0), Fraction(abs(power)), (atom,))))
+    operators, children = zip(*factors, strict=True)
+    return Node("product", node.span, operators, children, ((0, 0),) * len(children))
 
 
-@dataclass(frozen=True, eq=False)
+def oddness(factor: Fraction) -> float:
+    """How odd a fraction is: 0 for 1, small for halves, thirds and twelfths, larger for others."""
+    return sum(ODDNESS.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))
+
+
 class Patient:
     """A wrong equation: one reading of what is printed, and every small change of it, written as its text is."""
 
-    printed: Printed
-    equation: Equation
-    system: System
-    printer: Printer
-
-    @property
-    def spec(self) -> Spec:
-        """What is true of its system."""
-        return self.system.spec
-
-    @cached_property
-    def parts(self) -> list[Part]:
-        """Every part of the equation."""
-        return parts_of(self.equation)
-
-    @cached_property
-    def context(self) -> Context:
-        """The quantities at random states."""
-        return self.equation.context(random_states(self.system))
-
-    @cached_property
-    def writer(self) -> Writer:
-        """Who writes changes of the text."""
-        return Writer(self.printed.text, self.printer)
+    def __init__(self, printed: Printed, equation: Equation, system: System, printer: Printer) -> None:
+        self.printed, self.equation, self.system, self.printer = printed, equation, system, printer
+        self.spec, self.parts, self.writer = system.spec, parts_of(equation), Writer(printed.text, printer)
+        self.context = equation.context(random_states(system))
+        products = [node for node in parts(equation.sides) if node.kind == "product"]
+        pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
+        self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
     def read(self, text: str) -> Equation:
         """The equation of a changed text, its names meaning the same. Raises Unread."""
@@ -150,30 +123,26 @@ class Patient:
             yield Change(splices, 1.6, f"{a} and {b} are exchanged", a, b, swaps)
 
     def _of_part(self, part: Part) -> Iterator[Change]:
-        node, writer, outer = part.node, self.writer, part.node.outer
+        node, writer = part.node, self.writer
         if part.whole and node.kind != "number":
             cost = 1.0 + 0.5 * part.lone + 0.01 * (part.role == "term" and not part.index)
-            words = f"the sign of {writer.of(outer)} is wrong"
-            yield self._replaced(part, writer.sign(part), cost, times(node, number(-1)), words)
+            words = f"the sign of {writer.of(node.outer)} is wrong"
+            yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)
             for factor in (*FACTORS, *self._forgotten):
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor))
-        if part.role == "side" and not part.lone:
-            yield self._replaced(part, (*outer, "0"), 1.35, times(node, number(0)))
         if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, 1.25, times(node, number(0)))
+            yield self._removed(part, 1.25)
         if part.role in ("factor", "divisor"):
-            yield self._removed(part, 1.2, number(1))
+            yield self._removed(part, 1.2)
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
-        for exponent in {1, 2, 3, 4} - {node.value} if node.kind == "power" else ():
-            yield self._replaced(part, writer.exponent(node, exponent), 1.1, power_of(node.children[0], exponent))
-        plain = node.kind in ("symbol", "function") and not part.lone and part.role != "base"
-        for exponent in (2, 3) if plain and (part.role != "argument" or node.bracketed) else ():
-            yield self._replaced(part, writer.exponent(node, exponent), 1.15, power_of(node, exponent))
-        circular = part.role == "argument" and part.parents[-1].value in CIRCULAR and node.bracketed
-        for factor in FACTORS[:2] if circular else ():
-            splice = writer.before(node.span[0], self.printer.monomial(factor))
-            yield self._replaced(part, splice, 1.2, times_monomial(node, factor))
+        exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
+        if node.kind in ("symbol", "function") and not part.lone and part.role != "base":
+            exponents = {2, 3} if part.role != "argument" or node.bracketed else set()
+        for exponent in exponents:
+            base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15)
+            raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
+            yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
@@ -206,10 +175,11 @@ class Patient:
         spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
-        known |= self.printer.styles.keys()
-        others = dict.fromkeys(family if name in arrays else [*family, *spec.common])
-        others = [other for other in others if other in known and other != name and (name in arrays or other in q)]
-        return others if name in arrays else [o for o in others if o not in arrays and np.any(q[o])]
+        known = (known | self.printer.styles.keys()) - {name}
+        if name in arrays:
+            return [other for other in dict.fromkeys(family) if other in known]
+        others = (one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q)
+        return [other for other in others if np.any(q[other])]
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:
@@ -225,54 +195,38 @@ class Patient:
 
     def by_need(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
-        node = part.node
+        node, reader = part.node, reader_of(self.context.quantities)
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
-            text = self.printer.number(wanted)
-            yield self._in_place(part, number(wanted), text, _cost_of_number(part, wanted))
-        if value.ndim == needed.ndim and value.ndim < 3 and np.isfinite(needed).all():
-            if part.whole:
-                yield from self._factors(part, value, needed)
-            if node.kind == "sum" or ((part.role in ("side", "entry") or node.bracketed) and node.kind != "number"):
-                yield from self._terms(part, needed - value)
-
-    def _factors(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
-        with np.errstate(all="ignore"):
-            ratio = needed / value if value.ndim == 1 else dot(needed, value) / dot(value, value)
-            if value.ndim > 1 and not np.abs(needed - ratio * value).max() <= CLOSE * np.abs(needed).max():
-                return
-        for found in reader_of(self.context.quantities).read(ratio, self._extras):
-            likely = found.factor > 0 and found.size <= MOST_FACTORS and found != Monomial(Fraction(1))
-            if likely and not self._is_odd(found, 2):
-                cost = 1.22 + 0.01 * len(part.parents) + oddness(found.factor) + 0.5 * part.lone
-                cost += (0.3 * (found.size - 1) + 0.4 * (found.factor != 1)) * bool(found.powers)
-                yield self._missing(part, found, cost)
-
-    def _terms(self, part: Part, missing: Values) -> Iterator[Change]:
-        reader, printer, node = reader_of(self.context.quantities), self.printer, part.node
-        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
-        found = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
+            yield self._in_place(part, number(wanted), self.printer.number(wanted), _cost_of_number(part, wanted))
+        if value.ndim != needed.ndim or value.ndim > 2 or not np.isfinite(needed).all():
+            return
+        if part.whole:
+            with np.errstate(all="ignore"):
+                ratio = needed / value if value.ndim == 1 else dot(needed, value) / dot(value, value)
+            straight = value.ndim == 1 or np.abs(needed - ratio * value).max() <= CLOSE * np.abs(needed).max()
+            for found in reader.read(ratio, self._extras) if straight else ():
+                likely = found.factor > 0 and found.size <= MOST_FACTORS and found != Monomial(Fraction(1))
+                if likely and not self._is_odd(found, 2):
+                    cost = 1.22 + 0.01 * len(part.parents) + oddness(found.factor) + 0.5 * part.lone
+                    cost += (0.3 * (found.size - 1) + 0.4 * (found.factor != 1)) * bool(found.powers)
+                    yield self._missing(part, found, cost)
+        if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
+            return
+        missing, styles = needed - value, self.printer.styles
+        terms = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
         for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
             along = dot(missing, unit := self.context.quantities[name])
             if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
-                found += [(monomial, printer.symbol(name)) for monomial in reader.read(along, self._extras)]
-        for monomial, direction in found:
-            if self._is_odd(monomial, MOST_EXTRA):
-                continue
+                terms += [(one, self.printer.symbol(name)) for one in reader.read(along, self._extras)]
+        end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
+        for monomial, direction in (term for term in terms if not self._is_odd(term[0], MOST_EXTRA)):
             powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
-            strange = sum(name not in printer.styles for name, _ in powers)
+            strange = sum(name not in styles for name, _ in powers)
             steep = sum(power < 0 and name not in self._below for name, power in powers)
-            cost = (
-                1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.03 * strange + 0.5 * steep + 0.5 * part.lone
-            )
-            text = f"{'+' if monomial.factor > 0 else '-'} {printer.monomial(monomial, direction)}"
+            cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size
+            cost += 0.03 * strange + 0.5 * steep + 0.5 * part.lone
+            text = f"{'+' if monomial.factor > 0 else '-'} {self.printer.monomial(monomial, direction)}"
             yield Change(((end, end, f" {text}"),), cost, f"the term {text} is missing", "", text)
-
-    @cached_property
-    def _below(self) -> set[str]:
-        """The symbols that something in the equation is divided by."""
-        products = [part for part in parts(self.equation.sides) if part.kind == "product"]
-        pairs = (pair for part in products for pair in zip(part.value, part.children, strict=True))
-        return {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
     @cached_property
     def _extras(self) -> dict[str, tuple[int, ...]]:
@@ -283,7 +237,7 @@ class Patient:
         spec, names = self.spec, self.equation.names
         lone = {side.value for side in self.equation.sides if side.kind == "symbol"}
         families = (set(family) for family in spec.families if len(names.intersection(family)) > 1)
-        possible = names.union(spec.unknowns, ["Mc"], {*INERTIAS} & {*spec.common}, *families) - lone
+        possible = names.union(spec.unknowns, ["Mc"], INERTIAS & {*spec.common}, *families) - lone
         below = self._below - lone
         return {name: (1, 2) * ({*name.split(" - ")} <= possible) + (-1,) * (name in below) for name in spec.extra}
 
@@ -297,25 +251,24 @@ class Patient:
 
     def of_kind(self, part: Part) -> Iterator[Change]:
         """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
-        node, writer, spec = part.node, self.writer, self.spec
+        node, spec = part.node, self.spec
         for text in map(self.printer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
-            splice = (node.outer[1], node.outer[1], self.printer.joint + text)
-            yield self._replaced(part, splice, 1.2, node, f"{text} is missing after {writer.of(node.outer)}")
+            words = f"{text} is missing after {self.writer.of(node.outer)}"
+            yield self._replaced(part, (node.outer[1], node.outer[1], self.printer.joint + text), 1.2, node, words)
         if part.role == "factor" and node.kind == "symbol":
-            yield self._removed(part, 1.25, number(1))
+            yield self._removed(part, 1.25)
         if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, 1.3, number(0))
+            yield self._removed(part, 1.3)
         scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
-        names = (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ()
-        for name in names:
+        for name in (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ():
             yield self._in_place(part, node, self.printer.symbol(name), 1.15)
 
-    def everywhere(self, unknown: set[str]) -> Iterator[Change]:
+    def everywhere(self, unknown: str) -> Iterator[Change]:
         """A quantity in place of a symbol that nobody knows, with its dots or derivatives, wherever it stands."""
         places: dict[tuple[int, int], int] = {}  # how many dots the symbol has there
         for part in self.parts:
             inside = [node for node in walk(part.node) if node.kind == "symbol"]
-            if part.node.kind in ("symbol", "derivative") and [node.value for node in inside] == [*unknown]:
+            if part.node.kind in ("symbol", "derivative") and [node.value for node in inside] == [unknown]:
                 dots = sum(node.kind == "derivative" for node in walk(part.node))
                 dots += inside[0].written.dots if inside[0].written else 0
                 places[part.node.span] = max(places.get(part.node.span, 0), dots)
@@ -330,26 +283,27 @@ class Patient:
     def _in_place(self, part: Part, new: Node, text: str, cost: float) -> Change:
         """A symbol, function, number or variable in place of another; a factor 1 is left out."""
         if text == "1" and part.role in ("factor", "divisor") and not part.parents[-1].fraction:
-            return self._removed(part, cost, new)
+            return self._removed(part, cost)
         return self._replaced(part, self.writer.rename(part.node, text), cost, new)
 
     def _replaced(self, part: Part, splice: Splice, cost: float, new: Node, words: str = "") -> Change:
         old, shown = self.writer.shown(part, splice)
         return Change((splice,), cost, words or f"{old} should be {shown}", old, shown, {id(part.node): new})
 
-    def _removed(self, part: Part, cost: float, new: Node) -> Change:
-        """A sum without a term, or a product without a factor."""
+    def _removed(self, part: Part, cost: float) -> Change:
+        """A sum without a term, which leaves 0 of any shape in its place, or a product without a factor."""
         what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
-        splice = self.writer.without(part)
-        return Change((splice,), cost, f"the {what} {old} is too many", old, "", {id(part.node): new})
+        new = times(part.node, Monomial(Fraction(0))) if what == "term" else number(1)
+        return Change(
+            (self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", {id(part.node): new}
+        )
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
         """A part with one more factor in front of it."""
         text = self.printer.monomial(factor)
         text = f"({text})" if "/" in text and not self.printer.latex else text
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
-        splice = self.writer.before(part.node.outer[0], text)
-        return self._replaced(part, splice, cost, times_monomial(part.node, factor), words)
+        return self._replaced(part, self.writer.before(part.node.outer[0], text), cost, times(part.node, factor), words)
 
 
 def _cost_of_number(part: Part, value: Fraction) -> float:

@@ -33,7 +33,7 @@ OTHERS = -0.3  # what a mend of a definition costs less for each other equation 
 
 @dataclass(frozen=True, eq=False)
 class Mend:
-    """A verified change: the text with it, the changed spans of that text, words, and the equation that results."""
+    """A verified change: the text with it, words, its cost, and the equation that results."""
 
     text: str
     words: str
@@ -74,18 +74,17 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     listed = sorted(patient.listed(), key=lambda change: change.order)[: MOST_WORK // len(every)]
     if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
         return _verified(patient, listed)
-    numbers = Numbers(patient.equation, every, random_states(patient.system))
+    numbers = Numbers(patient.equation, random_states(patient.system))
     sized: list[Change] = []
     for part in every:
         if (needed := numbers.needed(part)) is not None:
             sized += patient.by_need(part, numbers.known[id(part.node)], needed)
     effects = [(change, rows) for change in listed if (rows := numbers.residual(change.swaps)) is not None]
-    sized += [change for change, rows in effects if numbers.vanishes(rows)]
-    chosen = _verified(patient, sized)
-    if not chosen and pairs:
-        chosen = _verified(patient, _pairs(effects, numbers))
-    few = len(every) < MOST_NODES // 8
-    return chosen or _verified(patient, _pairs_of_terms(listed, every, numbers) if pairs and few else ())
+    chosen = _verified(patient, [*sized, *(change for change, rows in effects if numbers.vanishes(rows))])
+    if chosen or not pairs:
+        return chosen
+    likely = listed[:MOST_TOGETHER] if len(every) < MOST_NODES // 8 else []
+    return _verified(patient, _pairs(effects, numbers)) or _verified(patient, _pairs_of_terms(likely, every, numbers))
 
 
 def mends_of_mismatch(patient: Patient) -> list[Mend]:
@@ -94,7 +93,7 @@ def mends_of_mismatch(patient: Patient) -> list[Mend]:
     return _verified(patient, (change for part in few for change in patient.of_kind(part)))
 
 
-def mends_of_unknown(patient: Patient, unknown: set[str]) -> list[Mend]:
+def mends_of_unknown(patient: Patient, unknown: str) -> list[Mend]:
     """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
     return _verified(patient, patient.everywhere(unknown))
 
@@ -102,46 +101,39 @@ def mends_of_unknown(patient: Patient, unknown: set[str]) -> list[Mend]:
 def mends_of_definition(
     wrong: Equation, source: Printed, every: list[Equation], system: System, printer: Printer
 ) -> list[Mend]:
-    """Mends of the definition `source` that heal an equation, and every other one that uses it."""
+    """Mends of the definition `source` that heal an equation, and every other one that uses it.
+
+    The symbol is taken as a quantity of the system: what the wrong equation, if it is straight in it, needs it to be.
+    """
     name = source.defines
-    if (needing := _needing(wrong, name, system)) is None:
+    places = [id(node) for node in parts(wrong.sides) if node.kind == "symbol" and node.value == name]
+
+    def rows(q: Quantities, size: int) -> Values:
+        return stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(size)), plain=True)
+
+    def needed(q: Quantities) -> Values:
+        one, two = rows(q, 1), rows(q, 2)
+        return q.number(1) - one[0] / (two - one)[0]
+
+    try:
+        one, two, three = (rows(random_states(system), size) for size in (1, 2, 3))
+    except Unread:
         return []
+    straight = len(one) == 1 and np.abs(three - 2 * two + one).max() <= TOLERANCE * np.abs(three).max()
+    if not straight or not np.abs(two - one).min() > 0:
+        return []
+    needing = replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, name: needed}))
     known = {other: node for other, node in wrong.definitions.items() if other != name}
     definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
     words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
     less = OTHERS * (len({id(one) for one in every}) - 1)
-
-    def heals(mend: Mend, one: Equation) -> bool:
+    found = []
+    for mend in mends(Patient(source, definition, needing, printer), False):
         meaning = next(side for side in mend.equation.sides if side.value != name)
-        return _holds(replace(one, definitions=one.definitions | {name: meaning}), random_states(system))
-
-    healed = mends(Patient(source, definition, needing, printer), False)
-    healed = [mend for mend in healed if all(heals(mend, one) for one in every)]
-    return [replace(mend, words=mend.words + words, cost=mend.cost + less) for mend in healed]
-
-
-def _needing(equation: Equation, name: str, system: System) -> System | None:
-    """The system with a symbol as what an equation needs it to be; None where the equation is not straight in it."""
-
-    def rows(q: Quantities, *sizes: int) -> list[Values]:
-        """The residual with each size of the symbol."""
-        nodes = (part for part in parts(equation.sides) if part.kind == "symbol" and part.value == name)
-        places = [id(node) for node in nodes]
-        instead = (dict.fromkeys(places, q.number(size)) for size in sizes)
-        return [stack_residuals(equation, q, None, values, plain=True) for values in instead]
-
-    def needed(q: Quantities) -> Values:
-        one, two = rows(q, 1, 2)
-        return q.number(1) - one[0] / (two - one)[0]
-
-    try:
-        one, two, three = rows(random_states(system), 1, 2, 3)
-    except Unread:
-        return None
-    straight = len(one) == 1 and np.abs(three - 2 * two + one).max() <= TOLERANCE * np.abs(three).max()
-    if not straight or not np.abs(two - one).min() > 0:
-        return None
-    return replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, name: needed}))
+        mended = (replace(one, definitions=one.definitions | {name: meaning}) for one in every)
+        if all(_holds(one, system) for one in mended):
+            found.append(replace(mend, words=mend.words + words, cost=mend.cost + less))
+    return found
 
 
 def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> Iterator[Change]:
@@ -159,14 +151,14 @@ def _pairs(effects: list[tuple[Change, Values]], numbers: Numbers) -> Iterator[C
                 yield a & b
 
 
-def _pairs_of_terms(listed: list[Change], every: list[Part], numbers: Numbers) -> Iterator[Change]:
-    """Two of the likeliest changes in the same term, whose effects do not add up, each pair tried on numbers."""
+def _pairs_of_terms(likely: list[Change], every: list[Part], numbers: Numbers) -> Iterator[Change]:
+    """Two changes in the same term or side, whose effects do not add up, each pair tried on numbers."""
     terms: dict[int, int] = {}  # the term, or side, that each part stands in, by id
     for part in every:
         side, *below = (*part.parents, part.node)
         terms[id(part.node)] = id(below[0] if side.kind == "sum" and below else side)
-    likely = [(change, {terms[place] for place in change.swaps}) for change in listed[:MOST_TOGETHER]]
-    for (a, here), (b, there) in combinations(likely, 2):
+    placed = [(change, {terms[place] for place in change.swaps}) for change in likely]
+    for (a, here), (b, there) in combinations(placed, 2):
         if here & there and not overlap(a.splices, b.splices):
             pair = a & b
             if numbers.vanishes(numbers.residual(pair.swaps)):
@@ -181,7 +173,7 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
         text = spliced(patient.printed.text, change.splices)
         try:
             equation = patient.read(text)
-            if _holds(equation, random_states(patient.system)) and not _is_empty(equation, patient):
+            if _holds(equation, patient.system) and not _is_empty(equation, patient):
                 shape, odd = standing(equation, patient.system)
                 held.append((change.cost + odd, change, text, equation, shape))
         except Unread:
@@ -200,10 +192,10 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
     return chosen
 
 
-def _holds(equation: Equation, quantities: Quantities) -> bool:
-    """Whether an equation holds at some states."""
+def _holds(equation: Equation, system: System) -> bool:
+    """Whether an equation holds at random states."""
     try:
-        return relative_error(equation, quantities) < TOLERANCE
+        return relative_error(equation, random_states(system)) < TOLERANCE
     except Unread:
         return False
 
@@ -214,10 +206,10 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, or with
     one side within another.
     """
-    spec = patient.system.spec
-    fewer = equation.names <= spec.still and not patient.equation.names <= spec.still
+    spec, names = patient.spec, equation.names
+    fewer = names <= spec.still and not patient.equation.names <= spec.still
     derived = any(part.kind == "derivative" for part in parts(equation.sides))
-    cancels = equation.names <= {*spec.state, *spec.parameters} and not derived and equation.names & {*spec.parameters}
+    cancels = names <= {*spec.state, *spec.parameters} and not derived and names & {*spec.parameters}
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))

@@ -3,7 +3,6 @@ are read back as a small fraction times a product of powers.
 """
 
 import re
-from collections import defaultdict
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, replace
@@ -15,7 +14,7 @@ import numpy as np
 
 from pendpin.doctor.checking.evaluation import Known, evaluate
 from pendpin.doctor.checking.residuals import Equation, changed, stack_residuals
-from pendpin.doctor.reading.tree import Node, Unread, walk
+from pendpin.doctor.reading.tree import Node, Unread
 from pendpin.doctor.systems.base import Quantities, Values, dot, formula
 
 CLOSE = 1e-8  # relative to the residual
@@ -36,11 +35,6 @@ class Part:
     def whole(self) -> bool:
         """Whether it is a sum's term, a side or an entry: what can be added to and has a sign of its own."""
         return self.role in ("side", "term", "entry")
-
-    @property
-    def top(self) -> Node:
-        """The outermost derivative that it stands in, or itself."""
-        return next((node for node in self.parents if node.kind == "derivative"), self.node)
 
 
 def parts_of(equation: Equation) -> list[Part]:
@@ -69,17 +63,11 @@ def swapped(node: Node, swaps: Mapping[int, Node]) -> Node:
 class Numbers:
     """The values of an equation's parts at random states, and its residual with others in their places."""
 
-    def __init__(self, equation: Equation, every: list[Part], quantities: Quantities) -> None:
+    def __init__(self, equation: Equation, quantities: Quantities) -> None:
         self.equation, self.quantities, self.known = equation, quantities, Known()
         self.rows = stack_residuals(equation, quantities, self.known)
         self.size = float(np.abs(self.rows).max())
         self._context = equation.context(quantities)
-        self._tops = {id(part.node): part.top for part in every}
-        self._above: dict[int, set[int]] = defaultdict(set)  # a part and all that it stands in, by id
-        for part in every:
-            for node in walk(part.node):
-                self._above[id(node)].add(id(part.node))
-        self._slopes: dict[int, Values] = {}  # of the residual in a part, by id
 
     def vanishes(self, rows: Values | None) -> bool:
         """Whether a residual is rounding."""
@@ -88,64 +76,48 @@ class Numbers:
     def residual(self, swaps: Mapping[int, Node]) -> Values | None:
         """The residual with other trees for some parts, (k, n); None where it has no value.
 
-        Where it is straight in a part, the slope gives it; else all that the parts stand in is evaluated again.
+        What does not change keeps its value; but all is evaluated again where the zero of an energy is found by moving it.
         """
-        tops = {id(self._tops[place]): self._tops[place] for place in swaps}
-        with np.errstate(all="ignore"):
-            try:
-                trees = {place: swapped(node, swaps) for place, node in tops.items()}
-                values = {place: evaluate(tree, self._context, None, self.known) for place, tree in trees.items()}
-            except Unread:
-                return None
-            place, value = next(iter(values.items()))
-            if place in self._slopes and len(values) == value.ndim == 1:
-                return self.rows + self._slopes[place] * (value - self.known[place])
-        return changed(self.equation, self.quantities, {**self._untouched_values(values), **values})
+        pairs = [(side, swapped(side, swaps)) for side in self.equation.sides]
+        if self.equation.energies:
+            return changed(replace(self.equation, sides=tuple(new for _, new in pairs)), self.quantities, {})
+        with suppress(Unread), np.errstate(all="ignore"):
+            sides = {id(old): evaluate(new, self._context, None, self.known) for old, new in pairs if new is not old}
+            return changed(self.equation, self.quantities, self.known | sides)
+        return None
 
     def needed(self, part: Part) -> Values | None:
         """The value of a part with which the equation would hold; of a number its size. None where there is none.
 
         Two other values of the part show whether the residual is straight in it, its square or the inverse of these. Of a
-        vector only what the residual can be taken from is known: a side or a term.
+        vector only what the residual can be taken from is known: a side or a term. An energy's constant is taken as 0.
         """
-        node, rows = part.node, self._plain({})
-        value = self.known.get(id(node))
-        if value is None or part.top is not node:
+        above = {id(node) for node in (*part.parents, part.node)}
+        kept = {
+            place: value for place, value in self.known.items() if place not in above and not self.equation.energies
+        }
+
+        def rows_with(value: Values) -> Values:
+            return stack_residuals(self.equation, self.quantities, None, kept | {id(part.node): value}, plain=True)
+
+        if (value := self.known.get(id(part.node))) is None:  # within a derivative
             return None
         with suppress(Unread), np.errstate(all="ignore"):
-            if value.ndim > 1 and value.shape == rows.shape and (part.whole or node.kind == "sum"):
-                step = self._plain({id(node): value + rows}) - rows
+            rows = rows_with(value)
+            if value.ndim > 1 and value.shape == rows.shape and (part.whole or part.node.kind == "sum"):
+                step = rows_with(value + rows) - rows
                 slope = dot(step, rows) / dot(rows, rows)
                 return value - rows / slope if self.vanishes(step - slope * rows) else None
             start = value.astype(float)
-            for power in (1, -1, 2, -2) if node.kind == "number" else (1,) if value.ndim == 1 else ():
-                one, two = (self._plain({id(node): (start**power + k) ** (1 / power)}) for k in (1, 2))
+            for power in (1, -1, 2, -2) if part.node.kind == "number" else (1,) if value.ndim == 1 else ():
+                one, two = (rows_with((start**power + k) ** (1 / power)) for k in (1, 2))
                 slope = one - rows
                 if np.abs(two - one - slope).max() <= 1e-10 * np.abs(two).max():
-                    if power == 1 and not self.equation.energies:
-                        self._slopes[id(node)] = slope
                     step = -(rows * slope).sum(0) / (slope * slope).sum(0)
                     wanted = start**power + step
                     wanted = wanted if power == 1 else np.abs(wanted) ** (1 / power)
                     return wanted if self.vanishes(rows + slope * step) else None
         return None
-
-    def _plain(self, values: Mapping[int, Values]) -> Values:
-        """The residual with other values, (k, n), an energy's constant taken as 0."""
-        with np.errstate(all="ignore"):
-            instead = {**self._untouched_values(values), **values}
-            return stack_residuals(self.equation, self.quantities, None, instead, plain=True)
-
-    def _untouched_values(self, values: Mapping[int, Values]) -> Known:
-        """The values of what the parts do not stand in; none where an energy's zero is found by moving it."""
-        touched = set().union(*(self._above[place] for place in values))
-        return {} if self.equation.energies else {p: value for p, value in self.known.items() if p not in touched}
-
-
-# --- values read back as monomials ----------------------------------------------------------------------------------
-
-MOST = 60  # of the numerator and denominator of a fraction that counts as small
-MOST_POWER = 4
 
 
 class Monomial(NamedTuple):
@@ -160,9 +132,8 @@ class Monomial(NamedTuple):
         return sum(abs(power) for _, power in self.powers)
 
 
-def atom(name: str, quantities: Quantities) -> Values:
-    """The values of an atom, such as "sin theta1+theta2"."""
-    return formula(re.sub(r"^(sin|cos) (.*)", r"\1(\2)", name))(quantities)
+MOST = 60  # of the numerator and denominator of a fraction that counts as small
+MOST_POWER = 4
 
 
 def fraction_of(values: Values) -> Fraction | None:
@@ -171,8 +142,7 @@ def fraction_of(values: Values) -> Fraction | None:
     if not np.isfinite(values).all() or np.ptp(values) > CLOSE * max(abs(first), 1e-12) or not abs(first) < MOST:
         return None
     found = Fraction(float(np.mean(values))).limit_denominator(MOST)
-    small = 0 < abs(found.numerator) <= MOST
-    return found if small and abs(float(found) - first) < CLOSE * abs(first) else None
+    return found if 0 < abs(found.numerator) <= MOST and abs(float(found) - first) < CLOSE * abs(first) else None
 
 
 class Reader:
@@ -180,13 +150,13 @@ class Reader:
 
     def __init__(self, quantities: Quantities) -> None:
         spec = quantities.spec
-        self.quantities = quantities
+        atom = lambda name: formula(re.sub(r"^(sin|cos) (.*)", r"\1(\2)", name))(quantities)  # noqa: E731
         plain = (name for name in spec.parameters if name != "r" or "h" not in spec.parameters)
         self.names = tuple(name for name in (*plain, *spec.moving) if name not in spec.values)
-        self.atoms = np.array([atom(name, quantities) for name in self.names])
+        self.atoms = np.array([atom(name) for name in self.names])
         logs = np.log(np.abs(self.atoms)).T
         self._inverse = np.linalg.pinv(np.column_stack([logs, np.ones(len(logs))]))
-        extra = {name: atom(name, quantities) for name in spec.extra if name not in self.names}
+        extra = {name: atom(name) for name in spec.extra if name not in self.names}
         self.extra = {name: values for name, values in extra.items() if np.abs(values).min() > 0}
 
     def plain(self, values: Values) -> Monomial | None:
@@ -217,12 +187,3 @@ class Reader:
 def reader_of(quantities: Quantities) -> Reader:
     """The reader for some quantities."""
     return Reader(quantities)
-
-
-_USUAL = {0.0: (1,), 0.02: (2,), 0.03: (3, 4, 6, 12), 0.08: (8, 24), 0.12: (5, 9, 10), 0.14: (7,)}
-_ODD = {number: cost for cost, numbers in _USUAL.items() for number in numbers}
-
-
-def oddness(factor: Fraction) -> float:
-    """How odd a fraction is: 0 for 1, small for halves, thirds and twelfths, larger for others."""
-    return sum(_ODD.get(abs(part), 0.2) for part in (factor.numerator, factor.denominator))

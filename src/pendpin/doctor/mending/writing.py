@@ -29,8 +29,7 @@ class Printer:
     def symbol(self, name: str) -> str:
         """A quantity, a function of an angle or of two, or a difference in brackets."""
         if " - " in name:
-            first, _, second = name.partition(" - ")
-            return f"({self.symbol(first)} - {self.symbol(second)})"
+            return f"({' - '.join(map(self.symbol, name.split(' - ')))})"
         function, _, angle = name.rpartition(" ")
         if function:
             shown = re.sub(r"[^-+]+", lambda match: self.symbol(match[0]), angle)
@@ -45,26 +44,25 @@ class Printer:
 
     def monomial(self, monomial: Monomial, last: str = "") -> str:
         """A product without its sign; `last` is a unit vector that follows."""
-        factor = abs(monomial.factor)
-        above = [self._power(self.symbol(name), power) for name, power in monomial.powers if power > 0]
-        below = [self._power(self.symbol(name), -power) for name, power in monomial.powers if power < 0]
-        above = [str(factor.numerator)] * (factor.numerator != 1 or not above) + above
-        below = [str(factor.denominator)] * (factor.denominator != 1) + below
+
+        def raised(name: str, power: int) -> str:
+            """A function's exponent stands before its bracket in LaTeX."""
+            text, mark = self.symbol(name), "^" if self.latex else "**"
+            if self.latex and power != 1:
+                text, _, bracket = text.partition("(") if re.match(r"\\(sin|cos)\(", text) else (text, "", "")
+                return f"{text}^{power}" + (f"({bracket}" if bracket else "")
+            return text if power == 1 else f"{text}{mark}{power}"
+
+        top, bottom = abs(monomial.factor.numerator), monomial.factor.denominator
+        above = [raised(name, power) for name, power in monomial.powers if power > 0]
+        below = [str(bottom)] * (bottom != 1) + [raised(name, -power) for name, power in monomial.powers if power < 0]
+        above = [str(top)] * (top != 1 or not above) + above
         text, under = self.joint.join(above), self.joint.join(below)
         if under and self.latex:
             text = rf"\frac{{{text}}}{{{under}}}"
         elif under:
             text += f"/({under})" if len(below) > 1 else f"/{under}"
         return self.joint.join(part for part in (text, last) if part and not (last and part == "1"))
-
-    def _power(self, text: str, power: int) -> str:
-        """Something raised; a function's exponent stands before its bracket in LaTeX."""
-        if power == 1:
-            return text
-        name, bracket, rest = text.partition("(")
-        if self.latex and bracket and name in ("\\sin", "\\cos", "\\tan"):
-            return f"{name}^{power}{bracket}{rest}"
-        return f"{text}^{power}" if self.latex else f"{text}**{power}"
 
 
 def spliced(text: str, splices: tuple[Splice, ...]) -> str:
@@ -92,24 +90,24 @@ class Writer:
 
     def put(self, span: Span, new: str) -> Splice:
         """Replace a span, with a space or sign where two names would run together."""
+
+        def run_together(left: str, right: str) -> bool:
+            if not self.printer.latex:
+                return bool(re.search(r"\w$", left) and re.match(r"\w", right))
+            names = re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)
+            return bool(names or (re.search(r"(?<!frac)\d$", left) and re.match(r"\d", right)))
+
         before, after, joint = self.text[: span[0]], self.text[span[1] :], self.printer.joint
         if self.printer.latex and _BARE.search(before) and len(new) > 1 and new.isdigit():
             return (*span, f"{{{new}}}")
-        if new and self._run_together(new, after):
-            new += joint
-        if new and self._run_together(before, new):
-            new = joint + new
+        if new:
+            new += joint * run_together(new, after)
+            new = joint * run_together(before, new) + new
         return (*span, new)
 
     def rename(self, node: Node, new: str) -> Splice:
         """Another symbol, number, function or variable of a derivative."""
         return self.put(node.span if node.kind in ("symbol", "number") else node.marks[0], new)
-
-    def _run_together(self, left: str, right: str) -> bool:
-        if not self.printer.latex:
-            return bool(re.search(r"\w$", left) and re.match(r"\w", right))
-        names = re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)
-        return bool(names or (re.search(r"(?<!frac)\d$", left) and re.match(r"\d", right)))
 
     def before(self, start: int, factor: str) -> Splice:
         """A factor in front of what starts at a place."""
@@ -120,8 +118,8 @@ class Writer:
         """The other sign for a term, side or entry."""
         if part.role == "term":
             total = part.parents[-1]
-            mark, minus = total.marks[part.index], total.value[part.index] < 0
-            return (*mark, ("+" if part.index else "") if minus else "-")
+            minus = total.value[part.index] < 0
+            return (*total.marks[part.index], ("+" if part.index else "") if minus else "-")
         start = part.node.outer[0]
         return (start, start + 1, "") if self.text[start] == "-" else (start, start, "-")
 
@@ -141,8 +139,7 @@ class Writer:
         mark = "^" if self.printer.latex else "**"
         if node.kind == "power":
             start, end = node.marks[0]
-            mark = "^" if "^" in self.text[start:end] else mark
-            following = self.text[end : end + 1]
+            mark, following = "^" if "^" in self.text[start:end] else mark, self.text[end : end + 1]
             space = " " * (following.isalpha() if power == 1 else following.isdigit())
             return (start, end, ("" if power == 1 else f"{mark}{power}") + space)
         if node.kind == "function" and self.printer.latex and node.bracketed is None:
@@ -160,10 +157,7 @@ class Writer:
             if parent.kind == "product":
                 break
         start, end = min(node.outer[0], splice[0]), max(node.outer[1], splice[1])
-        inside = (splice[0] - start, splice[1] - start, splice[2])
-        return _strip_braces(self.text[start:end]), _strip_braces(spliced(self.text[start:end], (inside,)))
-
-
-def _strip_braces(text: str) -> str:
-    """Without the braces around all of it."""
-    return match[1] if (match := re.fullmatch(r"\{([^{}]*)\}", text.strip())) else text.strip()
+        old = self.text[start:end]
+        new = spliced(old, ((splice[0] - start, splice[1] - start, splice[2]),))
+        bare = lambda text: re.sub(r"^\{([^{}]*)\}$", r"\1", text.strip())  # noqa: E731
+        return bare(old), bare(new)
