@@ -69,9 +69,12 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
     equations = found.equations
-    used, styles = in_use(equations, [reading.system for reading in found.chosen]), dict[str, str]()
-    for one in reversed([one for one in equations if one.ways and is_latex(one.text)]):
-        styles |= styles_of(one, one.sides)  # quantities are printed as where each is seen first
+    used, styles = (
+        in_use(equations, [reading.system for reading in found.chosen]),
+        {True: dict[str, str](), False: dict[str, str]()},
+    )
+    for one in reversed([one for one in equations if one.ways]):  # quantities are printed as where each is seen first
+        styles[is_latex(one.text)] |= styles_of(one, one.sides)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     whose = [doctors[id(reading)] for reading in found.chosen]
     firsts: list[tuple[Finding, list[Candidate]]] = []
@@ -104,7 +107,7 @@ class _Doctor:
     """Who examines the equations that one reading explains, and knows how the document prints quantities."""
 
     reading: Reading
-    styles: dict[str, str]
+    styles: dict[bool, dict[str, str]]  # in LaTeX, and in plain text
     in_use: set[str]  # the symbols that the laws of the text use, also through definitions
 
     @property
@@ -334,8 +337,8 @@ class _Doctor:
     def _patient(self, one: Printed, equation: Equation, system: System | None = None) -> Patient:
         """One reading of an equation, printed as the equation is, and else as its document."""
         own = styles_of(one, equation.sides)
-        latex = is_latex(one.text) or ("*" not in one.text and any(is_latex(name) for name in self.styles.values()))
-        printer = Printer(latex, {**self.styles, **own} if latex else own, self.system.spec)
+        latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
+        printer = Printer(latex, {**self.styles[latex], **own}, self.system.spec)
         return Patient(one, equation, system or self.system, printer)
 
 

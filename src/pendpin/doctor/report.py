@@ -2,6 +2,7 @@
 
 import html
 import re
+from collections import Counter
 from collections.abc import Iterable, Iterator
 from importlib import resources
 from pathlib import Path
@@ -11,7 +12,7 @@ import numpy as np
 
 from pendpin.doctor.checking.exact import in_symbols
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, residuals
-from pendpin.doctor.findings import VERDICTS, Finding, Findings, Shared
+from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.systems.base import System, dot, free_states
@@ -30,27 +31,18 @@ Line = list[tuple[str, str]]  # pieces of text, each with its style
 
 def records(diagnosis: Findings) -> list[dict[str, Any]]:
     """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
-    return [
-        {
-            "number": finding.number,
-            "latex": shortened(finding.latex, MOST_PRINTED),
-            "kind": finding.kind,
-            "verdict": finding.verdict,
-            "condition": finding.condition,
-            "proved": finding.proved,
-            "error": finding.error if np.isfinite(finding.error) else 1e300,
-            "mends": [
-                {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, diagnosis.system)}
-                for mend in finding.mends
-            ],
-            "place": finding.place,
-            "remark": finding.remark,
-            "when": finding.when,
-            "dimensions": finding.dimensions,
-            "follows": finding.follows,
-        }
-        for finding in diagnosis.findings
-    ]
+    same = ("number", "kind", "verdict", "condition", "proved", "place", "remark", "when", "dimensions", "follows")
+    answers = []
+    for finding in diagnosis.findings:
+        record = {name: getattr(finding, name) for name in same}
+        record["latex"] = shortened(finding.latex, MOST_PRINTED)
+        record["error"] = finding.error if np.isfinite(finding.error) else 1e300
+        record["mends"] = [
+            {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, diagnosis.system)}
+            for mend in finding.mends
+        ]
+        answers.append(record)
+    return answers
 
 
 def residual(equation: Equation, system: System) -> str:
@@ -96,31 +88,34 @@ def lines(diagnosis: Findings) -> Iterator[Line]:
 
 
 def first_screen(diagnosis: Findings) -> list[str]:
-    """What a reader wants to know first: which line is wrong, as what the text was read, what symbols are to be said."""
-    read_as = f"Read as equations of {diagnosis.title}." if diagnosis.system_is_known else diagnosis.remarks[0]
-    answer = [read_as] if diagnosis.system_is_known or not diagnosis.wrong else []
-    if diagnosis.wrong:
-        first, *others = diagnosis.wrong
+    """What a reader wants to know first: which line is wrong and why, as what the text was read, what symbols to say."""
+    wrong, doubtful, known = diagnosis.wrong, diagnosis.doubtful, diagnosis.system_is_known
+    count, answer = len(diagnosis.findings), list[str]()
+    if wrong:
+        first, *others = wrong
         mend = f": {first.mends[0].words}" if first.mends else ""
-        answer.insert(0, f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
+        answer.append(f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
         later = [one for one in others if one.follows == first.number]
-        if later:
-            answer.append(f"{_listed(later)} {'follows' if len(later) == 1 else 'follow'} from it.")
-        if rest := [one for one in others if one not in later]:
-            answer.append(f"Wrong too: {_listed(rest)}.")
-    if diagnosis.doubtful:
-        one = len(diagnosis.doubtful) == 1
-        said = f"Equation{'s' * (not one)} {_listed(diagnosis.doubtful)} {'does' if one else 'do'} not hold as read"
-        said += " here, and may be wrong or meant otherwise; the reasons are below."
-        answer.insert(len(answer) if diagnosis.wrong or not diagnosis.system_is_known else 0, said)
-    answer += diagnosis.remarks[0 if diagnosis.system_is_known else 1 :]
-    left = [one for one in diagnosis.unchecked if not one.when] if diagnosis.system_is_known else []
+        rest = [one for one in others if one not in later]
+        said = [f"{len(wrong)} of {count} equations {'fail' if others else 'fails'}"]
+        said += [f"{_listed(later)} {'follow' if later[1:] else 'follows'} from it"] if later else []
+        said += [f"{_listed(rest)} {'are' if rest[1:] else 'is'} wrong too"] if rest else []
+        answer.append(f"{'; '.join(said)}.")
+    doubt = list[str]()
+    if doubtful:
+        verb = f"s {_listed(doubtful)} do" if doubtful[1:] else f" {_listed(doubtful)} does"
+        doubt = [f"Equation{verb} not hold as read here, and may be wrong or meant otherwise; the reasons are below."]
+    read_as = [f"Read as equations of {diagnosis.title}."] if known else [diagnosis.remarks[0]] if not wrong else []
+    answer += [*read_as, *doubt] if wrong or not known else [*doubt, *read_as]
+    answer += diagnosis.remarks[0 if known else 1 :]
+    left = [one for one in diagnosis.unchecked if not one.when] if known else []
     if left:  # and what to write so that they are checked
-        count = f"{len(left)} of {len(diagnosis.findings)} equations {'is' if len(left) == 1 else 'are'} NOT CHECKED"
         symbols = list(dict.fromkeys(name.lstrip("?") for one in left for name in one.unknown))
         pairs = ",".join(f"{name}={_likely(name, diagnosis.system)}" for name in symbols[:MOST_SYMBOLS])
         why = f"say what these symbols are: --symbols {pairs}" if symbols else "the reasons are below."
-        answer.append(f"{count}; {why}")
+        answer.append(f"{len(left)} of {count} equations {'are' if left[1:] else 'is'} NOT CHECKED; {why}")
+    elif not wrong and not doubtful and known:
+        answer.insert(0, "Nothing is wrong in what is checked." if diagnosis.skipped else "Nothing is wrong.")
     return answer
 
 
@@ -143,13 +138,19 @@ def _likely(name: str, system: System) -> str:
 
 def last_lines(diagnosis: Findings) -> list[str]:
     """How many equations hold, fail and could not be read, and what was not looked at."""
-    verdicts = [finding.verdict for finding in diagnosis.findings]
-    words = ("hold", "hold under a condition", "fail", "are not checked")
-    alone = ("holds", "holds under a condition", "fails", "is not checked")
-    said = [(verdicts.count(one), *pair) for one, *pair in zip(VERDICTS, alone, words, strict=True)]
-    counted = ", ".join(f"{n} {one if n == 1 else many}" for n, one, many in said if n or many != words[1])
-    answer = [f"{len(verdicts)} equation{'s' * (len(verdicts) != 1)} of {diagnosis.title}: {counted}."]
-    if diagnosis.doubtful and not diagnosis.wrong:
+    counts: Counter[str] = Counter()
+    for finding in diagnosis.findings:
+        doubtful, state = finding in diagnosis.doubtful, finding.kind == "condition"
+        counts["doubtful" if doubtful else "state" if state else finding.verdict] += 1
+    words = {"holds": ("holds", "hold"), "holds if": ("holds under a condition", "hold under a condition")}
+    words |= {"fails": ("fails", "fail"), "doubtful": ("does not hold as read", "do not hold as read")}
+    words |= {"not checked": ("is not checked", "are not checked"), "state": ("gives a value", "give a value")}
+    said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in words.items() if counts[kind])
+    count = len(diagnosis.findings)
+    answer = [f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."]
+    if diagnosis.wrong:
+        answer[0] += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
+    elif diagnosis.doubtful:
         answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
     if diagnosis.skipped:
         answer.append(f"Not looked at, though it holds an equals sign: {_few(diagnosis.skipped)}.")
@@ -227,11 +228,21 @@ def write_report(path: Path, diagnosis: Findings) -> Path:
 
 def page(diagnosis: Findings) -> str:
     """The report as HTML that needs no network: verdicts, equations as they are printed, mends with what is new marked."""
+
+    def paragraphs(said: Iterable[str]) -> list[str]:
+        """Lines of text, in which numbers of equations lead to their cards."""
+        link = r'<a href="#equation-\1">\1</a>\2'
+        number = re.compile(r"(?<!\d)(\d+)( [(]|, )(?=line )")
+        return [f"<p>{number.sub(link, html.escape(line))}</p>" for line in said]
+
+    first = paragraphs(first_screen(diagnosis))
+    if diagnosis.wrong and diagnosis.wrong[0].mends:
+        first[1:1] = [_mended(diagnosis.wrong[0].mends[0])]
     parts = {
-        "summary": "".join(f"<p>{html.escape(line)}</p>" for line in first_screen(diagnosis)),
-        "shared": "".join(f"<p><strong>{html.escape(shared_words(one))}</strong></p>" for one in diagnosis.shared),
+        "summary": "".join(first),
+        "shared": "".join(paragraphs(map(shared_words, diagnosis.shared))),
         "equations": "\n".join(_card(finding) for finding in diagnosis.findings),
-        "last": "".join(f"<p>{html.escape(line)}</p>" for line in last_lines(diagnosis)),
+        "last": "".join(paragraphs(last_lines(diagnosis))),
     }
     template = resources.files("pendpin.doctor").joinpath("report.html").read_text(encoding="utf-8")
     for name, part in parts.items():
@@ -239,9 +250,16 @@ def page(diagnosis: Findings) -> str:
     return template
 
 
+def _mended(mend: Mend) -> str:
+    """A mended equation, what is new marked."""
+    pieces = ((html.escape(part), new) for part, new in marked(mend))
+    before, after = '<span class="changed">', "</span>"
+    return f"<pre>{''.join(before + part + after if new else part for part, new in pieces)}</pre>"
+
+
 def _card(finding: Finding) -> str:
     """One equation, its verdict, and what mends it."""
-    head = (("place", finding.place), ("badge", finding.verdict), ("kind", finding.kind))
+    head = (("place", f"{finding.number}, {finding.place}"), ("badge", finding.verdict), ("kind", finding.kind))
     spans = "".join(f'<span class="{name}">{html.escape(said)}</span>' for name, said in head if said != "unread")
     printed = shortened(one_line(finding.latex), MOST_ON_PAGE)
     body = [f"<header>{spans}</header>", f"<pre>{html.escape(printed)}</pre>"]
@@ -251,9 +269,7 @@ def _card(finding: Finding) -> str:
         body.append(f"<p>{html.escape(failure(finding))}</p>")
         for rank, mend in enumerate(finding.mends):
             words = f"{'Or' if rank else 'Mend'}: {html.escape(mend.words + explain_change(mend.old, mend.new))}"
-            pieces = ((html.escape(part), new) for part, new in marked(mend))
-            mended = "".join(f'<span class="changed">{part}</span>' if new else part for part, new in pieces)
-            body.append(f'<div class="mend"><p>{words}</p><pre>{mended}</pre></div>')
+            body.append(f'<div class="mend"><p>{words}</p>{_mended(mend)}</div>')
     elif finding.remark:
         body.append(f"<p class='remark'>{html.escape(finding.remark)}</p>")
     style = finding.verdict.replace(" ", "-")

@@ -63,7 +63,7 @@ class Mend:
     @property
     def latex(self) -> str:
         """The mended equation as it would be printed."""
-        return self.text[slice(*self.span)].strip()
+        return self.text[slice(*self.span)].strip().removesuffix("\\\\").strip()
 
 
 def mends(patient: Patient, pairs: bool) -> list[Mend]:

@@ -34,6 +34,15 @@ class Printer:
         if function:
             shown = re.sub(r"[^-+]+", lambda match: self.symbol(match[0]), angle)
             return "\\" * self.latex + f"{function}({shown})"
+        base = name.lstrip("d")
+        if name not in self.styles and base in self.styles:  # a rate of what the page has, written as others are
+            letter, dots = self.styles[base], name[: -len(base)]
+            rates = ((dots + other, text) for other, text in self.styles.items() if dots + other in self.styles)
+            for rate, text in rates:
+                if text in self.styles[rate]:
+                    return self.styles[rate].replace(text, letter, 1)
+            if self.latex:
+                return rf"\{dots}ot{{{letter}}}"
         return self.styles.get(name) or (self.spec.printed.get(name, name) if self.latex else name)
 
     def number(self, value: Fraction) -> str:
