@@ -33,7 +33,7 @@ from pendpin.doctor.mending.mends import (
     mends_of_unknown,
     styles_of,
 )
-from pendpin.doctor.mending.writing import Printer
+from pendpin.doctor.mending.writing import Writer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, Written, bound
@@ -201,7 +201,7 @@ class _Doctor:
             error=relative_error(equation, random_states(system)) if linear else error,
             when=when(equation, system),
             dimensions=of_equation(equation, system.spec)[1],
-            mends=tuple(mend for mend in healed[best] if mend.changes == 1 or alike(mend)),
+            mends=tuple(mend for mend in healed[best] if mend.count == 1 or alike(mend)),
             remark=_joined(one.remark, linear, holds),
             equation=equation,
         )
@@ -247,8 +247,8 @@ class _Doctor:
             if len(sources) != 1 or not all(f.when for f in using):
                 continue
             wrong = [f.equation for f in (found, *using) if f.equation]
-            printer = self._patient(sources[0], Equation(sources[0].sides)).printer
-            tried = (mends_of_definition(one, sources[0], wrong, self.system, printer) for one in wrong)
+            writer = self._patient(sources[0], Equation(sources[0].sides)).writer
+            tried = (mends_of_definition(one, sources[0], wrong, self.system, writer) for one in wrong)
             healed = next(filter(None, tried), [])
             if healed and (not found.mends or healed[0].cost < found.mends[0].cost):
                 found = replace(found, verdict="fails", proved=True, mends=tuple(healed), remark="")
@@ -338,8 +338,8 @@ class _Doctor:
         """One reading of an equation, printed as the equation is, and else as its document."""
         own = styles_of(one, equation.sides)
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
-        printer = Printer(latex, {**self.styles[latex], **own}, self.system.spec)
-        return Patient(one, equation, system or self.system, printer)
+        writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
+        return Patient(one, equation, system or self.system, writer)
 
 
 def _is_flat(node: Node) -> bool:

@@ -209,7 +209,7 @@ def marked(mend: Mend) -> list[tuple[str, bool]]:
     for start, end in mend.changed:
         parts += [(mend.text[place:start], False), (mend.text[start:end], True)]
         place = end
-    parts.append((mend.text[place:end_of_it], False))
+    parts.append((mend.text[place:end_of_it].rstrip().removesuffix("\\\\"), False))
     return [(" ".join(part.split("\n")), new) for part, new in parts if part]
 
 
@@ -237,7 +237,7 @@ def page(diagnosis: Findings) -> str:
 
     first = paragraphs(first_screen(diagnosis))
     if diagnosis.wrong and diagnosis.wrong[0].mends:
-        first[1:1] = [_mended(diagnosis.wrong[0].mends[0])]
+        first[1:1] = ["<p>It should read</p>", _mended(diagnosis.wrong[0].mends[0])]
     parts = {
         "summary": "".join(first),
         "shared": "".join(paragraphs(map(shared_words, diagnosis.shared))),

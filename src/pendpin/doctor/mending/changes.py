@@ -17,7 +17,7 @@ import numpy as np
 from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, parts_of, reader_of, swapped
-from pendpin.doctor.mending.writing import Printer, Splice, Writer
+from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols, walk
 from pendpin.doctor.systems.base import System, Values, dot, random_states
@@ -82,9 +82,9 @@ def oddness(factor: Fraction) -> float:
 class Patient:
     """A wrong equation: one reading of what is printed, and every small change of it, written as its text is."""
 
-    def __init__(self, printed: Printed, equation: Equation, system: System, printer: Printer) -> None:
-        self.printed, self.equation, self.system, self.printer = printed, equation, system, printer
-        self.spec, self.parts, self.writer = system.spec, parts_of(equation), Writer(printed.text, printer)
+    def __init__(self, printed: Printed, equation: Equation, system: System, writer: Writer) -> None:
+        self.printed, self.equation, self.system, self.writer = printed, equation, system, writer
+        self.spec, self.parts = system.spec, parts_of(equation)
         self.context = equation.context(random_states(system))
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
@@ -146,11 +146,11 @@ class Patient:
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
-        node, printer, units = part.node, self.printer, self.spec.dimensions
+        node, writer, units = part.node, self.writer, self.spec.dimensions
         if node.kind == "number" and node.value:
             for value in (node.value * factor.factor for factor in FACTORS):
                 if value.denominator == 1 or node.value == 1:
-                    yield number(value), printer.number(value), 0.05 + _cost_of_number(part, value)
+                    yield number(value), writer.number(value), 0.05 + _cost_of_number(part, value)
         if node.kind == "symbol":
             name, own = self.context.meaning(str(node.value)), self.context.definitions
             for other in own.keys() - {name}:  # what the text or the user defined, of the same dimension
@@ -160,22 +160,22 @@ class Patient:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
-                cost += 0.1 * bool(printer.styles and other not in printer.styles)
-                yield replace(node, value=other), printer.symbol(other), cost
+                cost += 0.1 * bool(writer.styles and other not in writer.styles)
+                yield replace(node, value=other), writer.symbol(other), cost
         if node.kind == "function" and node.value in CIRCULAR:
             slash = "\\" * self.writer.of(node.marks[0]).startswith("\\")
             for other in FUNCTIONS.keys() - {node.value}:
                 yield replace(node, value=other), slash + other, FUNCTIONS[other]
         if node.kind == "derivative" and node.value != "t":
             for other in self.spec.state:
-                yield replace(node, value=other), printer.symbol(other), 1.1
+                yield replace(node, value=other), writer.symbol(other), 1.1
 
     def _alternatives(self, name: str) -> list[str]:
         """Names that could stand in place of one: of its family first, and the common ones."""
         spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
-        known = (known | self.printer.styles.keys()) - {name}
+        known = (known | self.writer.styles.keys()) - {name}
         if name in arrays:
             return [other for other in dict.fromkeys(family) if other in known]
         others = (one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q)
@@ -186,7 +186,7 @@ class Patient:
         """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or a cosine."""
         spec, q = self.spec, self.context.quantities
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
-        styled = self.printer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
+        styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
         return [Monomial(Fraction(1), (power,)) for power in powers]
@@ -197,7 +197,7 @@ class Patient:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
         node, reader = part.node, reader_of(self.context.quantities)
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
-            yield self._in_place(part, number(wanted), self.printer.number(wanted), _cost_of_number(part, wanted))
+            yield self._in_place(part, number(wanted), self.writer.number(wanted), _cost_of_number(part, wanted))
         if value.ndim != needed.ndim or value.ndim > 2 or not np.isfinite(needed).all():
             return
         if part.whole:
@@ -212,12 +212,12 @@ class Patient:
                     yield self._missing(part, found, cost)
         if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
             return
-        missing, styles = needed - value, self.printer.styles
+        missing, styles = needed - value, self.writer.styles
         terms = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
         for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
             along = dot(missing, unit := self.context.quantities[name])
             if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
-                terms += [(one, self.printer.symbol(name)) for one in reader.read(along, self._extras)]
+                terms += [(one, self.writer.symbol(name)) for one in reader.read(along, self._extras)]
         end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
         for monomial, direction in (term for term in terms if not self._is_odd(term[0], MOST_EXTRA)):
             powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
@@ -225,7 +225,7 @@ class Patient:
             steep = sum(power < 0 and name not in self._below for name, power in powers)
             cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size
             cost += 0.03 * strange + 0.5 * steep + 0.5 * part.lone
-            text = f"{'+' if monomial.factor > 0 else '-'} {self.printer.monomial(monomial, direction)}"
+            text = f"{'+' if monomial.factor > 0 else '-'} {self.writer.monomial(monomial, direction)}"
             yield Change(((end, end, f" {text}"),), cost, f"the term {text} is missing", "", text)
 
     @cached_property
@@ -252,28 +252,27 @@ class Patient:
     def of_kind(self, part: Part) -> Iterator[Change]:
         """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
         node, spec = part.node, self.spec
-        for text in map(self.printer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
+        for text in map(self.writer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
             words = f"{text} is missing after {self.writer.of(node.outer)}"
-            yield self._replaced(part, (node.outer[1], node.outer[1], self.printer.joint + text), 1.2, node, words)
+            yield self._replaced(part, (node.outer[1], node.outer[1], self.writer.joint + text), 1.2, node, words)
         if part.role == "factor" and node.kind == "symbol":
             yield self._removed(part, 1.25)
         if part.role == "term" and len(part.parents[-1].children) > 1:
             yield self._removed(part, 1.3)
         scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
         for name in (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ():
-            yield self._in_place(part, node, self.printer.symbol(name), 1.15)
+            yield self._in_place(part, node, self.writer.symbol(name), 1.15)
 
     def everywhere(self, unknown: str) -> Iterator[Change]:
         """A quantity in place of a symbol that nobody knows, with its dots or derivatives, wherever it stands."""
         places: dict[tuple[int, int], int] = {}  # how many dots the symbol has there
         for part in self.parts:
-            inside = [node for node in walk(part.node) if node.kind == "symbol"]
-            if part.node.kind in ("symbol", "derivative") and [node.value for node in inside] == [unknown]:
-                dots = sum(node.kind == "derivative" for node in walk(part.node))
-                dots += inside[0].written.dots if inside[0].written else 0
+            *outer, inner = walk(part.node)
+            if inner.value == unknown and all(node.kind == "derivative" for node in outer):
+                dots = len(outer) + (inner.written.dots if inner.written else 0)
                 places[part.node.span] = max(places.get(part.node.span, 0), dots)
         for name in (*self.spec.coordinates, *self.spec.parameters) if places else ():
-            texts = {span: self.printer.symbol("d" * dots + name) for span, dots in places.items()}
+            texts = {span: self.writer.symbol("d" * dots + name) for span, dots in places.items()}
             old, new = self.writer.of(min(texts)), texts[min(texts)]
             splices = tuple(self.writer.put(span, text) for span, text in texts.items())
             yield Change(splices, 1.0, f"{old} should be {new}", old, new)
@@ -300,8 +299,8 @@ class Patient:
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
         """A part with one more factor in front of it."""
-        text = self.printer.monomial(factor)
-        text = f"({text})" if "/" in text and not self.printer.latex else text
+        text = self.writer.monomial(factor)
+        text = f"({text})" if "/" in text and not self.writer.latex else text
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
         return self._replaced(part, self.writer.before(part.node.outer[0], text), cost, times(part.node, factor), words)
 

@@ -12,7 +12,7 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
-from pendpin.doctor.mending.writing import Printer, Splice, overlap, spliced
+from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
@@ -31,19 +31,13 @@ UNUSUAL = 0.06  # what sides of an unusual dimension add
 OTHERS = -0.3  # what a mend of a definition costs less for each other equation that it heals
 
 
-@dataclass(frozen=True, eq=False)
-class Mend:
-    """A verified change: the text with it, words, its cost, and the equation that results."""
+@dataclass(frozen=True, eq=False, kw_only=True)
+class Mend(Change):
+    """A verified change: the text with it, and the equation that results."""
 
     text: str
-    words: str
-    old: str
-    new: str
-    cost: float
     equation: Equation
-    splices: tuple[Splice, ...]
-    alone: bool = True  # its text holds no other equation
-    changes: int = 1
+    alone: bool  # its text holds no other equation
 
     @property
     def span(self) -> tuple[int, int]:
@@ -99,7 +93,7 @@ def mends_of_unknown(patient: Patient, unknown: str) -> list[Mend]:
 
 
 def mends_of_definition(
-    wrong: Equation, source: Printed, every: list[Equation], system: System, printer: Printer
+    wrong: Equation, source: Printed, every: list[Equation], system: System, writer: Writer
 ) -> list[Mend]:
     """Mends of the definition `source` that heal an equation, and every other one that uses it.
 
@@ -128,7 +122,7 @@ def mends_of_definition(
     words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
     less = OTHERS * (len({id(one) for one in every}) - 1)
     found = []
-    for mend in mends(Patient(source, definition, needing, printer), False):
+    for mend in mends(Patient(source, definition, needing, writer), False):
         meaning = next(side for side in mend.equation.sides if side.value != name)
         mended = (replace(one, definitions=one.definitions | {name: meaning}) for one in every)
         if all(_holds(one, system) for one in mended):
@@ -187,8 +181,8 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             continue
         if check(equation, patient.system).holds:
             shapes.append(shape)
-            words = (change.words, change.old, change.new)
-            chosen.append(Mend(text, *words, cost, equation, change.splices, patient.printed.alone, change.count))
+            same = vars(change) | {"cost": cost}
+            chosen.append(Mend(**same, text=text, equation=equation, alone=patient.printed.alone))
     return chosen
 
 

@@ -14,9 +14,10 @@ MOST_SHOWN = 60  # characters of a product in which a change is shown
 
 
 @dataclass(frozen=True)
-class Printer:
-    """Writes numbers, symbols and monomials as a text does. `styles` gives names as the text prints them."""
+class Writer:
+    """Writes changes of a text, its numbers, symbols and products as it does. `styles` gives names as it prints them."""
 
+    text: str
     latex: bool
     styles: dict[str, str]
     spec: Spec
@@ -73,26 +74,6 @@ class Printer:
             text += f"/({under})" if len(below) > 1 else f"/{under}"
         return self.joint.join(part for part in (text, last) if part and not (last and part == "1"))
 
-
-def spliced(text: str, splices: tuple[Splice, ...]) -> str:
-    """The text with its changes."""
-    for start, end, new in sorted(splices, reverse=True):
-        text = text[:start] + new + text[end:]
-    return text
-
-
-def overlap(a: tuple[Splice, ...], b: tuple[Splice, ...]) -> bool:
-    """Whether two changes touch the same characters."""
-    return any((x[0] < y[1] and y[0] < x[1]) or x[0] == y[0] for x in a for y in b)
-
-
-@dataclass(frozen=True)
-class Writer:
-    """Writes changes of one text."""
-
-    text: str
-    printer: Printer
-
     def of(self, span: Span) -> str:
         """The characters of a span."""
         return self.text[span[0] : span[1]].strip()
@@ -101,13 +82,13 @@ class Writer:
         """Replace a span, with a space or sign where two names would run together."""
 
         def run_together(left: str, right: str) -> bool:
-            if not self.printer.latex:
+            if not self.latex:
                 return bool(re.search(r"\w$", left) and re.match(r"\w", right))
             names = re.search(r"\\[A-Za-z]+$", left) and re.match(r"[A-Za-z]", right)
             return bool(names or (re.search(r"(?<!frac)\d$", left) and re.match(r"\d", right)))
 
-        before, after, joint = self.text[: span[0]], self.text[span[1] :], self.printer.joint
-        if self.printer.latex and _BARE.search(before) and len(new) > 1 and new.isdigit():
+        before, after, joint = self.text[: span[0]], self.text[span[1] :], self.joint
+        if self.latex and _BARE.search(before) and len(new) > 1 and new.isdigit():
             return (*span, f"{{{new}}}")
         if new:
             new += joint * run_together(new, after)
@@ -120,7 +101,7 @@ class Writer:
 
     def before(self, start: int, factor: str) -> Splice:
         """A factor in front of what starts at a place."""
-        joint = r" \cdot " if self.printer.latex and re.match(r"\d", self.text[start:]) else self.printer.joint
+        joint = r" \cdot " if self.latex and re.match(r"\d", self.text[start:]) else self.joint
         return (start, start, factor + joint)
 
     def sign(self, part: Part) -> Splice:
@@ -145,13 +126,13 @@ class Writer:
 
     def exponent(self, node: Node, power: int) -> Splice:
         """Another exponent for a power, none for 1; or one for a node that has none. `power` is from 1 to 4."""
-        mark = "^" if self.printer.latex else "**"
+        mark = "^" if self.latex else "**"
         if node.kind == "power":
             start, end = node.marks[0]
             mark, following = "^" if "^" in self.text[start:end] else mark, self.text[end : end + 1]
             space = " " * (following.isalpha() if power == 1 else following.isdigit())
             return (start, end, ("" if power == 1 else f"{mark}{power}") + space)
-        if node.kind == "function" and self.printer.latex and node.bracketed is None:
+        if node.kind == "function" and self.latex and node.bracketed is None:
             return (node.marks[0][1], node.marks[0][1], f"{mark}{power} ")
         return (node.outer[1], node.outer[1], f"{mark}{power}")
 
@@ -170,3 +151,15 @@ class Writer:
         new = spliced(old, ((splice[0] - start, splice[1] - start, splice[2]),))
         bare = lambda text: re.sub(r"^\{([^{}]*)\}$", r"\1", text.strip())  # noqa: E731
         return bare(old), bare(new)
+
+
+def spliced(text: str, splices: tuple[Splice, ...]) -> str:
+    """The text with its changes."""
+    for start, end, new in sorted(splices, reverse=True):
+        text = text[:start] + new + text[end:]
+    return text
+
+
+def overlap(a: tuple[Splice, ...], b: tuple[Splice, ...]) -> bool:
+    """Whether two changes touch the same characters."""
+    return any((x[0] < y[1] and y[0] < x[1]) or x[0] == y[0] for x in a for y in b)
