@@ -31,10 +31,11 @@ Line = list[tuple[str, str]]  # pieces of text, each with its style
 
 def records(diagnosis: Findings) -> list[dict[str, Any]]:
     """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
-    same = ("number", "kind", "verdict", "condition", "proved", "place", "remark", "when", "dimensions", "follows")
+    names = ("number", "latex", "kind", "verdict", "condition", "proved", "error", "mends")
+    names += ("place", "remark", "when", "dimensions", "follows")
     answers = []
     for finding in diagnosis.findings:
-        record = {name: getattr(finding, name) for name in same}
+        record = {name: getattr(finding, name) for name in names}
         record["latex"] = shortened(finding.latex, MOST_PRINTED)
         record["error"] = finding.error if np.isfinite(finding.error) else 1e300
         record["mends"] = [

@@ -42,8 +42,10 @@ class Writer:
             for rate, text in rates:
                 if text in self.styles[rate]:
                     return self.styles[rate].replace(text, letter, 1)
-            if self.latex:
-                return rf"\{dots}ot{{{letter}}}"
+            if self.latex or not letter.isascii():
+                return (
+                    rf"\{dots}ot{{{letter}}}" if self.latex else letter + {"d": "\u0307", "dd": "\u0308"}.get(dots, "")
+                )
         return self.styles.get(name) or (self.spec.printed.get(name, name) if self.latex else name)
 
     def number(self, value: Fraction) -> str:
