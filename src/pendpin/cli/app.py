@@ -83,7 +83,12 @@ def main() -> None:
     except PendpinError as error:
         _fail(str(error), INTERRUPTED if isinstance(error, Interrupted) else 1)
     except UsageError as error:
-        _fail_usage(error)
+        if len(sys.argv) < 2:
+            sys.exit(2)  # the help has been printed
+        command = error.ctx.command_path if error.ctx else "pendpin"
+        said = error.format_message().replace("Input should be", "it must be")  # as newer typers say it
+        said = said if said.endswith("...") else said.removesuffix(".")
+        _fail(f"{said}; see {command} --help", 2)
     except (KeyboardInterrupt, typer.Abort):
         _fail("stopped by the user", INTERRUPTED)
     except BrokenPipeError:  # the reader of our output is gone
@@ -111,15 +116,6 @@ def _leave(status: int) -> NoReturn:
         sys.stdout.flush()
         os._exit(status)
     sys.exit(status)
-
-
-def _fail_usage(error: Any) -> None:
-    if len(sys.argv) < 2:
-        sys.exit(2)  # the help has been printed
-    command = error.ctx.command_path if error.ctx else "pendpin"
-    said = error.format_message().replace("Input should be", "it must be")  # as newer typers say it
-    said = said if said.endswith("...") else said.removesuffix(".")
-    _fail(f"{said}; see {command} --help", 2)
 
 
 def _print_version(is_wanted: bool) -> None:

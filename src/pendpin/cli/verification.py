@@ -1,6 +1,5 @@
 """What a result is worth, and what it costs: pendpin check, hard, validate, reference, cost, doctor."""
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 from typing import Annotated
@@ -148,18 +147,12 @@ def cost(
 
     refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
     refuse_outputs(chosen.files, plot=plot)
-    options = {
-        "methods": split_at_commas(methods) or None,
-        "accuracy": accuracy,
-        "peers": peers,
-        "thorough": thorough,
-        "budget": budget,
-    }
+    options = {"accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
     chosen = replace(chosen, scene=lasting(chosen.scene, duration, None))
     with limited(limit) as work:
         asked = naming_options("methods", "accuracy")
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
-            report = measure(scene, **options, progress=progress)
+            report = measure(scene, methods=split_at_commas(methods) or None, **options, progress=progress)
         print_report(report.report(), json)
         if plot:
             print_files([report.plot(plot, short)], json)
@@ -196,6 +189,9 @@ def doctor(
 
     The exit status is 0 only if at least one equation could be read and each one that was read is right.
     """
+    from rich.console import Console
+    from rich.text import Text
+
     from pendpin.doctor.diagnose import diagnose_file
     from pendpin.doctor.recognition import check_choices
     from pendpin.doctor.report import lines, write_report
@@ -207,18 +203,12 @@ def doctor(
         check_choices(rod, differences)
     with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
-    print_json(diagnosis.to_json()) if json else _print_lines(lines(diagnosis))
+    console = Console()
+    for line in () if json else lines(diagnosis):  # pieces of text, each with its style
+        console.print(Text.assemble(*line), soft_wrap=True)
+    if json:
+        print_json(diagnosis.to_json())
     if html:
         print_files([write_report(html, diagnosis)], json)
     if not diagnosis.ok:
         raise Exit(1)
-
-
-def _print_lines(lines: Iterable[Iterable[tuple[str, str]]]) -> None:
-    """Lines of pieces of text, each with its style."""
-    from rich.console import Console
-    from rich.text import Text
-
-    console = Console()
-    for line in lines:
-        console.print(Text.assemble(*line), soft_wrap=True)

@@ -122,9 +122,6 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
 
 
-# --- alternatives ---------------------------------------------------------------------------------------------------
-
-
 def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     for i, effect in enumerate(scene.effects):
         rest = [key for key in keys if not key.startswith(f"effects[{i}].")]

@@ -119,9 +119,6 @@ def batch(swings: Sequence[Swing], longest: float) -> Batch:
     return Batch(np.array([k for k, _ in cut]), np.ascontiguousarray(t), columns, longest)
 
 
-# --- reading --------------------------------------------------------------------------------------------------------
-
-
 def _pick_columns(names: list[str], table: Data) -> list[str]:
     """The columns that a [data] table wants, of those there are. Raises InputError."""
     if not names:

@@ -195,9 +195,6 @@ def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], long
     return np.array([np.concatenate([q - shift, rate]) for q, rate in states]).T
 
 
-# --- the parts of a search ------------------------------------------------------------------------------------------
-
-
 def _problem(setting: Setting) -> Problem:
     """The problem in short pieces, with the guesses as the prior."""
     count = len(setting.columns)

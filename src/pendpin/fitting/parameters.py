@@ -169,9 +169,6 @@ def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsur
     return tuple(determined)
 
 
-# --- key paths ------------------------------------------------------------------------------------------------------
-
-
 def _parse(key: str) -> tuple[str, int, str, int | None]:
     """The home of a free number, rods or effects, the place there, the field, and the place in that, if it is a list."""
     match parsed(key):
@@ -245,9 +242,6 @@ def _value(scene: Scene, key: str) -> Any:
 def _holds_floats(annotation: Any) -> bool:
     """Whether the type of a field allows floats, alone or in a tuple: not names, choices and counts."""
     return annotation is float or any(map(_holds_floats, get_args(annotation)))
-
-
-# --- search coordinates ---------------------------------------------------------------------------------------------
 
 
 def _groups(scene: Scene, keys: list[str], guess: Array):

@@ -80,10 +80,7 @@ class Bound:
     gradients: Array  # (K, nz), of the free numbers by the search coordinates
 
     def move(self, start: Array, times: Array) -> tuple[Array, Array]:
-        """The motion (M, nv) from a start (2n,) at the first of some times (M,) in s, and its derivatives (D, M, nv).
-
-        By D directions: search coordinates, then the start. Raises RunError where it cannot be integrated.
-        """
+        """The motion (M, nv) from a start (2n,) at times (M,) in s, and its derivatives (D, M, nv). Raises RunError."""
         nv, places = self.variations.nv, self.pendulum.places
         y = np.zeros(2 * nv)
         y[places] = start
@@ -140,11 +137,7 @@ class Bound:
 
 
 def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end: float, pace: float) -> Pendulum:
-    """The pendulum of a scene, for data from `begin` to `end` in s, with their time scale in s.
-
-    Joints that no column measures and that start at rest at 0 are left out, if their accelerations then vanish whatever
-    the others do. Raises InputError for effects that a fit does not take, MissingLibrary without llvmlite.
-    """
+    """The pendulum of a scene from `begin` to `end` in s, without joints that stay at rest. InputError, MissingLibrary."""
     llvm.require("a fit")
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, ContactEffect) and not isinstance(effect, DryFriction):

@@ -303,10 +303,7 @@ def sensor_noise(swings: Sequence[Swing]) -> Array:
 
 
 def outliers(residuals: Sequence[Swing], spread: Array) -> list[tuple[float, Swing, int, int]]:
-    """Samples off the median of their neighbours' residuals by far: by how much, swing, sample, column; the farthest first.
-
-    By ten times the usual such difference and by OUTLYING of the spread (columns,): what a model misses is smooth.
-    """
+    """Samples far off the median of their neighbours' residuals, farthest first: by how much, swing, sample, column."""
     outlying = []
     for column, width in enumerate(spread):
         off = []
@@ -347,10 +344,6 @@ def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...]) -> Array:
 
 
 def pseudo_residuals(r: Array, seen: Mask) -> Array:
-    """What ordinary least squares would have to leave over, to give the numbers and errors of the robust fit.
-
-    Clipped residuals over the part that is not clipped (J. Street, R. Carroll, D. Ruppert, Am. Stat. 42 (1988), 152).
-    r is in standard deviations, and 0 where nothing was seen.
-    """
+    """What least squares would leave over with a robust fit's numbers (J. Street et al., Am. Stat. 42 (1988), 152)."""
     whole = np.mean(np.abs(r[seen]) <= CORNER)
     return np.clip(r, -CORNER, CORNER) / max(float(whole), 0.5)

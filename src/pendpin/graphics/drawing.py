@@ -139,9 +139,6 @@ class Drawing:
         )
 
 
-# --- the path of a point between samples, without corners where it is fast ------------------------------------------
-
-
 def smooth_trail(drawing: Drawing, per_second: float, most: int) -> tuple[Array, Array]:
     """The trail of a drawing as `smooth` gives it; where its velocity is not known, differences of the points give it."""
     velocity = np.gradient(drawing.trail, drawing.t, axis=0) if drawing.velocity is None else drawing.velocity
@@ -173,8 +170,6 @@ def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: 
     short = np.maximum(*away) / 4 <= lengths[:-2] + lengths[1:-1] + lengths[2:]
     return times, np.where(short[i, None], curved, straight)
 
-
-# --- several runs in one picture ------------------------------------------------------------------------------------
 
 MOST_KEYS = 2  # in which runs differ, in a label
 MOST = 4  # runs: the eye tells four colours and dashes apart

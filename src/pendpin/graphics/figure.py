@@ -56,7 +56,7 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
         by_unit = [tuple(name for name in names if units[name] == unit) for unit in dict.fromkeys(units.values())]
         panels, sides = [partial(draw_quantities, names=together) for together in by_unit], ()
     else:
-        panels, sides = (panels_of_rope(run), SIDES) if is_rope(run) else (panels_of(run), PATHS)
+        panels, sides = panels_of(run), SIDES if is_rope(run) else PATHS
     if compare and not names:
         panels = [*panels, draw_distance]
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
@@ -76,7 +76,14 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
             ax.legend(**BESIDE)
     axes[-1].set_xlabel(TIME)
     _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
-    _write_title(figure, runs)
+    # the scene's title, and how it was integrated; of several runs, which is which
+    (width, height), stats = figure.get_size_inches(), run.stats
+    how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations" if stats.evaluations else ""
+    if compare:
+        how = "   ".join(f"{mark} {label}" for mark, label in zip(MARKS, labels_of(runs), strict=False))
+    for text, y, style in ((run.title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
+        most = MOST_LETTERS * (1 if style.get("weight") else len(runs))
+        figure.text(LEFT / width, 1 - y / height, plain_name(text, most), va="top", **style)
     return figure
 
 
@@ -127,18 +134,6 @@ def _room_for_legend(axes: list[Any]) -> float:
     return 0.55 + LETTER * longest if longest else 0.0
 
 
-def _write_title(figure: Any, runs: Sequence[RunRecord]) -> None:
-    """The scene's title, and how it was integrated; of several runs, which is which."""
-    width, height = figure.get_size_inches()
-    stats = runs[0].stats
-    how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations" if stats.evaluations else ""
-    if len(runs) > 1:
-        how = "   ".join(f"{mark} {label}" for mark, label in zip(MARKS, labels_of(runs), strict=False))
-    for text, y, style in ((runs[0].title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
-        most = MOST_LETTERS * (1 if style.get("weight") else len(runs))
-        figure.text(LEFT / width, 1 - y / height, plain_name(text, most), va="top", **style)
-
-
 @styled()
 def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs = None) -> Any:
     """Draw quantities of a run over time (Trajectory.plot)."""
@@ -164,10 +159,11 @@ NOTHING = 1e-12  # of the largest force times the model's size: a moment below i
 
 
 def panels_of(run: RunRecord) -> list[Panel]:
-    """What is drawn against time, from above: drift where energy is conserved, moments where there are any."""
-    panels: list[Panel] = [draw_energy]
-    if run.stats.conservative:
-        panels.append(draw_drift)
+    """What is drawn against time: drift where energy is conserved, moments if any, no swing of a rope held at both ends."""
+    panels: list[Panel] = [draw_energy, *[draw_drift] * run.stats.conservative]
+    if is_rope(run):
+        held = np.ptp(run["swing"]) < HELD * run["swing"].max()
+        return [draw_offset, *[draw_swing] * (not held), draw_largest_tension, *panels]
     panels += [draw_positions, draw_forces]
     if run.rod_reactions is not None:
         size = np.abs(run.rod_reactions.R3).max() * np.abs(run.tips).max()
@@ -256,10 +252,7 @@ def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
 
 
 def draw_path(ax: Any, run: RunRecord, view: str) -> None:
-    """Two coordinates of the last tip to one scale, a dot where it starts; from above with the pivot of a chain.
-
-    The axes do not depend on the motion, so that runs compare.
-    """
+    """Two coordinates of the last tip to one scale whatever the motion, a dot where it starts; from above with the pivot."""
     right, up = VIEWS[view]
     said = relative(run)
     if view == "above" and run.rod_reactions is not None:
@@ -328,13 +321,6 @@ HELD = 0.01  # of its largest value: a swing that changes by less is that of a t
 def is_rope(run: RunRecord) -> bool:
     """Whether a run is that of a chain of more than MOST_AS_RODS rods."""
     return is_chain(run) and len(run.joints) > 2 * MOST_AS_RODS
-
-
-def panels_of_rope(run: RunRecord) -> list[Panel]:
-    """What is drawn against time, from above: no swing of a rope that is held at both ends."""
-    held = np.ptp(run["swing"]) < HELD * run["swing"].max()
-    swinging = [draw_offset] + [draw_swing] * (not held)
-    return [*swinging, draw_largest_tension, draw_energy, *[draw_drift] * run.stats.conservative]
 
 
 def draw_offset(ax: Any, run: RunRecord) -> None:

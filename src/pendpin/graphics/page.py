@@ -228,9 +228,6 @@ def _viewer(name: str) -> str:
     return Path(spec.submodule_search_locations[0], "viewer", "dist", name).read_text(encoding="utf-8")
 
 
-# --- a drawing as meshcat's commands: what its viewer is sent before anything moves ---------------------------------
-
-
 def commands(drawing: Drawing, bodies: list[int]) -> list[dict[str, Any]]:
     """meshcat's commands that set the stage and put the shapes on it, those of `bodies[i]` in a group named body_i."""
     settings = [("/Background", key, color) for key, color in SKY.items()]

@@ -29,11 +29,7 @@ def optional(library: str, what: str, package: str) -> Any:
 
 
 def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
-    """The result of a computation in C or C++ that heeds no signal, such as compiling, from a thread of its own.
-
-    Ctrl-C ends the wait at once: in the main thread it would come late, and from an import in C++ as another error. Raises
-    TimeoutError after so many s, if any. The computation then goes on in its thread, which Python waits for at its end.
-    """
+    """What C or C++ computes, in a thread that Ctrl-C need not wait for, nor this call after `seconds` (TimeoutError)."""
     if seconds is None and current_thread() is not main_thread():  # which Ctrl-C does not reach
         return compute()
     outcome, ended = list[T | BaseException](), Event()
@@ -67,11 +63,7 @@ def heyoka() -> Any:
 
 
 def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:
-    """Functions in a file of an installed package, by names of ours, without importing the package.
-
-    `names` has the name in the file, the type of the result and those of the arguments. Raises OSError, ValueError or
-    AttributeError where there is no such file or function.
-    """
+    """Functions in a file of a package that is not imported: `names` has symbol, result, arguments. OSError and others."""
     spec = find_spec(package)
     assert spec is not None
     assert spec.origin is not None
@@ -82,8 +74,6 @@ def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tup
         functions[name].restype, functions[name].argtypes = result, arguments
     return SimpleNamespace(**functions)
 
-
-# --- the version of pendpin -----------------------------------------------------------------------------------------
 
 VERSION = "0.1.0"
 

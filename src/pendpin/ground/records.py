@@ -162,9 +162,6 @@ def plain(value: Any, depth: int = 8) -> Any:
     return [plain(inner, depth - 1) for inner in value] if type(value) in {list, tuple} and depth else value
 
 
-# --- what is said about a bad value ---------------------------------------------------------------------------------
-
-
 def fault_text(faults: list[Any], record: type) -> str:
     """The first of pydantic's faults with data of a class, as `key path: what is wrong`, or its name without a path."""
     fault = min(faults, key=lambda f: f["type"] in {"missing", "too_short"})  # often the echo of another fault

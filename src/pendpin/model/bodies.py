@@ -270,9 +270,6 @@ def _kind_and_axis(joint: Any) -> tuple[Literal["revolute", "prismatic"], Array]
     return ("revolute", turn) if turn.any() else ("prismatic", slide)
 
 
-# --- a mass matrix with negative inertia in it: whether it is positive definite at all positions, by bounds ---------
-
-
 def always_positive(model: Any) -> bool:
     """True if a pin.Model's mass matrix is known to be positive definite at all positions; False if it is not known.
 

@@ -118,11 +118,7 @@ def build(model: Chain | UrdfModel | PinModel) -> Model:
 
 
 def start_state(model: Model, start: Start) -> tuple[Array, Array]:
-    """Positions and velocities (nv,) of the start, in model order, rad and rad/s, m and m/s for prismatic joints.
-
-    Raises InputError for unknown joints, for positions so far out that small motions are lost in rounding, and for those
-    of a URDF at which some joint moves no inertia.
-    """
+    """Positions and velocities (nv,) of the start, rad, m and per s. InputError for joints or positions that cannot be."""
     q, v = _values(model, start.positions, "start.positions"), _values(model, start.velocities, "start.velocities")
     home = np.zeros(len(model.joints)) if model.home is None else model.home.copy()
     named = start.positions if isinstance(start.positions, dict) else model.joints
@@ -160,9 +156,6 @@ def _values(model: Model, values: Values, where: str) -> Array:
 
 def _data_bytes(nv: int) -> float:
     return DATA_BYTES_PER_CUBE * float(nv) ** 3
-
-
-# --- rods of a scene ------------------------------------------------------------------------------------------------
 
 
 def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
@@ -288,9 +281,6 @@ def _build_pin(model: PinModel) -> Model:
         if frame.type != pin.FrameType.JOINT:
             loaded.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
     return _model_of_pin(loaded, "model", {}, {}, written=tuple(written))
-
-
-# --- URDF trees -----------------------------------------------------------------------------------------------------
 
 
 @lru_cache(maxsize=16)

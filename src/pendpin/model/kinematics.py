@@ -70,11 +70,7 @@ def _turned(link_poses: Array, vectors: Array) -> Array:
 
 
 def swings(model: Model, link_poses: Array) -> Array:
-    """The largest angle of any rod from hanging straight down, (n,) rad, from the poses of the bodies' links.
-
-    A rod points from its joint to its tip, wherever these are. A body that no joint tilts, as a trolley or a turntable,
-    does not count, nor one without a tip. NaN where no body is left.
-    """
+    """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none."""
     tilting = np.array([body.tip.any() for body in model.bodies])
     if model.chain is None:
         some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
@@ -188,10 +184,7 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
 
 
 def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Of bodies at states q, v (n, nv): the poses (n, bodies, 4, 4) of their links in W, velocities (n, bodies, 3) m/s of
-    centres of mass and spins (n, bodies, 3) rad/s. The last two in the links' frames, where what an axis does not turn
-    stays exactly 0.
-    """
+    """Poses (n, bodies, 4, 4) in W, velocities of centres and spins (n, bodies, 3) in the links' frames, at q, v (n, nv)."""
     joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
     _, velocity, spin, _ = motions_in_links(model.tree, q, v)
     velocity, spin = velocity[:, joints], spin[:, joints]

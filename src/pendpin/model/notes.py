@@ -76,9 +76,6 @@ def homes(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> dict[str
     return {name: position for name, position in nearest.items() if position}
 
 
-# --- of a run, where its model can still be built -------------------------------------------------------------------
-
-
 def as_written(run: RunRecord) -> str:
     """What of the URDF's <dynamics> and <limit> acted in a run, in words; "" where nothing of them was listed."""
     joints, effects = _file_and_effects(run)

@@ -134,9 +134,6 @@ def read_urdf(model: UrdfModel) -> Urdf:
         return Urdf(place_of(model.file), _plain(links, joints), tuple(findings), tuple(notes), moving, drawn, unit)
 
 
-# --- XML: without the tricks that it allows -------------------------------------------------------------------------
-
-
 class _Builder(ElementTree.TreeBuilder):
     """Refuses a DOCTYPE, where entities would be declared that grow without bound or read files."""
 
@@ -252,9 +249,6 @@ def _slips(where: str, element: Element) -> Iterator[str]:
             yield f"{where}: {shown(child.tag)} is not an element of <{element.tag}>{hint}"
 
 
-# --- links ----------------------------------------------------------------------------------------------------------
-
-
 def _origin(where: str, element: Element) -> tuple[Array, Array]:
     """xyz in m and rpy in rad, (3,) each, of the <origin>; zeros without one."""
     origin = element.find("origin")
@@ -349,9 +343,6 @@ def mesh_file(folder: Path, filename: str) -> Path | None:
     above = [up / rest.lstrip("/") for up in folder.resolve().parents]
     candidates = [folder / rest] if scheme in {"", "file"} else above
     return next(filter(os.path.isfile, candidates), None)  # no file also for names that no file can have
-
-
-# --- joints ---------------------------------------------------------------------------------------------------------
 
 
 def _moving(joints: Mapping[str, Element]) -> list[str]:

@@ -16,8 +16,6 @@ from pendpin.scene import Chain
 
 LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less
 POINT = 1e-12  # of a unit vector or a length in m: what rounding may leave of a translation or a rotation
-
-
 _COLORS = {"steel": "0.48 0.53 0.59 1", "copper": "0.85 0.38 0.17 1"}
 _PAYLOAD_RADIUS = 0.03  # of the rod's length, as drawn
 
@@ -114,9 +112,6 @@ def _numbers(values: Iterable[float]) -> str:
     return " ".join(repr(float(value) + 0.0) for value in np.ravel(np.asarray(values, float)))
 
 
-# --- MJCF -----------------------------------------------------------------------------------------------------------
-
-
 def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     """The model as MJCF, in a field (3,) m/s², with damping N m s/rad by joint. InputError without a mass."""
     from scipy.spatial.transform import Rotation
@@ -147,9 +142,6 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
                 hinge.set("damping", repr(damping[names[joint]]))
         places[link.body] = body
     return _text(root)
-
-
-# --- SDF ------------------------------------------------------------------------------------------------------------
 
 
 def sdf(model: Model, damping: Mapping[str, float]) -> str:
@@ -187,9 +179,8 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
             axis = ElementTree.SubElement(joint, tag)
             ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
             if names[i] in damping:
-                ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping").text = repr(
-                    damping[names[i]]
-                )
+                element = ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping")
+                element.text = repr(damping[names[i]])
     return _text(root)
 
 

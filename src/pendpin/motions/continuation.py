@@ -230,10 +230,7 @@ def find_coarse(run: RunRecord) -> Indices:
 
 
 def strays(dt: Array, x: Array, rate: Array, floor: Array | float = 0.0) -> Mask:
-    """The intervals (..., n - 1, m), of dt (n - 1, 1) s, in which values (..., n, m) do not follow from their rates.
-
-    Differences up to a floor (n - 1, 1) are rounding, and so are those up to `ROUNDING` and `STILL`.
-    """
+    """The intervals (..., n - 1, m) of dt (n - 1, 1) s in which values (..., n, m) stray from their rates."""
     off = np.abs(np.diff(x, axis=-2) - dt * (rate[..., 1:, :] + rate[..., :-1, :]) / 2)
     path = dt * np.maximum(np.abs(rate[..., 1:, :]), np.abs(rate[..., :-1, :]))
     beside = np.concatenate([path[..., :1, :], path, path[..., -1:, :]], -2)

@@ -77,9 +77,6 @@ class _Pieces(NamedTuple):
         return self.begin[i] + (self.end[i] - self.begin[i]) * (x + 1) / 2, chebyshev.chebval(x, series)
 
 
-# --- crossings --------------------------------------------------------------------------------------------------------
-
-
 def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRecord:
     """The run at the instants at which a quantity crosses a level (Trajectory.crossings)."""
     if not is_number(level) or not np.isfinite(level):
@@ -108,20 +105,14 @@ def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array
 
 
 def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> Changes:
-    """All sign changes of a quantity of a run that is `resolved`; a value of 0 counts to the side that it comes from.
-
-    The quantity is a difference of numbers up to `size`, or itself larger: it is rounded as these are.
-    """
+    """All sign changes of a quantity, of numbers up to `size`, of a `resolved` run; 0 counts to where it comes from."""
     times, values = more.run.t, quantity(more.run)
     tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
     known, every = [(times, values)], np.arange(len(times) - 1)
     pieces = _interpolate(times, values[:, None], times_of_events(more.run), every, np.zeros_like(every))
 
     def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
-        """The pieces that do not tell their signs: settled are those away from 0, monotone, or rounding throughout.
-
-        So are those that turn round only where they are away from 0: what is known are their turning points then.
-        """
+        """The pieces that are unsettled: neither away from 0, nor monotone, nor rounding, nor turning round away from 0."""
         series = pieces.values @ COEFFICIENTS.T
         size, error = np.abs(series), np.maximum(pieces.error, tiny)
         clear = size[:, 0] - size[:, 1:].sum(1) > error
@@ -147,9 +138,6 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
         signs[i] = signs[i - 1] if i else 0.0
     i = np.flatnonzero(signs[1:] * signs[:-1] < 0)
     return Changes(t[i], t[i + 1], x[i], x[i + 1])
-
-
-# --- the largest value ------------------------------------------------------------------------------------------------
 
 
 def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf) -> tuple[float, float, int, int]:
@@ -212,9 +200,6 @@ def impacts(run: RunRecord) -> int:
     return sum(event.kind == "stop" for event in run.events)
 
 
-# --- pieces of a quantity ---------------------------------------------------------------------------------------------
-
-
 def _search(
     more: Continuation, quantity: Quantity, pieces: _Pieces, settle: Callable[[_Pieces, bool], _Pieces]
 ) -> None:
@@ -237,10 +222,7 @@ def _search(
 
 
 def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns: Indices) -> _Pieces:
-    """In some intervals between n samples the polynomials through POINTS[0] near them; of fewer samples nothing is known.
-
-    Nor where one of the events, at times (k,), is among these: there is no polynomial then.
-    """
+    """Polynomials through POINTS[0] of n samples near some intervals; unknown of few samples, or across events (k,)."""
     begin, end, most = t[intervals], t[intervals + 1], POINTS[0]
     ends = x[intervals, columns][:, None], x[intervals + 1, columns][:, None]
     if len(t) < most:
@@ -264,9 +246,6 @@ def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns:
 def _first_near(samples: int, count: int) -> Indices:
     """The first of `count` samples near each interval between samples, (samples - 1,)."""
     return np.clip(np.arange(samples - 1) - count // 2 + 1, 0, samples - count)
-
-
-# --- an instant in its interval ---------------------------------------------------------------------------------------
 
 
 def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array:

@@ -31,8 +31,14 @@ def at_rest(scene: Scene) -> StartRecord:
     """The rest of a scene that is nearest to a start (Start.at_rest)."""
     dynamics, time = bind(scene), scene.start.time
     q, _ = start_state(dynamics.model, scene.start)
-    rest = _hanging(dynamics, q)
-    if hangs := rest is not None:  # the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
+    loads, chain, along = dynamics.loads, dynamics.model.chain, SIGNS * dynamics.loads.field(0.0)
+    acted_on = loads.torque or loads.wrench or dynamics.contacts or not along.any()
+    rest, hangs = q, chain is not None and (chain.h > 0).all() and not acted_on
+    if hangs:  # along the field; the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
+        x, y, z = along / np.linalg.norm(along)
+        hanging = np.zeros(len(q))
+        hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
+        rest = hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
         dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
 
     def pull(_: float, q: Array) -> Array:
@@ -59,18 +65,6 @@ def at_rest(scene: Scene) -> StartRecord:
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
     rest = np.where(np.abs(rest) < TINY, 0.0, rest)
     return StartRecord(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
-
-
-def _hanging(dynamics: Dynamics, q: Array) -> Array | None:
-    """The positions (nv,) of a chain that hangs along the field, nearest to q; None where more than fields act."""
-    loads, chain = dynamics.loads, dynamics.model.chain
-    along = SIGNS * loads.field(0.0)
-    if chain is None or (chain.h <= 0).any() or loads.torque or loads.wrench or dynamics.contacts or not along.any():
-        return None
-    x, y, z = along / np.linalg.norm(along)
-    hanging = np.zeros(len(q))
-    hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
-    return hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
 
 
 def _no_rest(model: Model, moved: Array) -> InputError:

@@ -48,9 +48,8 @@ class Summary(Result, dict[str, Figure]):
         """The table."""
         rows = [(name, str(figure)) for name, figure in self.items()]
         rows += [("extremes", self.remark)] if self.remark else []
-        return Report(
-            [Table(("", ""), rows)] if rows else [], {name: figure._asdict() for name, figure in self.items()}
-        )
+        data = {name: figure._asdict() for name, figure in self.items()}
+        return Report([Table(("", ""), rows)] if rows else [], data)
 
     __repr__ = Result.__str__  # of every row
 
@@ -131,10 +130,7 @@ def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str,
 
 
 def _periods(run: Any) -> dict[str, Figure]:
-    """The times between the crossings of each joint's middle, upwards, as the samples show them; none of few samples.
-
-    Where they are equal they are the period; else the motion has none, and their mean and their range are said.
-    """
+    """The times between upward crossings of each joint's middle as samples show them: the period where they are equal."""
     apart, rows = np.diff(run.t).max(initial=0.0), dict[str, Figure]()
     for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
         x = q - (q.min() + q.max()) / 2

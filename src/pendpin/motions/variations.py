@@ -106,8 +106,6 @@ class Variations:
         states = np.concatenate(rows)
         return states[:, : len(y)], states[:, len(y) :].reshape(len(times), *w.shape)
 
-    # --- through sticking and slipping ------------------------------------------------------------------------------
-
     def _through_events(
         self, state: Array, times: Array, mode: Mode, rtol: float, atol: Array, longest: float
     ) -> tuple[Array, Mode]:
@@ -288,11 +286,7 @@ def _parts(run: RunRecord, of: str) -> tuple[str, str]:
 
 
 def _change_of(run: RunRecord, key: str, change: Array, name: str) -> Array:
-    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state.
-
-    Angles and rates change as the state does. Other quantities are functions of the state and the number in closed form:
-    their change along it is a difference of fourth order.
-    """
+    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state; of fourth order beside q and v."""
     (array, place), nv, scene = run.places[name], len(run.joints), scene_of(run)
     if array in ("q", "v"):
         return change[:, :nv][place] if array == "q" else change[:, nv:][place]

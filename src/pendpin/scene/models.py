@@ -291,10 +291,7 @@ class PinModel(Record):
 
 
 def _wrapped(value: Any) -> Any:
-    """A pin.Model as the record that holds it, and a robot's name or a URDF's path as its table.
-
-    A pin.Model is recognised by its class's name, so that Pinocchio is not loaded for it.
-    """
+    """A pin.Model, known by its class's name, as the record that holds it; a robot's name or a URDF's path as its table."""
     if isinstance(value, str | Path):
         return {"kind": "urdf"} | UrdfModel.from_one(value)
     if isinstance(value, Rod):
@@ -320,9 +317,6 @@ AnyModel = Annotated[
 ]
 
 
-# --- the robots of example-robot-data, by name ----------------------------------------------------------------------
-
-
 def robot_file(name: str) -> Path:
     """The URDF of a robot by its name. Raises InputError that says which name was probably meant."""
     files = robot_files()
@@ -335,10 +329,7 @@ def robot_file(name: str) -> Path:
 
 @cache
 def robot_files() -> dict[str, Path]:
-    """The URDFs of the installed example-robot-data by name: that of the file, or of its folder if it is alone there.
-
-    Of a file `ur5_robot.urdf` the name is ur5; where two files have one name, that of their folder.
-    """
+    """The URDFs of example-robot-data by name: ur5 of `ur5_robot.urdf`, its folder's if it is alone there or not unique."""
     spec = find_spec("cmeel")
     places = (Path(place).parent for place in (spec and spec.submodule_search_locations) or ())
     folder = next((found for place in places if (found := place / "cmeel.prefix" / FOLDER).is_dir()), None)

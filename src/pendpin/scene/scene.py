@@ -43,8 +43,6 @@ class Start(Record):
         return hash((self.time, self.positions, self.velocities, self.unit))
 
 
-# --- how measured swings are read from a CSV file -------------------------------------------------------------------
-
 _Measured = Annotated[
     Annotated[tuple[str, ...], Tag("~joints")] | Annotated[str, Tag("~tip")],
     Discriminator(lambda given: "~tip" if isinstance(given, str) else "~joints"),
@@ -80,8 +78,6 @@ class Data(Record):
             return 1.0, "m"
         return (math.pi / 180, "degrees") if self.unit == "degrees" else (1.0, "rad")
 
-
-# --- a scene --------------------------------------------------------------------------------------------------------
 
 SAMPLES_PER_SECOND = 60
 
@@ -222,9 +218,6 @@ def builtin_scene() -> Scene:
 def urdf_folder() -> Path:
     """Where the URDFs that come with pendpin are."""
     return folder_of("urdf")
-
-
-# --- replacing values in nested records by their key paths ----------------------------------------------------------
 
 
 def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:

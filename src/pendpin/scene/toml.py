@@ -55,10 +55,7 @@ def scene_data(scene: Record, folder: Path) -> bytes:
 
 
 def scene_text(scene: Record, folder: Path) -> str:
-    """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML.
-
-    Tables have headers, lists of tables under the model a line each; what is deeper is in one line.
-    """
+    """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML."""
     import tomlkit
 
     document = tomlkit.document()
@@ -111,9 +108,6 @@ def _inline(value: Any) -> Any:
         array.extend(_inline(inner) for inner in value)
         return array.multiline(any(isinstance(inner, dict) for inner in value))
     return value
-
-
-# --- the example scenes that come with pendpin ----------------------------------------------------------------------
 
 
 def example_names() -> list[str]:

@@ -80,9 +80,8 @@ class Branch(Result):
         lines = [f"{len(self.orbits)} periodic orbits, {self.key} from {self.values[0]:.6g} to {self.values[-1]:.6g}"]
         lines += [f"fold at {place:.10g}" for place in self.folds] or ["no fold"]
         changes = [{"value": change.value, "kind": change.kind} for change in self.bifurcations]
-        lines += [f"change of stability at {c['value']:.10g}: {c['kind']}" for c in changes] or [
-            "no change of stability"
-        ]
+        lines += [f"change of stability at {c['value']:.10g}: {c['kind']}" for c in changes]
+        lines += [] if changes else ["no change of stability"]
         data = {"key": self.key, "values": self.values.tolist(), "stable": self.stable.tolist()}
         return Report(lines, data | {"folds": self.folds.tolist(), "changes": changes})
 

@@ -167,21 +167,18 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     refuse_poles(equations.model, q)
     slopes, nv, joints = equations.jacobian(0.0, q, v), len(q), equations.model.joints
     A = np.block([[np.zeros((nv, nv)), np.eye(nv)], [slopes.of_q, slopes.of_v]])
-    B = np.concatenate([np.zeros((nv, nv + 3)), _input_matrix(scene, q)])
-    states = (*joints, *(f"{name}_rate" for name in joints))
-    inputs = (*(f"torque_{name}" for name in joints), *SUPPORT)
-    return LinearModel(A, B, states, inputs, q, v, slopes.acceleration, remarks(scene))
-
-
-def _input_matrix(scene: Scene, q: Array) -> Array:
-    """The accelerations (nv, nv + 3) for a unit torque about each joint, and a unit acceleration of the support, at q."""
+    # the accelerations (nv, nv + 3) for a unit torque about each joint, and a unit acceleration of the support
     engine = Dynamics(build(scene.model), (), form="angles").engine
     assert isinstance(engine, AngleEngine)
-    tree, still = engine.model.tree, np.zeros((3, len(q)))
+    tree, still = engine.model.tree, np.zeros((3, nv))
     wrenches = recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3))
     turns = np.array([kind == "revolute" for kind in tree.kinds])
     along = np.where(turns[:, None], wrenches[..., 3:], wrenches[..., :3])
-    # (3, nv), to hold still in a unit field; a support's acceleration is minus one
-    needed = (along * tree.axes).sum(-1)
-    of_torque = engine.compliance(q, np.arange(len(q)))
-    return np.concatenate([of_torque, of_torque @ needed.T], 1)
+    needed = (along * tree.axes).sum(
+        -1
+    )  # (3, nv), to hold still in a unit field; a support's acceleration is minus one
+    of_torque = engine.compliance(q, np.arange(nv))
+    B = np.concatenate([np.zeros((nv, nv + 3)), np.concatenate([of_torque, of_torque @ needed.T], 1)])
+    states = (*joints, *(f"{name}_rate" for name in joints))
+    inputs = (*(f"torque_{name}" for name in joints), *SUPPORT)
+    return LinearModel(A, B, states, inputs, q, v, slopes.acceleration, remarks(scene))

@@ -129,7 +129,6 @@ def _places_in_plane(variations: Variations) -> Indices:
         moving = np.arange(nv)
     elif not 0 < len(moving) < nv:
         which = "every joint moves" if len(moving) else "nothing moves"
-        raise InputError(
-            f"planar: {which} from this start; give one in a plane, with phi and its rate 0, or leave it out"
-        )
+        give = "give one in a plane, with phi and its rate 0, or leave it out"
+        raise InputError(f"planar: {which} from this start; {give}")
     return np.concatenate([moving, nv + moving])

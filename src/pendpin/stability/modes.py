@@ -134,9 +134,8 @@ class Modes(Result):
         left = 0 if most is None else max(len(self._groups) - most, 0)
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
         if self.stable and self.neutral:
-            verdict = (
-                f"is neutral: {self.neutral} of {len(self.omega)} modes have no frequency, nothing brings them back."
-            )
+            some = f"{self.neutral} of {len(self.omega)} modes"
+            verdict = f"is neutral: {some} have no frequency, nothing brings them back."
         words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}

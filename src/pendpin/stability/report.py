@@ -53,16 +53,11 @@ class Stability(Result):
             places = list(zip(rest.states[: len(rest.q)], rest.q.tolist(), self.model.slides.tolist(), strict=True))
             swings = np.abs(np.imag(rest.eigenvalues))
             swings = swings[swings > rest.errors]  # what is less is rounding of a real eigenvalue
-            rows.append(
-                {
-                    "degrees": {name: float(np.degrees(x)) for name, x, slides in places if not slides},
-                    "m": {name: float(x) for name, x, slides in places if slides},
-                    "stable": rest.stable,
-                    "neutral": rest.neutral,
-                    "growth": 0.0 if rest.stable else float(np.real(rest.eigenvalues).max()),
-                    "slowest": float(swings.min()) if len(swings) else None,
-                }
-            )
+            row: dict[str, Any] = {"degrees": {name: float(np.degrees(x)) for name, x, slides in places if not slides}}
+            row |= {"m": {name: float(x) for name, x, slides in places if slides}}
+            row |= {"stable": rest.stable, "neutral": rest.neutral}
+            growth = 0.0 if rest.stable else float(np.real(rest.eigenvalues).max())
+            rows.append(row | {"growth": growth, "slowest": float(swings.min()) if len(swings) else None})
         return rows
 
 

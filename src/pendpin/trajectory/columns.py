@@ -159,8 +159,6 @@ def column(run: Any, name: Any) -> Array:
     return np.asarray(array[index])
 
 
-# --- a run as a table -----------------------------------------------------------------------------------------------
-
 ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 TABLES = (".csv", ".txt")
 

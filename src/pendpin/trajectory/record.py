@@ -97,8 +97,6 @@ class RunRecord:
             return record
         return cls(**{name: getattr(record, name) for name in FIELDS})
 
-    # --- the arrays ---------------------------------------------------------------------------------------------------
-
     @cached_property
     def _derived(self) -> Derived:
         derived = self.derived() if callable(self.derived) else self.derived
@@ -153,8 +151,6 @@ class RunRecord:
         states: dict[str, Any] = {name: arrays[name] for name in STATES}
         return replace(self, **states, derived=Derived.of_arrays(arrays), work=work)
 
-    # --- by name ------------------------------------------------------------------------------------------------------
-
     @property
     def title(self) -> str:
         """The name of the run in figures and pages, which is its scene's title, or else the model and its effects."""
@@ -193,8 +189,6 @@ class RunRecord:
 
     def _ipython_key_completions_(self) -> list[str]:
         return list(self.names)
-
-    # --- what the numbers say -----------------------------------------------------------------------------------------
 
     def __eq__(self, other: object) -> bool:
         """Whether another run is of the same scene and holds the same numbers."""
@@ -246,8 +240,6 @@ class RunRecord:
         if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
             return n
         return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
-
-    # --- the file -----------------------------------------------------------------------------------------------------
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""

@@ -91,11 +91,7 @@ class Peer:
     prepare: Callable[[float], Prepared]
 
     def run(self, setting: float, limit: float = LIMIT) -> PeerRun:
-        """A run over scene.times from scene.start, afresh at every call, with a tolerance or a step in s.
-
-        A step is the largest that is taken: the time from output to output is cut into equal steps. Raises InputError for a
-        setting that is not a positive number; what else goes wrong is the run's failure.
-        """
+        """A run over scene.times with a tolerance, or in equal steps up to a step in s; its failure says what is wrong."""
         if not 0 < setting < math.inf:
             raise InputError(f"{self.name}: {self.kind} {setting:g} is not a positive number")
         motion, rows, failure = self.prepare(setting), [self.task.q], None
@@ -119,11 +115,7 @@ class Peer:
 
 
 def peers(scene: Scene) -> tuple[Peer, ...]:
-    """The peers that are installed, each with its model of the scene. Gravity is the one effect that they take.
-
-    Without SciPy around Pinocchio for chains too long for Pinocchio's memory. Raises InputError for a scene with other
-    effects, or that one of them does not take.
-    """
+    """The installed peers, each with its model of the scene under gravity alone. Raises InputError for other scenes."""
     task, absent = task_of(scene), missing()
     made = {"mujoco": mujoco_peers, "drake": drake_peers, "scipy": scipy_peers}
     if build(scene.model).make_pin is None:

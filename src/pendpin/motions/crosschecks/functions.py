@@ -61,11 +61,7 @@ class Comparison(Result):
 
 
 def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: Callable[..., Any] | None) -> Comparison:
-    """Compare functions of (q, v), each (nv,) in model order, with the scene at random states.
-
-    `accelerations` returns (nv,). `reactions` returns a mapping with any of R1, R2, R3, M3, Mc to (rods,) of a chain, or
-    the wrenches (joints, 6), force then moment, as in docs/derivation.md. Raises InputError for anything else.
-    """
+    """Compare functions of (q, v), each (nv,) in model order, with the scene at random states (diagnose). InputError."""
     if accelerations is None and reactions is None:
         raise InputError("diagnose: give accelerations, reactions or both, functions of (q, v)")
     dynamics, random = bind(scene), np.random.default_rng(0)

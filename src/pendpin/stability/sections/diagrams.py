@@ -58,22 +58,15 @@ class Portrait(Result):
         """How the starts were drawn, how many motions have their points, and the range of each quantity."""
         good = [not reason for reason in self.why]
         head = ("quantity", "least", "largest", "unit")
-        rows = [
-            (name, f"{np.nanmin(column):.6g}", f"{np.nanmax(column):.6g}", self.units[name])
-            for name, column in zip(self.section.of, np.moveaxis(self._shown(), -1, 0), strict=True)
-            if any(good)
-        ]
+        columns = zip(self.section.of, np.moveaxis(self._shown(), -1, 0), strict=True) if any(good) else ()
+        rows = [(name, f"{np.nanmin(x):.6g}", f"{np.nanmax(x):.6g}", self.units[name]) for name, x in columns]
         how = (
             f"{len(self.starts)} starts at {self.energy:.6g} J on the section: angles are drawn evenly where their "
             "potential energy is below it; the rest is kinetic, in directions drawn evenly by the mass matrix."
         )
-        parts = [how] if self.drawn else []
-        parts.append(
-            f"{sum(good)} of {len(good)} motions have {self.section.count} points each; angles from -pi to pi."
-        )
-        parts += [
-            f"{sum(reason == one for reason in self.why)} have none: {one}" for one in dict.fromkeys(self.why) if one
-        ]
+        parts, points = [how] if self.drawn else [], f"{self.section.count} points each"
+        parts.append(f"{sum(good)} of {len(good)} motions have {points}; angles from -pi to pi.")
+        parts += [f"{self.why.count(one)} have none: {one}" for one in dict.fromkeys(self.why) if one]
         data = {"energy": self.energy, "of": self.section.of, "values": self.values.tolist(), "why": list(self.why)}
         table = [Table(head, rows)] if rows else []
         return Report((*parts, *table), data, None if any(good) else "no motion has all its points")
@@ -243,17 +236,10 @@ class Bifurcation(Result):
             for i, count in enumerate(counts):
                 if i == 0 or count != counts[i - 1]:
                     rows.append((way, f"{at[i]:.6g}", words.get(count, f"a cycle of {count} points")))
-        data = {
-            "key": self.key,
-            "at": self.at.tolist(),
-            "of": self.section.of,
-            "up": self.up.tolist(),
-            "down": self.down.tolist(),
-        }
-        parts = (Table(("way", f"from {self.key}", "motion"), rows), *self.why)
-        return Report(
-            parts, data, "no motion can be run" if np.isnan(self.up).all() and np.isnan(self.down).all() else None
-        )
+        data = {"key": self.key, "at": self.at.tolist(), "of": self.section.of}
+        data |= {"up": self.up.tolist(), "down": self.down.tolist()}
+        fault = "no motion can be run" if np.isnan(self.up).all() and np.isnan(self.down).all() else None
+        return Report((Table(("way", f"from {self.key}", "motion"), rows), *self.why), data, fault)
 
 
 def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section: Section) -> Bifurcation:

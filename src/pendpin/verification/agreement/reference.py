@@ -89,9 +89,6 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     return Report(words, {"path": str(path), "files": files, "left_out": left_out})
 
 
-# --- models ---------------------------------------------------------------------------------------------------------
-
-
 def _carried(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
     """The viscous damping of joints by name. Raises InputError for effects that a model file cannot carry."""
     damping: dict[str, float] = {}
@@ -117,9 +114,6 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
         for element in joint.findall("dynamics"):
             joint.remove(element)
     return ElementTree.tostring(robot, encoding="unicode") + "\n"
-
-
-# --- states and motion ----------------------------------------------------------------------------------------------
 
 
 def reference_states(dynamics: Dynamics, random: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, float]]:
@@ -176,8 +170,6 @@ def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
     apart = {name: np.abs(getattr(first, name) - getattr(second, name))[:count].max() for name in ("q", "v")}
     return motion, {name: float(MARGIN * off) + EPS for name, off in apart.items()}
 
-
-# --- texts ----------------------------------------------------------------------------------------------------------
 
 FORMATS = {
     "model.urdf": "the model as URDF, a universal joint as two revolute ones",

@@ -87,9 +87,6 @@ def settings(**methods: float | None) -> dict[str, Settings]:
 TIGHT = settings(auto=1e-12, taylor=1e-16)
 
 
-# --- scenes ---------------------------------------------------------------------------------------------------------
-
-
 def scene(
     model: Chain,
     *effects: Effect,
@@ -121,9 +118,6 @@ def inertia_about_joint(rod: Rod) -> float:
 
 J = inertia_about_joint(ROD)
 HANG = J / (ROD.mass * ROD.properties.h)  # m, the reduced length of the thick rod
-
-
-# --- measures -------------------------------------------------------------------------------------------------------
 
 
 def drift_of(make: Callable[[Any], Scene], long: Any, short: Any) -> Measure:

@@ -66,8 +66,6 @@ def _unlike(
     return case(name, tolerance * most_steps * growth, methods, measure, **words)
 
 
-# --- many rods ------------------------------------------------------------------------------------------------------
-
 HUNDRED, CABLE = Chain(rods=(ROD,), copies=100), Chain(rods=(ROD,), copies=2000)
 
 
@@ -142,9 +140,6 @@ def _rescaled(solve: Solve, full: bool, length: float, mass: float) -> float:
     return _off(here.q, there.q)
 
 
-# --- gravities ------------------------------------------------------------------------------------------------------
-
-
 def _straight(solve: Solve, full: bool) -> float:
     run = solve(scene(THICK, q=(0.3,), v=(2.0,), duration=100.0, samples=11, gravity=Gravity(acceleration=0.0)))
     return float(np.abs(run.q[:, 0] - 0.3 - 2.0 * run.t).max())
@@ -161,8 +156,6 @@ def _falling_case(g: float, duration: float, growth: float) -> Case:
     bound, words = 1e-12 * 1500 * growth + 1500 * EPS * growth, {"g": g, "duration": duration, "growth": growth}
     return case("gravity", bound, settings(auto=1e-12, taylor=1e-16), measure, **words)
 
-
-# --- times ----------------------------------------------------------------------------------------------------------
 
 LATE = 1e9  # s
 SMALL = 1e-6  # m: millisecond dynamics
@@ -348,9 +341,6 @@ TRIPLE = Chain(rods=(ROD,), copies=3)
 def triple(duration: float) -> Scene:
     """Three thick rods that move chaotically."""
     return scene(TRIPLE, q=(1.5, 0.3, 1.0, -0.2, 0.5, 0.1), duration=duration, samples=101)
-
-
-# --- the cases ------------------------------------------------------------------------------------------------------
 
 
 CASES = (

@@ -64,8 +64,6 @@ def _in_a_chain(solve: Solve, full: bool) -> float:
     return float(np.abs(np.stack([0 * y, -x, z], -1) - turned.tips).max())
 
 
-# --- thick rods -----------------------------------------------------------------------------------------------------
-
 AWAY = 0.3  # rad from the pole, at the start
 SPEED = 3.0  # rad/s
 
@@ -233,9 +231,6 @@ def _kapitza(solve: Solve, full: bool) -> float:
     return float(np.abs((np.pi - run.q[:, 0]) / LEAN - averaged).max())
 
 
-# --- joints that stick ----------------------------------------------------------------------------------------------
-
-
 def _edge(solve: Solve, full: bool) -> float:
     """How many of two rods are wrong: friction 1e-9 above the torque of the weight must hold, 1e-9 below must not."""
     needed = ROD.mass * ROD.properties.h * G * np.sin(0.3)  # N m
@@ -299,8 +294,6 @@ def _both(solve: Solve, full: bool) -> float:
 
 METHODS = settings(auto=1e-11, rk45=1e-11, radau=1e-11)
 
-
-# --- the cases ------------------------------------------------------------------------------------------------------
 
 LEVEL, SPUN, COARSE = (0.0, POLE), (SPIN, 0.0), settings(gauss4=0.1, rk4=0.1, euler=0.1)
 PUSHED, BESIDE, AT_ONE = Motor(joint="theta", torque=1.0), Stop(upper=0.5), {"q": (1.0,), "duration": 1.0}

@@ -254,9 +254,6 @@ def _run_contests(
         yield error
 
 
-# --- series -------------------------------------------------------------------------------------------------------
-
-
 def _compared() -> tuple[str, ...]:
     """All methods, as `simulate` runs them, those that are most often the cheapest first; then without compiling."""
     ranked = sorted(METHODS.values(), key=lambda method: method.price_rank)

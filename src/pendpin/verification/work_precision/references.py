@@ -103,9 +103,6 @@ def reference(
     return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)
 
 
-# --- solutions ------------------------------------------------------------------------------------------------------
-
-
 def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: float) -> Solution:
     """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
     chain, effects = model.chain, scene.effects
