@@ -128,7 +128,7 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
         "{100 * row.change:.2g}",
         "{10 * row.change:.2g}",
     ),
-    "the fastest swing as the slowest": ("stability/report.py", "float(swings.min())", "float(swings.max())"),
+    "the fastest swing as the slowest": ("stability/linearize.py", "float(swings.min())", "float(swings.max())"),
     "microseconds called milliseconds": ("verification/work_precision/report.py", "3g} µs", "3g} ms"),
     "the unit of a step left out": ("verification/work_precision/report.py", '" s" if curve.kind', '"" if curve.kind'),
     "the price of a digit over one decade too many": (

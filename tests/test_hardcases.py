@@ -10,7 +10,7 @@ from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.motions.trajectory import simulate
 from pendpin.verification import hardcases
-from pendpin.verification.hardcases import CASES, hard, outcome
+from pendpin.verification.hardcases import CASES, hard, run_case
 from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
@@ -28,7 +28,7 @@ def test_a_hard_case_is_within_its_bound(case: Case, method: str) -> None:
     """What was measured is at most the bound that was derived for it."""
     if method == "taylor" and find_spec("heyoka") is None:
         pytest.skip("heyoka is not installed: pip install heyoka")
-    found = outcome(case, method, full=False)
+    found = run_case(case, method, full=False)
     assert found.ok, f"{found.failure or found.measured} against {found.bound}: {case.figure}"
 
 
@@ -171,7 +171,7 @@ def test_ctrl_c_keeps_what_is_done(way, monkeypatch, capfd) -> None:
 def test_a_run_that_fails_is_an_outcome() -> None:
     """The outcome holds the error of a case; the other cases run."""
     failing = Case(**{**CASES[CHEAP].__dict__, "measure": refuse})
-    found = outcome(failing, "auto", full=False)
+    found = run_case(failing, "auto", full=False)
     assert (found.measured, found.failure, found.verdict) == (None, "no such thing", "BROKEN")
 
 

@@ -14,8 +14,8 @@ from bad_input import run_main
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.vibrations import Matrices, vibrations
+from pendpin.stability.linearize import stability
 from pendpin.stability.modes import Modes
-from pendpin.stability.report import stability
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install 'pendpin[fast]'")
 UNIT = fx.Gravity(acceleration=1.0)

@@ -14,7 +14,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.scene.toml import examples_folder
-from pendpin.stability.report import stability
+from pendpin.stability.linearize import stability
 
 pytest.importorskip("llvmlite", reason="llvmlite is not installed: pip install llvmlite")
 

@@ -23,8 +23,8 @@ from pendpin.ground.report import FEW, Report, Table
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
 from pendpin.scene import builtin_scene
+from pendpin.stability.linearize import stability
 from pendpin.stability.lyapunov import Lyapunov
-from pendpin.stability.report import stability
 from pendpin.sweeps.figure import sweep_report
 from pendpin.sweeps.significance import EffectRow, EffectsReport
 from pendpin.trajectory.columns import unit_of

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from bad_input import AtOnce, run_main
-from pendpin.stability.report import stability
+from pendpin.stability.linearize import stability
 from test_near_motions import ROD, TWO, G, fx, kapitza, pp, scene
 
 

@@ -179,9 +179,8 @@ def urdf(
         raise PendpinError(f"{scene}: this robot has a URDF already, {file}; pendpin run --urdf {scene} runs it")
     model = read_scene(scene).model
     if not isinstance(model, Chain):
-        raise PendpinError(
-            f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
-        )
+        reason = f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
+        raise PendpinError(reason)
     refuse_outputs([scene], urdf=out)
     text = chain_urdf(model)
     if out is None:

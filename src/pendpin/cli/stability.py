@@ -39,9 +39,9 @@ def stability(
     --lyapunov adds the Lyapunov exponents of the motion, each with its error; --plot then draws their estimates over time.
     """
     from pendpin.graphics.style import write_figure
+    from pendpin.stability.linearize import stability as report_on
     from pendpin.stability.lyapunov import Lyapunov
     from pendpin.stability.lyapunov import lyapunov as exponents_of
-    from pendpin.stability.report import stability as report_on
 
     refuse_outputs(chosen.files, plot=plot)
     if (plot or planar) and not lyapunov:

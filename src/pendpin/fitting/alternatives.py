@@ -85,8 +85,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
     progress("the fit as it is")
     now = _refit(fit, fit.solution, fit.scene, keys)
     while True:
-        lacking = (*_additions(now.scene, keys), *_separate_frictions(now, keys))
-        others = sorted(compare(lacking), key=lambda other: other[0].criterion)
+        others = sorted(compare(_additions(now, keys)), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].needed), None)
         if best is None:
             break
@@ -139,9 +138,9 @@ def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
             yield where, True, _change(scene, i, replace_checked(effect, {"coefficient": 0.0})), rest
 
 
-def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
-    kinds, many = {effect.kind for effect in scene.effects}, len(scene.effects)
-    model = scene.model
+def _additions(now: _Model, keys: list[str]) -> Iterator[_Other]:
+    scene = now.scene
+    kinds, many, model = {effect.kind for effect in scene.effects}, len(scene.effects), scene.model
     weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
     size = SMALL * sum(weights)
     length = min(rod.length for rod in model.rods) if isinstance(model, Chain) else 1.0
@@ -164,10 +163,7 @@ def _additions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
     if missing := [key for key in lengths if key not in keys]:
         yield "other lengths of rods", False, scene, [*keys, *missing]
 
-
-def _separate_frictions(now: _Model, keys: list[str]) -> Iterator[_Other]:
-    """With a friction for each of the joints that move, in place of one for several."""
-    scene, pendulum = now.scene, now.setting.pendulum
+    pendulum = now.setting.pendulum  # a friction for each of the joints that move, in place of one for several
     moving = [pendulum.model.joints[joint] for joint in pendulum.moving]
     for i, effect in enumerate(scene.effects):
         if not isinstance(effect, Viscous | DryFriction):
@@ -175,7 +171,6 @@ def _separate_frictions(now: _Model, keys: list[str]) -> Iterator[_Other]:
         first, *rest = [name for name in moving if effect.joints is None or name in effect.joints] or [None]
         names = [key.rpartition(".")[2] for key in keys if key.startswith(f"effects[{i}].")]
         if rest and names:
-            many = len(scene.effects)
             more = [f"effects[{many + k}].{name}" for k in range(len(rest)) for name in names]
             apart = _change(scene, i, replace_checked(effect, {"joints": (first,)}))
             copies = (replace_checked(effect, {"joints": (name,)}) for name in rest)

@@ -125,9 +125,8 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
     if (seen > NOISE_ALONE * spread).all():
-        raise InputError(
-            "data: neighbouring samples differ as much as any two: the columns hold noise, or a motion too fast for them"
-        )
+        reason = "the columns hold noise, or a motion too fast for them"
+        raise InputError(f"data: neighbouring samples differ as much as any two: {reason}")
     swings = thin_out(swings, FINEST * pace)
     pendulum = bind_pendulum(scene, parameters, sensors, *_span(swings), pace)
     return Setting(scene, table, parameters, pendulum, swings, pace, noise, tuple(table.columns), robust)

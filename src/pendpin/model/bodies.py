@@ -173,12 +173,8 @@ def find_bodies(
         com, radius = np.array(inertia.lever), 0.0
         tip = max(hung[joint], key=np.linalg.norm, default=np.zeros(3))
         tip = tip if np.linalg.norm(tip) > near else 2 * com
-        rods = [
-            (link.placement.translation + ends @ link.placement.rotation.T, thick)
-            for link in _links_on(model, joint)
-            if link.name in drawn
-            for ends, thick in (drawn[link.name],)
-        ]
+        links = [(link.placement, *drawn[link.name]) for link in _links_on(model, joint) if link.name in drawn]
+        rods = [(placed.translation + ends @ placed.rotation.T, thick) for placed, ends, thick in links]
         if rods:
             ends, radius = max(rods, key=lambda rod: float(np.linalg.norm(rod[0][0] - rod[0][1])))
             tip = max(ends, key=np.linalg.norm)
@@ -214,25 +210,19 @@ def find_rods(model: Any) -> tuple[RodJoint, ...]:
         cross = model.inertias[theta]
         perpendicular = abs(axes[theta] @ mount.rotation @ axes[phi]) < 1e-12
         if perpendicular and cross.mass == 0 and not cross.inertia.any() and not mount.translation.any():
-            rods.append(_rod_joint(model, theta, phi, axes))
+            body, b2, b1, sign = model.inertias[phi], axes[phi], -(mount.rotation.T @ axes[theta]), 1.0
+            if np.cross(b1, b2) @ body.lever < 0:  # b3 points from the joint to the centre of mass
+                b1, sign = -b1, -1.0
+            frame = np.array([b1, b2, np.cross(b1, b2)], float).T + 0.0  # + 0.0 clears the sign of zeros
+            base = model.jointPlacements[theta].rotation @ mount.rotation @ frame
+            lever, tensor = frame.T @ body.lever, frame.T @ body.inertia @ frame
+            principal = np.diag(tensor)
+            off_axis = np.abs(lever[:2]).max() > 1e-12 * np.linalg.norm(lever)
+            not_diagonal = np.abs(tensor - np.diag(principal)).max() > 1e-12 * np.abs(tensor).max()
+            in_frame = RodInertia(float(body.mass), float(lever[2]), *map(float, principal))
+            inertia = None if off_axis or not_diagonal else in_frame
+            rods.append(RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, inertia))
     return tuple(rods)
-
-
-def _rod_joint(model: Any, theta: int, phi: int, axes: dict[int, Array]) -> RodJoint:
-    """The rod on the joints theta and phi of a pin.Model; axes (3,) by joint."""
-    mount, body = model.jointPlacements[phi].rotation, model.inertias[phi]
-    b2, b1, sign = axes[phi], -(mount.T @ axes[theta]), 1.0
-    if np.cross(b1, b2) @ body.lever < 0:  # b3 points from the joint to the centre of mass
-        b1, sign = -b1, -1.0
-    frame = np.array([b1, b2, np.cross(b1, b2)], float).T + 0.0  # + 0.0 clears the sign of zeros
-    base = model.jointPlacements[theta].rotation @ mount @ frame
-    lever, tensor = frame.T @ body.lever, frame.T @ body.inertia @ frame
-    principal = np.diag(tensor)
-    off_axis = np.abs(lever[:2]).max() > 1e-12 * np.linalg.norm(lever)
-    not_diagonal = np.abs(tensor - np.diag(principal)).max() > 1e-12 * np.abs(tensor).max()
-    in_frame = RodInertia(float(body.mass), float(lever[2]), *map(float, principal))
-    inertia = None if off_axis or not_diagonal else in_frame
-    return RodJoint(_link(model, phi), theta - 1, phi - 1, frame, sign, base, inertia)
 
 
 def tree_of(model: Any) -> Tree:

@@ -129,9 +129,8 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     q = np.where(home == 0, q, home)
     for joint in np.flatnonzero(np.abs(q) > FARTHEST):
         name, apart = model.joints[joint], np.spacing(abs(q[joint]))
-        raise InputError(
-            f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
-        )
+        reason = f"start.positions.{name}: {q[joint]:g} is beyond {FARTHEST:g}: doubles are {apart:.1g} apart there"
+        raise InputError(reason)
     if model.chain is None:
         remedy = "lock it" if model.rod_tree is None else "give its rod a radius"
         _refuse_singular(mass_matrix(model.pin, q), model.joints, "start.positions", f"; begin elsewhere, or {remedy}")
@@ -270,9 +269,10 @@ def _build_pin(model: PinModel) -> Model:
         plain = pin.JointModelRevoluteUnaligned(*turn) if revolute else pin.JointModelPrismaticUnaligned(*slide)
         loaded.addJoint(given.parents[i], plain, given.jointPlacements[i], name)
         if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
-            raise InputError(
+            reason = (
                 f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"
             )
+            raise InputError(reason)
         append_body(loaded, i, body)
         v, q = joint.idx_v, joint.idx_q  # continuous joints, of two numbers, have no limits
         both = (given.lowerPositionLimit[q], given.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
@@ -298,9 +298,8 @@ def _loaded(record: str, content: bytes) -> Model:
     loaded.gravity = pin.Motion.Zero()
     names = list(loaded.names)[1:]
     if set(names) != moving or loaded.nq != len(names):
-        raise InputError(
-            f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, sorted(moving - {*names})))}"
-        )
+        reason = f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, sorted(moving - {*names})))}"
+        raise InputError(reason)
     says = {"notes": urdf.notes, "findings": urdf.findings, "written": urdf.written}
     return _model_of_pin(loaded, urdf.source, urdf.drawn, model.tips, **says)
 
@@ -355,9 +354,10 @@ def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str 
         raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
     for name, inertia in zip(joints, np.diag(M), strict=True):
         if not inertia > 0:
-            raise InputError(
+            reason = (
                 f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis{remedy}"
             )
+            raise InputError(reason)
     value, joint = _least_eigenvalue(M)
     if value < SINGULAR * len(M):
         name = shown(joints[joint])

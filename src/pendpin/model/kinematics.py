@@ -282,9 +282,8 @@ def configurations(run: RunRecord, pin_model: Any) -> Array:
         joint = names.index(name) + 1
         first, size = pin_model.idx_qs[joint], pin_model.nqs[joint]
         if size > 2:
-            raise InputError(
-                f"configurations: joint {shown(name)} takes {size} numbers in the pin.Model, and 1 in the run"
-            )
+            reason = f"configurations: joint {shown(name)} takes {size} numbers in the pin.Model, and 1 in the run"
+            raise InputError(reason)
         # an angle or slide, or the cosine and sine of an angle
         out[:, first : first + size] = np.stack([angle] if size == 1 else [np.cos(angle), np.sin(angle)], -1)
     return out

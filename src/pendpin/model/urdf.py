@@ -156,9 +156,8 @@ def parse(data: bytes) -> Element:
     if robot.tag != "robot":
         raise InputError(f"the root element is <{shown(robot.tag)[1:-1]}>; a URDF's is <robot>")
     if any("xacro" in element.tag for element in robot.iter()):
-        raise InputError(
-            "it is a xacro file: expand it (xacro FILE > robot.urdf) and give pendpin the URDF that comes out"
-        )
+        reason = "it is a xacro file: expand it (xacro FILE > robot.urdf) and give pendpin the URDF that comes out"
+        raise InputError(reason)
     return robot
 
 
@@ -313,9 +312,8 @@ def _read_inertia(where: str, link: Element) -> tuple[float, Array]:
     if mass < 0:
         raise InputError(f"{where}: mass {mass:g} kg is negative")
     if 0 < mass < LEAST_MASS:
-        raise InputError(
-            f"{where}: mass {mass:g} kg is too small to compute with; the least is {LEAST_MASS:g} kg, or 0"
-        )
+        reason = f"{where}: mass {mass:g} kg is too small to compute with; the least is {LEAST_MASS:g} kg, or 0"
+        raise InputError(reason)
     values = _needed(where, inertial, "inertia")
     xx, xy, xz, yy, yz, zz = (_numbers(where, values, key, 1)[0] for key in _MOMENTS)
     return mass, np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]])

@@ -239,9 +239,8 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
     name, statistic = _parts(run, of) if of is not None else ("", "")
     variations = Variations(scene_of(run), keys)
     if of is not None and variations.equations.contacts and run.places[name][0] not in OF_STATES:
-        raise InputError(
-            f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
-        )
+        reason = f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
+        raise InputError(reason)
     rows = up_to_extreme(run, of, name, EXTREMES[statistic]) if statistic in EXTREMES else run
     times = rows.t - variations.scene.start.time
     start = np.concatenate([run.q[0], run.v[0]])

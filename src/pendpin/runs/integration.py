@@ -87,7 +87,7 @@ class IntegrationLoop(ABC):
         for sampled, record in zip(self.held, last.held, strict=True):
             sampled.recall(last.t, record)
 
-    def outcome(self, done: RunState, error: RunError | None, stop: Stop | None) -> Run:
+    def finish(self, done: RunState, error: RunError | None, stop: Stop | None) -> Run:
         """The run as far as it was integrated, and why and where it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
@@ -301,7 +301,7 @@ def integrate_to_end(
             done, stop = _locate_stop(loop, done, error)
         finally:
             loop.times = times
-    return loop.outcome(done, error, stop)
+    return loop.finish(done, error, stop)
 
 
 def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:

@@ -217,9 +217,8 @@ class Chain(Record):
         if self.count > MAX_RODS:
             raise ValueError(f"{self.count} rods are more than {MAX_RODS}")
         if self.copies > 1 and any(rod.hangs_on is not None for rod in self.rods):
-            raise ValueError(
-                "copies: a list with hangs_on is not repeated: list the rods, or give a rod its own copies"
-            )
+            reason = "copies: a list with hangs_on is not repeated: list the rods, or give a rod its own copies"
+            raise ValueError(reason)
         if all(rod.hangs_on is None and rod.at is None for rod in self.rods):
             return self
         lengths, first = [rod.length for rod in self.all_rods], 0

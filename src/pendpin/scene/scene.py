@@ -124,9 +124,8 @@ class Scene(Record):
         """
         data = self.given() | fields
         if not isinstance(changes, Mapping | None):
-            raise InputError(
-                f"changes: {shown(changes)} is not a mapping of key paths to values; or write duration=5.0"
-            )
+            reason = f"changes: {shown(changes)} is not a mapping of key paths to values; or write duration=5.0"
+            raise InputError(reason)
         for path, value in (changes or {}).items():
             name, *rest = parsed(path)
             first = str(name)
@@ -181,17 +180,15 @@ class Scene(Record):
                 if not 0 <= t - begin <= self.duration:
                     raise ValueError(f"solver.times: {t:.15g} s is outside the run, {begin:.15g} to {end:.15g} s")
         elif self.solver.samples is None and self.duration * SAMPLES_PER_SECOND >= MAX_SAMPLES:
-            raise ValueError(
-                f"{self.duration:g} s at 60 samples a second are more than {MAX_SAMPLES}; set solver.samples"
-            )
+            reason = f"{self.duration:g} s at 60 samples a second are more than {MAX_SAMPLES}; set solver.samples"
+            raise ValueError(reason)
         if self.duration == 0 and (self.solver.samples or 1) > 1:
             raise ValueError("a duration of 0 has 1 sample; leave solver.samples out")
         if self.duration and self.solver.samples == 1:
             raise ValueError("solver.samples: 1 is the start alone; a run has 2 or more, or a duration of 0")
         if (np.diff(self.clock) <= 0).any():
-            raise ValueError(
-                f"start.time: two samples are the same double at {self.start.time:g} s; take fewer samples"
-            )
+            reason = f"start.time: two samples are the same double at {self.start.time:g} s; take fewer samples"
+            raise ValueError(reason)
         self.refuse_short_effects()
         return self
 

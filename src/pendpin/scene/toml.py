@@ -48,9 +48,8 @@ def scene_data(scene: Record, folder: Path) -> bytes:
     """A scene as the content of a file in `folder`. Raises InputError for what does not go into TOML, or is too large."""
     data = scene_text(scene, folder).encode("utf-8", "surrogatepass")
     if len(data) > MAX_SCENE_BYTES:
-        raise InputError(
-            f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
-        )
+        reason = f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
+        raise InputError(reason)
     return data
 
 
@@ -78,9 +77,8 @@ def scene_text(scene: Record, folder: Path) -> str:
 def _plain(value: Any, folder: Path) -> Any:
     """What was given of a record, as TOML's kinds of values; files below `folder` relative to it."""
     if isinstance(value, Effect) and not has_kind(value):
-        raise InputError(
-            f"a {type(value).__name__} cannot be written to TOML: it is code, not one of the kinds of effects"
-        )
+        reason = f"a {type(value).__name__} cannot be written to TOML: it is code, not one of the kinds of effects"
+        raise InputError(reason)
     if isinstance(value, PinModel):
         raise InputError("a pin.Model cannot be written to TOML: save its URDF, and name that")
     if isinstance(value, Record):

@@ -119,9 +119,8 @@ class Crossing(Section):
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
                 rests = "; the motion has come to rest" if np.ptp(run.q, 0).max() < STILL else ""
-                raise RunError(
-                    f"{self.name} {how} {self.level:g}: {points} of {wanted} points, none in the last {since:.4g} s{rests}"
-                )
+                found = f"{points} of {wanted} points, none in the last {since:.4g} s{rests}"
+                raise RunError(f"{self.name} {how} {self.level:g}: {found}")
             scene = scene.model_copy(update={"start": _start_at(run)})
             longer = min(2 * longer, LONGEST * scene.duration)
 

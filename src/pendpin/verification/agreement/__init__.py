@@ -10,6 +10,7 @@ from collections.abc import Iterator, Sequence
 from dataclasses import asdict, dataclass
 from functools import cache, partial
 from io import StringIO
+from itertools import chain
 from math import ceil
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
@@ -275,9 +276,8 @@ def validate(
         if method not in (*METHODS, TO_ACCURACY):
             raise InputError(f"methods: {not_one_of(method, (*METHODS, TO_ACCURACY))}")
     left_out: list[str] = []
-    rows, stopped = collect(
-        row for name, case in cases.items() for row in _compare(name, case, methods, progress, left_out)
-    )
+    found = (_compare(name, case, methods, progress, left_out) for name, case in cases.items())
+    rows, stopped = collect(chain.from_iterable(found))
     return AgreementReport(rows, tuple(left_out), stopped)
 
 

@@ -36,6 +36,11 @@ ANGLE, SLIDE = 1.2, 0.3  # rad, m: random positions; rods stay away from the pol
 FAMILIES = (("dop853", 1e-13), ("radau", 1e-12))
 MARGIN = 2.0  # times the difference of the two families
 WORTH = 1e-6  # rad: where the families differ by more, as after a while in chaos, the motion ends
+FORMATS = {
+    "model.urdf": "the model as URDF, a universal joint as two revolute ones",
+    "model.xml": "the model as MJCF, a universal joint as two hinges of one body",
+    "model.sdf": "the model as SDF 1.9, a universal joint as one joint",
+}
 TEMPLATES = resources.files("pendpin.verification.agreement").joinpath("folder")
 
 
@@ -75,7 +80,18 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     numbers |= {"bounds": {"states": state_bounds, "motion": motion_bounds}, "conventions": conventions}
     texts["reference.json"] = json.dumps(numbers, indent=1) + "\n"
     texts["test_reference.py"] = TEMPLATES.joinpath("test_reference.py.in").read_text(encoding="utf-8")
-    texts["README.md"] = _readme(texts, left_out, states)
+    methods = " and ".join(f"{name} ({METHODS[name].family}, tolerance {tolerance:g})" for name, tolerance in FAMILIES)
+    values = {
+        "version": VERSION,
+        "files": "\n".join(f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts),
+        "left_out": "\n".join(f"- {name} is left out: {why}." for name, why in left_out.items()),
+        "state_bound": f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
+        "motion_bound": f"twice the largest difference of {methods}.",
+    }
+    readme = TEMPLATES.joinpath("README.md").read_text(encoding="utf-8")
+    for name, value in values.items():
+        readme = readme.replace("{" + name + "}", value)
+    texts["README.md"] = readme
 
     def fill(folder: Path) -> None:
         scene.save(folder / "scene.toml")
@@ -169,25 +185,3 @@ def reference_motion(scene: Scene) -> tuple[dict[str, Any], dict[str, float]]:
     motion = {name: getattr(first, name)[:count].tolist() for name in ("t", "q", "v")}
     apart = {name: np.abs(getattr(first, name) - getattr(second, name))[:count].max() for name in ("q", "v")}
     return motion, {name: float(MARGIN * off) + EPS for name, off in apart.items()}
-
-
-FORMATS = {
-    "model.urdf": "the model as URDF, a universal joint as two revolute ones",
-    "model.xml": "the model as MJCF, a universal joint as two hinges of one body",
-    "model.sdf": "the model as SDF 1.9, a universal joint as one joint",
-}
-
-
-def _readme(texts: dict[str, str], left_out: dict[str, str], states: list) -> str:
-    methods = " and ".join(f"{name} ({METHODS[name].family}, tolerance {tolerance:g})" for name, tolerance in FAMILIES)
-    values = {
-        "version": VERSION,
-        "files": "\n".join(f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts),
-        "left_out": "\n".join(f"- {name} is left out: {why}." for name, why in left_out.items()),
-        "state_bound": f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
-        "motion_bound": f"twice the largest difference of {methods}.",
-    }
-    text = TEMPLATES.joinpath("README.md").read_text(encoding="utf-8")
-    for name, value in values.items():
-        text = text.replace("{" + name + "}", value)
-    return text

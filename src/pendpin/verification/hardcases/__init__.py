@@ -120,7 +120,7 @@ def _run(case: Case, methods: Sequence[str] | None, full: bool, progress: Progre
     for method in case.methods:
         if methods is None or method in methods:
             progress(f"{case.name} on {method}")
-            yield outcome(case, method, full)
+            yield run_case(case, method, full)
     if case.beside is not None and methods is None:
         progress(f"{case.name}, beside")
         begin = time.process_time()
@@ -130,7 +130,7 @@ def _run(case: Case, methods: Sequence[str] | None, full: bool, progress: Progre
             yield Outcome(case.name, name, figure, case.bound, None, seconds, claimed=False, beside=True)
 
 
-def outcome(case: Case, method: str, full: bool) -> Outcome:
+def run_case(case: Case, method: str, full: bool) -> Outcome:
     """One case on one of its methods, with its setting."""
     setting: dict[str, Any] = dict(case.methods[method])
     return _measure(case, method, lambda scene: simulate(scene, method=method, **setting), full)
@@ -190,7 +190,7 @@ def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
 def _run_on_peers(case: Case, progress: Progress, **_: Any) -> Iterator[Outcome]:
     """A case on `auto` and on other simulators: the best of some settings, none finer after a run longer than LIMIT."""
     progress(f"{case.name} on auto")
-    yield replace(outcome(case, "auto", full=False), claimed=False)
+    yield replace(run_case(case, "auto", full=False), claimed=False)
     for name, (make_peers, method, settings) in SIMULATORS.items():
         progress(f"{case.name} on {name}")
         outcomes: list[Outcome] = []

@@ -238,9 +238,8 @@ def _edge(solve: Solve, full: bool) -> float:
         solve(scene(THICK, DryFriction(kinetic=0.1, static=needed * (1 + margin)), q=(0.3,), duration=2.0, samples=5))
         for margin in (1e-9, -1e-9)
     )
-    return float((sticking.q != sticking.q[0]).any() or sticking.v.any()) + float(
-        np.abs(loose.q[:, 0] - 0.3).max() < 0.1
-    )
+    moved = (sticking.q != sticking.q[0]).any() or sticking.v.any()
+    return float(moved) + float(np.abs(loose.q[:, 0] - 0.3).max() < 0.1)
 
 
 STIFFNESS, FRICTION = 4.0, 0.13  # N m/rad, N m

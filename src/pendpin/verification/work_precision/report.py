@@ -175,6 +175,16 @@ class CostReport(Result):
 
     def report(self) -> Report:
         """The fastest method for each accuracy; where all was measured, every method's time at some errors; sentences."""
+        # the fastest method for each accuracy, beside the fastest of the other simulators where they were measured
+        peers, rows = any(row.peer for row in self.rows), []
+        for row in self.rows:
+            times = (time_text(seconds) for seconds in (row.first_seconds, row.seconds))
+            beside = f"{row.peer} {time_text(row.peer_seconds)}" if row.peer_seconds else ""
+            beside += f", {row.ratio:.3g} x" if row.ratio else ""
+            once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
+            rows.append((f"{row.accuracy:g}", row.take, *times, *([beside] if peers else []), once))
+        others = ["best of the others"] if peers else []
+        head = ("accuracy", "fastest method", "first run", "each further run", *others, "or, for a single run")
         methods: list[str | Table] = []
         if self.thorough:
             no_run = (curve for curve in self.curves if curve.failures and not curve.points)
@@ -183,7 +193,7 @@ class CostReport(Result):
             methods += [f"Compiling, on its own: {', '.join(compiled)}."] if compiled else []
         least = f"Processor times of {self.horizon:g} s of the scene: the least of {self.repetitions} after a first"
         end = f"{self.machine_text}. {least}; a first run counts its compiling, but no imports."
-        return Report((_accuracies(self), *methods, *self.words, end), asdict(self) | {"words": self.words})
+        return Report((Table(head, rows), *methods, *self.words, end), asdict(self) | {"words": self.words})
 
     @property
     def machine_text(self) -> str:
@@ -230,20 +240,6 @@ def _words(report: CostReport) -> Iterator[str]:
             yield f"{ours}, {one.peer} {time_text(one.peer_seconds)}, {one.ratio:.3g} times as long."
         elif ours and any(curve.peer for curve in report.curves):
             yield f"{ours}; no other simulator reaches it within the time allowed."
-
-
-def _accuracies(report: CostReport) -> Table:
-    """The fastest method for each accuracy, beside the fastest of the other simulators where they were measured."""
-    peers = any(row.peer for row in report.rows)
-    rows = []
-    for row in report.rows:
-        times = (time_text(seconds) for seconds in (row.first_seconds, row.seconds))
-        beside = f"{row.peer} {time_text(row.peer_seconds)}" if row.peer_seconds else ""
-        beside += f", {row.ratio:.3g} x" if row.ratio else ""
-        once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
-        rows.append((f"{row.accuracy:g}", row.take, *times, *([beside] if peers else []), once))
-    others = ["best of the others"] if peers else []
-    return Table(("accuracy", "fastest method", "first run", "each further run", *others, "or, for a single run"), rows)
 
 
 def _methods(report: CostReport) -> Table:
