@@ -153,7 +153,7 @@ def once_each(pairs: Iterable[tuple[str, Any]], option: str) -> dict[str, Any]:
     return named
 
 
-def refuse_alone(given: bool, option: str, needed: str) -> None:
+def refuse_alone(given: Any, option: str, needed: str) -> None:
     """Raise BadParameter for an option that is given without the one that it belongs to."""
     if given:
         raise BadParameter(f"it does nothing without {needed}", param_hint=option)

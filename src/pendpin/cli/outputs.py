@@ -24,14 +24,11 @@ SUFFIXES = {
     "html": (".html",),
     "film": (".gif", ".mp4"),
     "csv": (".csv",),
-}  # by what is written
+}  # of what is written
 
 
 def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
-    """Refuse, before the work begins, files that cannot be written, that are read too, or are named as another format.
-
-    What is written is a plot, html, film, csv or run; what has another name here may have any suffix.
-    """
+    """Refuse, before the work begins, files that cannot be written, are read too, or are named as another format."""
     from pendpin.graphics.style import picture_kind
     from pendpin.ground.files import refuse_other_format, refuse_targets
 
@@ -215,7 +212,7 @@ def say(line: str) -> None:
     try:
         print(line, file=sys.stderr, flush=True)
     except OSError:
-        _drop(2)
+        drop_output(2)
 
 
 def finish_output() -> None:
@@ -226,12 +223,7 @@ def finish_output() -> None:
         drop_output()
 
 
-def drop_output() -> None:
-    """Give up what stdout could not take."""
-    _drop(1)
-
-
-def _drop(stream: int) -> None:
+def drop_output(stream: int = 1) -> None:
     """Let the null device take what is left in a stream, or Python would complain at its end."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, stream)

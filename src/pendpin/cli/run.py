@@ -18,6 +18,7 @@ from pendpin.cli.inputs import (
     naming_options,
     on_scene,
     read_scene,
+    refuse_alone,
 )
 from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say
 from pendpin.errors import Halted, PendpinError, RunError, inside
@@ -63,8 +64,7 @@ def run(
     from pendpin.motions.trajectory import simulate
     from pendpin.runs.checkpoint import EVERY, resumable
 
-    if every is not None and checkpoint is None:
-        raise BadParameter("it is the time between saves of a checkpoint: give --checkpoint", param_hint="--every")
+    refuse_alone(every is not None and checkpoint is None, "--every", "--checkpoint FILE, which it saves so often")
     scene = lasting(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:

@@ -44,10 +44,9 @@ def stability(
     from pendpin.stability.lyapunov import lyapunov as exponents_of
 
     refuse_outputs(chosen.files, plot=plot)
-    if (plot or planar) and not lyapunov:
-        raise BadParameter(
-            "it is of Lyapunov exponents: give --lyapunov too", param_hint="--plot" if plot else "--planar"
-        )
+    refuse_alone(
+        (plot or planar) and not lyapunov, "--plot" if plot else "--planar", "--lyapunov, whose exponents it is of"
+    )
     what = "the exponents" if lyapunov else "the rests"
     with chosen.noted() as scene, working(what, limit, json), naming_options("period"):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)

@@ -277,7 +277,18 @@ def placed(shape: Shape) -> Array:
 
 def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
     if shape.geometry == "mesh":
-        return _mesh_file(Path(shape.path))
+        path = Path(shape.path)
+        kind = MESHES.get(path.suffix.lower())
+        if kind is None:
+            raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
+        with inside(str(path)):
+            data = read_whole(path, MESH_BYTES, "a mesh")
+        if (
+            kind == "dae"
+        ):  # meshcat joins the parts of a file, which must then have the same attributes: places, normals
+            data = re.sub(rb"semantic=([\"'])(?:TEXCOORD|COLOR)\1", rb"semantic=\1LEFT_OUT\1", data)
+        content = {"base64": base64_of(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
+        return {"type": "_meshfile_geometry", "format": kind} | content
     if shape.geometry == "box":
         return {"type": "BoxGeometry"} | dict(zip(("width", "height", "depth"), shape.size, strict=True))
     radius = max(shape.size[0], thinnest)
@@ -285,18 +296,6 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
         return {"type": "SphereGeometry", "radius": radius, "widthSegments": 24, "heightSegments": 16}
     ends = {"radiusTop": radius, "radiusBottom": radius}
     return {"type": "CylinderGeometry"} | ends | {"height": shape.size[1], "radialSegments": 24}
-
-
-def _mesh_file(path: Path) -> dict[str, Any]:
-    kind = MESHES.get(path.suffix.lower())
-    if kind is None:
-        raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
-    with inside(str(path)):
-        data = read_whole(path, MESH_BYTES, "a mesh")
-    if kind == "dae":  # meshcat joins the parts of a file, which must then have the same attributes: places and normals
-        data = re.sub(rb"semantic=([\"'])(?:TEXCOORD|COLOR)\1", rb"semantic=\1LEFT_OUT\1", data)
-    content = {"base64": base64_of(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
-    return {"type": "_meshfile_geometry", "format": kind} | content
 
 
 def base64_of(data: bytes) -> str:

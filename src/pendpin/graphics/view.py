@@ -190,8 +190,13 @@ def serve(
         url = f"http://{ADDRESS}:{server.server_address[1]}/"
         try:
             ready(url)
-            if open_browser:
-                _open(url)
+            screen = (
+                os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform in {"win32", "darwin"}
+            )
+            if open_browser and screen:  # a browser in the terminal would take the terminal over
+                import webbrowser
+
+                threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
             while end is None or time.monotonic() < end:
                 server.handle_request()
         except KeyboardInterrupt:
@@ -239,14 +244,6 @@ def _server(port: int, content: bytes) -> Any:
             """Say nothing: the terminal belongs to the command."""
 
     return Server((ADDRESS, port), Handler)
-
-
-def _open(url: str) -> None:
-    """Open the user's browser, where there is a screen; a browser in the terminal would take the terminal over."""
-    import webbrowser
-
-    if sys.platform in {"win32", "darwin"} or os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"):
-        threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
 
 
 # --- a run in a viewer that the user has: meshcat's, or Pinocchio's with the meshes of a URDF -----------------------

@@ -58,8 +58,7 @@ def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
 
 def heyoka() -> Any:
     """The library, imported. Raises ImportError."""
-    there = "heyoka" in sys.modules
-    return import_module("heyoka") if there else wait_for(lambda: import_module("heyoka"))
+    return sys.modules.get("heyoka") or wait_for(lambda: import_module("heyoka"))
 
 
 def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:

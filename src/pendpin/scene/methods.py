@@ -86,6 +86,10 @@ def _collocation(stages: int, **facts: Any) -> Method:
     return Method(name=f"gauss{2 * stages}", family=COLLOCATION, order=2 * stages, stages=stages, **facts)
 
 
+def _fixed(name: str, of: str, family: str, order: float, **facts: Any) -> Method:
+    return Method(name=name, integrator=f"fixed:{of}", family=family, setting="step", order=order, **facts)
+
+
 _RECORDS = (
     _adaptive("dop853", "DOP853", EXPLICIT, 8, stages=12, steepest=9, scatter=2.5, color="#2b6cb0", price_rank=0),
     _adaptive("rk45", "RK45", EXPLICIT, 5, stages=6, steepest=6, color="#63a4d8", price_rank=3),
@@ -108,27 +112,8 @@ _RECORDS = (
     _collocation(1, color="#d69e2e", price_rank=10),
     _collocation(2, color="#b7791f", price_rank=7),
     _collocation(3, color="#744210", price_rank=6),
-    Method(
-        name="rk4",
-        integrator="fixed:RungeKutta4",
-        family=EXPLICIT,
-        setting="step",
-        order=4,
-        stages=4,
-        machine_code=True,
-        color="#718096",
-        price_rank=4,
-    ),
-    Method(
-        name="euler",
-        integrator="fixed:SemiImplicitEuler",
-        family=SPLITTING,
-        setting="step",
-        order=1,
-        state="angles",
-        color="#a0aec0",
-        price_rank=11,
-    ),
+    _fixed("rk4", "RungeKutta4", EXPLICIT, 4, stages=4, machine_code=True, color="#718096", price_rank=4),
+    _fixed("euler", "SemiImplicitEuler", SPLITTING, 1, state="angles", color="#a0aec0", price_rank=11),
 )
 METHODS = {record.name: record for record in _RECORDS}
 
