@@ -27,7 +27,7 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Indices, Mask, cross
-from pendpin.ground.caches import ThreadCache
+from pendpin.ground.libraries import ThreadCache
 from pendpin.model.build import SIGNS, Model
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms

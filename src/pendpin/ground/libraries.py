@@ -1,18 +1,18 @@
-"""Libraries that may be missing, C functions of theirs, and the versions of those that are there."""
+"""Libraries that may be missing, C functions of theirs, their versions; and a cache of what a thread computed lately."""
 
 import atexit
 import ctypes
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from contextvars import copy_context
 from functools import cache
 from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
-from threading import Event, Thread, current_thread, main_thread
+from threading import Event, Thread, current_thread, local, main_thread
 from types import SimpleNamespace
-from typing import Any, TypeVar
+from typing import Any, Generic, TypeVar
 
 from pendpin.errors import MissingLibrary
 
@@ -92,3 +92,27 @@ def version(library: str) -> str:
     from importlib import metadata
 
     return metadata.version(library)
+
+
+class ThreadCache(local, Generic[T]):
+    """The results of the last few keys asked for. Each thread has its own, as what is kept may hold scratch memory."""
+
+    def __init__(self, most: int) -> None:
+        self._most, self._known = most, dict[Hashable, T]()
+
+    def look_up(self, key: Hashable, make: Callable[[], T], lasts: Callable[[], bool] = lambda: True) -> T:
+        """The result of a key, made if it is not known; what does not last, or has a key without a hash, is not kept."""
+        try:
+            known = self._known.pop(key, None)
+        except TypeError:  # as of a user's own effect that holds a list
+            return make()
+        made = make() if known is None else known
+        if known is not None or lasts():
+            self._known[key] = made  # behind those that were not asked for since
+        while len(self._known) > self._most:
+            self._known.pop(next(iter(self._known)))
+        return made
+
+    def clear(self) -> None:
+        """Forget everything that this thread knows."""
+        self._known.clear()

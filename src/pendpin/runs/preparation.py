@@ -14,7 +14,7 @@ from pendpin.effects import Idle, Torque
 from pendpin.engines import Engine
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
-from pendpin.ground.caches import ThreadCache
+from pendpin.ground.libraries import ThreadCache
 from pendpin.integrators import choose_method_and_engine
 from pendpin.model.build import Model, build, start_state
 from pendpin.scene import PinModel, Scene, method_of
