@@ -39,15 +39,16 @@ from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, Written, bound
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
-from pendpin.doctor.recognition import REMEDY, Reading, read
+from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
 from pendpin.doctor.report import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
-from pendpin.doctor.verdicts import judge
+from pendpin.doctor.verdicts import is_near, judge
 from pendpin.ground.report import Report, Result
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
+MOST_NEAR = 8  # equations none of which holds, that are read as of one system after the other
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 
@@ -68,6 +69,33 @@ class Diagnosis(Findings, Result):
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
+    findings = _verdicts(found, progress)
+    for unknown in dict.fromkeys(reading for reading in found.chosen if reading.unknown):
+        # nothing holds: perhaps every equation is wrong by one small change
+        here = [i for i, reading in enumerate(found.chosen) if reading is unknown]
+        telling = [i for i in here if found.equations[i].ways and len(found.equations[i].names) > 1]
+        rivals = [other for _, other in found.rivals[here[0]]] if 1 < len(telling) <= MOST_NEAR else []
+        best = sum(is_near(findings[i], unknown.system.spec) for i in here)
+        for other in rivals if not best else []:
+            chosen = [other if reading is unknown else reading for reading in found.chosen]
+            so = replace(found, chosen=tuple(chosen), rivals=((),) * len(chosen))
+            tried = _verdicts(so, progress, here)
+            if (near := sum(is_near(finding, other.system.spec) for finding in tried)) > max(best, 1):
+                best, found = near, so
+                findings = [tried[here.index(i)] if i in here else one for i, one in enumerate(findings)]
+    findings = judge(findings, found)
+    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
+    for finding in findings:
+        if finding.verdict == "fails" and finding.mends and finding.mends[0].old and finding.mends[0].new:
+            groups[finding.mends[0].old, finding.mends[0].new].append(finding.number)
+    shared = tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)
+    wrong = found.main.unknown and any(finding.verdict == "fails" for finding in findings)
+    title, remarks = (found.main.system.spec.title, ()) if wrong else (found.title, found.main.remarks)
+    return Diagnosis(tuple(findings), found.main.system, title, remarks, shared, document.skipped)
+
+
+def _verdicts(found: Recognition, progress: Callable[[str], object], inside: list[int] | None = None) -> list[Finding]:
+    """The verdict on each equation by itself; `inside` picks some."""
     equations = found.equations
     used, styles = (
         in_use(equations, [reading.system for reading in found.chosen]),
@@ -77,6 +105,8 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
         styles[is_latex(one.text)] |= styles_of(one, one.sides)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     whose = [doctors[id(reading)] for reading in found.chosen]
+    if inside is not None:
+        equations, whose = [equations[i] for i in inside], [whose[i] for i in inside]
     firsts: list[tuple[Finding, list[Candidate]]] = []
     neighbours: dict[int, list[Equation]] = defaultdict(list)
     for doctor, one in zip(whose, equations, strict=True):
@@ -92,14 +122,7 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
             hopeless = sum(not f.mends and bool(f.when) for f in findings)
             finding = doctor.second(finding, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
         findings.append(finding)
-    findings = [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
-    findings = judge(findings, found)
-    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for finding in findings:
-        if finding.verdict == "fails" and finding.mends and finding.mends[0].old and finding.mends[0].new:
-            groups[finding.mends[0].old, finding.mends[0].new].append(finding.number)
-    shared = tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)
-    return Diagnosis(tuple(findings), found.main.system, found.title, found.main.remarks, shared, document.skipped)
+    return [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -205,10 +228,10 @@ class _Doctor:
             remark=_joined(one.remark, linear, holds),
             equation=equation,
         )
-        if self.reading.unknown:
-            words = f"it does not hold for {title}, and nothing says that it is meant to: {REMEDY}"
-            return replace(found, verdict="not checked", remark=words, mends=(), proved=False)
         if not found.mends:
+            if self.reading.unknown:
+                words = f"it does not hold for {title}, and nothing says that it is meant to: {REMEDY}"
+                return replace(found, verdict="not checked", remark=words, proved=False)
             words = f"as I read it, for {title}, it does not hold, and no small change makes it hold"
             return replace(found, verdict="not checked", remark=_joined(words, found.remark), proved=False)
         return found
@@ -238,7 +261,7 @@ class _Doctor:
 
         A definition with which another equation holds is right.
         """
-        if not found.when or found.equation is None or self.reading.unknown:
+        if not found.when or found.equation is None:
             return found
         inside = lambda equation: set().union(*map(symbols, equation.sides))  # noqa: E731
         for name in sorted(found.equation.definitions.keys() & inside(found.equation)):
@@ -252,6 +275,7 @@ class _Doctor:
             healed = next(filter(None, tried), [])
             if healed and (not found.mends or healed[0].cost < found.mends[0].cost):
                 found = replace(found, verdict="fails", proved=True, mends=tuple(healed), remark="")
+                found = replace(found, follows=sources[0].number)
         return found
 
     def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:

@@ -47,7 +47,8 @@ def weight(equation: Equation, spec: Spec) -> float:
     kinds = {part.kind for part in parts(equation.sides)}
     if not kinds & {"function", "product", "power"} and not set().union(*map(symbols, equation.sides)) & spec.still:
         return HARDLY
-    telling = {name for name in spec.unknowns if name.startswith("dd")} | {"T", "V", "L"}
+    telling = {name for name in spec.unknowns if name.startswith("dd")}
+    telling |= {name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)}
     return 2.0 if equation.names & telling else 1.0
 
 
@@ -138,12 +139,20 @@ def settled(equations: list[Printed], system: System, again: Again, inside: Sequ
     for _ in range(MOST_CHANGED):
         section = here(equations)
         most, better = held(section, system) + HARDLY, None
+        anew, own = _defined_anew(section, system, words), _own(section, system, words)
+        fixed = all({*_meanings(name, words)} <= still for name in anew)
         singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
-        for change in (_defined_anew(section, system, words), _own(section, system, words), *singles):
-            if change:
-                changed = _with(equations, again, words, change)
-                if (count := held(here(changed[0]), system)) > most:
-                    most, better = count, changed
+        for change in filter(None, (anew, own, *singles)):
+            changed = _with(equations, again, words, change)
+            count = held(here(changed[0]), system)
+            if count > most or (change is anew and fixed and most == HARDLY):
+                if change is own:  # a letter that need not be the text's own is not
+                    for name in own if len(own) > 1 else ():
+                        fewer = {other: meaning for other, meaning in change.items() if other != name}
+                        tried = _with(equations, again, words, fewer)
+                        if held(here(tried[0]), system) >= count:
+                            change, changed = fewer, tried
+                most, better = count, changed
         if better is None:
             break
         equations, words = better
@@ -205,7 +214,8 @@ def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -
         assert first.written is not None
         name = (first.written.letter, first.written.index)
         disagree = all(of_equation(equation, system.spec)[1] for equation in one.readings())
-        if disagree and not first.written.dots and not {*_meanings(name, words)} & {*system.spec.state}:
+        says = any(map(symbols, others))  # a number is a value in some unit
+        if says and disagree and not first.written.dots and not {*_meanings(name, words)} & {*system.spec.state}:
             found[name] = {*_letters(others)}
     return {name: "" for name, used in found.items() if not used & found.keys()}
 

@@ -84,7 +84,7 @@ class Printed:
         equations = parse(text, tight=tight)
         for change in self.renames:
             equations = [[_renamed(side, change) for side in sides] for sides in equations]
-        return [tuple(bound(side, self.words) for side in sides) for sides in equations]
+        return [tuple(bound(side, self.words) for side in _styled(tuple(sides))) for sides in equations]
 
     @property
     def sides(self) -> tuple[Node, ...]:
@@ -220,7 +220,7 @@ def bind(
         if before is not None and not one.letters & {*names}:
             found.append(replace(before[i], words=words, definitions={}, defines=""))
             continue
-        ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways]
+        ways = [(tuple(bound(side, words) for side in _styled(sides)), tight) for sides, tight in one.ways]
         if one.ways and len(one.ways[0][0]) == 1 and one.statement.name:
             with suppress(Unread):  # the name of a side alone is the left side if it is a quantity's
                 left = lone(one.statement.name, words)
@@ -240,6 +240,14 @@ def bind(
         own = next((name for place, name, _ in made if place == i), "")
         entries.append(replace(one, definitions=usual | known | given, defines=own))
     return entries
+
+
+def _styled(sides: tuple[Node, ...]) -> tuple[Node, ...]:
+    """The sides, where a name alone that is set equal to a matrix is one, however it is printed."""
+    if len(sides) < 2 or not any(side.kind == "matrix" for side in sides):
+        return sides
+    alone = lambda side: side.kind == "symbol" and side.written and not side.written.dots  # noqa: E731
+    return tuple(replace(s, written=replace(s.written, styled=True)) if alone(s) and s.written else s for s in sides)
 
 
 def _of_statement(statement: Statement, number: int) -> list[Printed]:

@@ -37,7 +37,7 @@ TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 REMEDY = "say which system it is with --rod, or what its symbols are with --symbols"
-RARELY = 5  # times that a letter stands more often than another that is a slip
+RARELY = 15  # times that a letter stands more often than another that is a slip
 # what counts for a reading, or against it, in equations that hold
 ROD = 0.5  # a rod on a universal joint before any holds
 LIKELIER = 0.01  # each coordinate of a system, of which the text has as many
@@ -102,9 +102,13 @@ class Reading:
         """The letters with rates in each equation that this system does not have and the text does not define."""
         known = {one.defines for one in self.equations}
         known |= {f"?d{name.lstrip('?')}" for name in known}
-        rates = [[p for p in parts(one.sides) if p.written and p.written.dots] for one in self.equations]
-        lacks = lambda p: str(p.value).startswith("?") and p.value not in known  # noqa: E731
-        return [{p.written.letter + p.written.index for p in some if p.written and lacks(p)} for some in rates]
+        found = list[set[str]]()
+        for one in self.equations:
+            rates = [node.children[0] for node in parts(one.sides) if node.kind == "derivative" and node.value == "t"]
+            lacks = [p for p in rates if p.written and str(p.value).startswith("?") and p.value not in known]
+            names = {(p.written.letter, p.written.index) for p in lacks if p.written}
+            found.append({letter + index for letter, index in names if letter != "q" or index in ("1", "2")})
+        return found
 
     def score(self, inside: np.ndarray, text: str) -> float:
         """How well it explains a section and its words: its own equations, and a little those of the others.
@@ -270,6 +274,16 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits.any():
             best = 0  # the page's own, if as good
+        # the same with the angle from elsewhere: no words need say so
+        kinds, own = here[best].system.kind.split(), here[best].credits[inside].all()
+        for spec in [] if own or kinds[0] not in FAMILIES else FAMILIES[kinds[0]]:
+            if spec.kind != " ".join(kinds) and [w for w in spec.kind.split() if w not in POSES] == [
+                w for w in kinds if w not in POSES
+            ]:
+                loaded = any(name in here[best].system.spec.parameters for name in LOADS)
+                here.append(replace(here[best], system=System(spec if loaded else unloaded(spec))))
+                scores.append(here[-1].score(inside, words))
+        best = max(best, int(np.argmax(scores)), key=lambda i: scores[i])
         close = [(scores[best] - score, one) for one, score in zip(here, scores, strict=True)]
         close = [(less, one) for less, one in close if less < CLEARLY and one is not here[best]]
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
@@ -282,6 +296,18 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         kin = [one for one in kin if one.system != here[best].system and (one.credits > here[best].credits).sum() > 1]
         for i in np.flatnonzero(inside):
             chosen[i], rivals[i] = here[best], (*close, *((CLEARLY, one) for one in kin))
+        # what moves letters that the section's system does not have is about another one: a bob before two of them
+        strange = np.array([bool(letters) for letters in here[best].strangers]) & inside
+        if strange.any() and (others := _closest(readings, strange, words)):
+            others.sort(key=lambda one: -one.score(strange, words))
+            other = others[0]
+            if other.credits[strange].any():
+                for i in np.flatnonzero(strange & (other.credits > here[best].credits)):
+                    chosen[i], rivals[i] = other, ()
+            elif not any(other.strangers[i] for i in np.flatnonzero(strange)):
+                apart = replace(other, unknown=True)
+                for i in np.flatnonzero(strange):
+                    chosen[i], rivals[i] = apart, tuple((0.0, one) for one in others[1:])
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
 

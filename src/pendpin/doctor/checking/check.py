@@ -1,6 +1,7 @@
 """The verdict on an equation at random states, in floats and in 50 digits; in which motions it fails; laws of any system."""
 
 import re
+from contextlib import suppress
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -30,8 +31,10 @@ def check(equation: Equation, system: System) -> Verdict:
     states = random_states(system)
     error = relative_error(equation, states)
     if error > TOLERANCE:
-        difference, sure = harmless(equation, system)
-        return Verdict(True, sure, 0.0, difference) if difference else Verdict(False, True, error)
+        with suppress(Unread):  # rates of points have no rates off the true motion
+            difference, sure = harmless(equation, system)
+            return Verdict(True, sure, 0.0, difference) if difference else Verdict(False, True, error)
+        return Verdict(False, True, error)
     if not system.spec.analytic:
         return Verdict(True, False, error, "compared with the scene's dynamics at 60 random states")
     try:

@@ -49,8 +49,8 @@ v | m/s | v v_G v_cm | h*dtheta
 omega | 1/s | omega Omega w | dtheta
 alpha | 1/s | alpha | ddtheta
 w0 | 1/s | omega omega_0 omega_n Omega | sqrt(m*g*h/J)
-T | N m | T K E_k E_c T_1 E_kin KE | J*dtheta*dtheta/2
-V | N m | V U E_p E_pot PE Pi | g*(m*h*high(theta))
+T | N m | T K E_k E_c T_1 E_kin KE ke | J*dtheta*dtheta/2
+V | N m | V U E_p E_pot PE Pi pe | g*(m*h*high(theta))
 L | N m | L
 E | N m | E H E_0 H_0
 p | N m s | p p_theta L_O H_O L p_1 p_q | J*dtheta
@@ -84,8 +84,8 @@ xp1 | m | x_1 | l1*across(theta1)
 yp1 | m | y_1 z_1 | l1*high(theta1)
 xp2 | m | x_2 | l1*across(theta1) + l2*across(second)
 yp2 | m | y_2 z_2 | l1*high(theta1) + l2*high(second)
-T | N m | T K E_k E_c KE | (p1*dtheta1 + p2*dtheta2)/2
-V | N m | V U E_p PE | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
+T | N m | T K E_k E_c KE ke | (p1*dtheta1 + p2*dtheta2)/2
+V | N m | V U E_p PE pe | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
 T1 | N m | T_1 K_1 E_k1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning**2)/2
 V1 | N m | V_1 U_1 E_p1 | m1*g*y1
@@ -99,19 +99,36 @@ p2 | N m s | p_2 p_theta2 p_theta_2 p_theta,2 ptheta_2 P_2 p_q2 p_phi2 | M12*dth
 M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11
 M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22
+C11 | N m s | C_11 c_11 h_11 V_11 | turns_*s_*dtheta2
+C12 | N m s | C_12 c_12 h_12 V_12 | s_*turning
+C21 | N m s | C_21 c_21 h_21 V_21 | -s_*dtheta1
+D11 | N m s | C_11 c_11 h_11 V_11 | 2*C11
+D12 | N m s | C_12 c_12 h_12 V_12 | s_*dtheta2
+C1 | N m | | C11*dtheta1 + C12*dtheta2
+C2 | N m | | C21*dtheta1
+G1 | N m | G_1 g_1 phi_1 Phi_1 N_1 | g*((m1*h1 + m2*l1)*rise(theta1) + turns_*m2*h2*rise(second))
+G2 | N m | G_2 g_2 phi_2 Phi_2 N_2 | g*(m2*h2*rise(second))
 tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
+v1 | m/s | v_1 | h1*dtheta1
+v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
 w1 | 1/s | omega_1 w_1 | dtheta1
 w2 | 1/s | omega_2 w_2 | dtheta2
 tau | N m | *tau *Q *u *f tau | vector(tau1, tau2)
 q | 1 | q *q *theta | vector(theta1, theta2)
 mass | kg m2 | *M *H *D *B | vector(vector(M11, M12), vector(M12, M22))
-weight | N m | *G *g | vector(slope('V', 'theta1'), slope('V', 'theta2'))
+turn | N m s | *C *c *h *H *V | vector(vector(C11, C12), vector(C21, 0))
+turn2 | N m s | *C *c *h *H *V | vector(vector(D11, D12), vector(C21, 0))
+turned | N m | *C *c *h *H | vector(C1, C2)
+weight | N m | *G *g *Phi *phi *tau_g | vector(G1, G2)
+pull | N m | *tau_g *tau_G *G | vector(-G1, -G2)
+B | - | *B *b | vector(0, 1)
+s_ | - | | m2*l1*h2*sin(theta1 - second)
 a_ | - | | m1*h1*h1 + m2*l1*l1 + I1
 b_ | - | | m2*l1*h2*cos(theta1 - second)
 d_ | - | | m2*h2*h2 + I2
-f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - m2*l1*h2*sin(theta1 - second)*turning**2
-k_ | - | | -g*(m2*h2)*rise(second) - m2*l1*h2*sin(second - theta1)*dtheta1**2
+f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - s_*turning**2
+k_ | - | | -g*(m2*h2)*rise(second) + s_*dtheta1**2
 """
 
 _CART = """
@@ -126,16 +143,28 @@ I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
-T | N m | T K E_k E_c KE | (px*dx + ptheta*dtheta)/2
-V | N m | V U E_p PE | g*(m*h*high(theta))
+T | N m | T K E_k E_c KE ke | (px*dx + ptheta*dtheta)/2
+V | N m | V U E_p PE pe | g*(m*h*high(theta))
 Tc | N m | T_c T_1 K_c K_1 T_M T_C | M*dx**2/2
 Tp | N m | T_p T_2 K_p K_2 T_m T_P | T - Tc
+Vc | N m | V_c U_c V_1 U_1 | 0*V
+Vp | N m | V_p U_p V_2 U_2 | V
 S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
+Sc | N | S T R N F_T F_r | -S
 L | N m | L
 E | N m | E H
+v | m/s | v v_c v_x | dx
+omega | 1/s | omega w Omega | dtheta
+M11 | kg | M_11 m_11 H_11 D_11 | M + m
+M12 | kg m | M_12 M_21 m_12 m_21 H_12 H_21 D_12 | b_
+M22 | kg m2 | M_22 m_22 H_22 D_22 | J
+turn | - | *C *H | vector(vector(0, -side*(m*h)*sin(theta)*dtheta), vector(0, 0))
+turned | - | *C *c *h | vector(F - f_, 0)
 q | - | q *q | vector(x, theta)
 mass | - | *M *H *D | vector(vector(M + m, b_), vector(b_, J))
-weight | - | *G *g | vector(slope('V', 'x'), slope('V', 'theta'))
+weight | - | *G *g *Phi | vector(0, -k_)
+pull | - | *tau_g *tau_G *G | vector(0, k_)
+B | - | *B *b | vector(1, 0)
 px | N m s | p_x p_1 | (M + m)*dx + b_*dtheta
 ptheta | N m s | p_theta p_2 | b_*dx + J*dtheta
 F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1 force
@@ -218,7 +247,7 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
     more = {"M11": "a_", "M12": "b_", "M22": "d_", "q1_": "f_ + tau1", "q2_": "k_ + tau2"}
     if relative:
         more |= {"M11": "a_ + b_ + b_ + d_", "M12": "b_ + d_", "q1_": "f_ + k_ + tau1"}
-    more |= {name: "0" for name in ("tau1", "tau2") if name not in loads}
+    more |= {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
     parameters = ("m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()))
     if equal:
         more |= {name: f"{name[:-1]}1" for name in parameters if name.endswith("2")}
