@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from itertools import permutations, product
@@ -21,7 +21,7 @@ from pendpin.doctor.reading.legend import legend, named
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
-from pendpin.doctor.systems.planar import FAMILIES, POSES
+from pendpin.doctor.systems.planar import BODIES, FAMILIES, POSES
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.doctor.systems.tables import scene_spec
 from pendpin.errors import InputError, not_one_of, shown
@@ -274,42 +274,36 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits.any():
             best = 0  # the page's own, if as good
-        # the same with the angle from elsewhere: no words need say so
-        kinds, own = here[best].system.kind.split(), here[best].credits[inside].all()
-        for spec in [] if own or kinds[0] not in FAMILIES else FAMILIES[kinds[0]]:
-            if spec.kind != " ".join(kinds) and [w for w in spec.kind.split() if w not in POSES] == [
-                w for w in kinds if w not in POSES
-            ]:
-                loaded = any(name in here[best].system.spec.parameters for name in LOADS)
-                here.append(replace(here[best], system=System(spec if loaded else unloaded(spec))))
-                scores.append(here[-1].score(inside, words))
-        best = max(best, int(np.argmax(scores)), key=lambda i: scores[i])
-        close = [(scores[best] - score, one) for one, score in zip(here, scores, strict=True)]
-        close = [(less, one) for less, one in close if less < CLEARLY and one is not here[best]]
+        if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
+            kind, loads = here[best].system.kind, {*LOADS} & {*here[best].system.spec.parameters}
+            for spec in FAMILIES.get(kind.split()[0], ()):
+                if spec.kind != kind and _without(POSES, spec.kind) == _without(POSES, kind):
+                    system = System(spec if loads else unloaded(spec))
+                    here.append(replace(here[best], system=system, title=spec.title, unknown=False))
+                    scores.append(here[-1].score(inside, words))
+            best = max(best, int(np.argmax(scores)), key=lambda i: scores[i])
+        mine, close = here[best], zip(scores, here, strict=True)
+        close = [(scores[best] - score, one) for score, one in close if scores[best] - score < CLEARLY]
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
-        mine = here[best].system.kind.split()
-        kin = [
-            one
-            for one in readings
-            if one.system.kind.split()[::2] == mine[::2] and one.system.kind.split()[3:] == mine[3:]
-        ]
-        kin = [one for one in kin if one.system != here[best].system and (one.credits > here[best].credits).sum() > 1]
-        for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = here[best], (*close, *((CLEARLY, one) for one in kin))
+        alike = (one for one in readings if _without(BODIES, one.system.kind) == _without(BODIES, mine.system.kind))
+        kin = [one for one in alike if one.system != mine.system and (one.credits > mine.credits).sum() > 1]
+        every = (*((less, one) for less, one in close if one is not mine), *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
-        strange = np.array([bool(letters) for letters in here[best].strangers]) & inside
-        if strange.any() and (others := _closest(readings, strange, words)):
-            others.sort(key=lambda one: -one.score(strange, words))
-            other = others[0]
-            if other.credits[strange].any():
-                for i in np.flatnonzero(strange & (other.credits > here[best].credits)):
-                    chosen[i], rivals[i] = other, ()
-            elif not any(other.strangers[i] for i in np.flatnonzero(strange)):
-                apart = replace(other, unknown=True)
-                for i in np.flatnonzero(strange):
-                    chosen[i], rivals[i] = apart, tuple((0.0, one) for one in others[1:])
+        strange = np.array([bool(letters) for letters in mine.strangers]) & inside
+        others = _closest(readings, strange, words) if strange.any() else [mine]
+        other = max(others, key=lambda one: one.score(strange, words))
+        apart = strange & (other.credits > mine.credits)
+        if not other.credits[strange].any() and not any(other.strangers[i] for i in np.flatnonzero(strange)):
+            apart, other = strange, replace(other, unknown=True)
+        for i in np.flatnonzero(inside):
+            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
+
+
+def _without(words: Collection[str], kind: str) -> list[str]:
+    """The name of a system without some of its words."""
+    return [word for word in kind.split() if word not in words]
 
 
 def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> Recognition | None:
