@@ -58,7 +58,7 @@ def test_a_fit_can_free_every_number_of_an_effect(name: str) -> None:
     free = free_parameters(scene, keys)
     sensors = sensors_of(Data(columns={"a": ("theta",), "b": ("phi",)}), build(scene.model))
     bound = bind_pendulum(scene, free, sensors, 0.0, 1.0, 0.05).at(free.start)
-    directions = bound.variations.equations.variation.directions[: len(free.keys)]
+    directions = bound.variations.equations.directions[: len(free.keys)]
     assert len(free.keys) >= len(keys)
     idle = {key for key, direction in zip(free.keys, directions, strict=True) if not direction.shared}
     assert idle == ({"effects[0].direction[2]"} if name == "gravity" else set())

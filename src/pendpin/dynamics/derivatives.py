@@ -20,7 +20,6 @@ from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import MOTION, Asked, look_up, parameters_of, record, records_by_rod
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import ContactEffect, Effect, Idle
 from pendpin.engines import AngleEngine, Engine, LongChain, Revolute, Values
 from pendpin.engines.machine import llvm
@@ -30,7 +29,7 @@ from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.thin import POLE
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
 from pendpin.ground.arguments import parsed
-from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.arrays import Array
 from pendpin.ground.records import Record
 from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
 from pendpin.scene import Chain, Scene
@@ -54,8 +53,7 @@ class Variational:
     the state itself. Times are since the scene's start, in s. Use one in each thread.
 
     Friction and stops are left out: they act at events. `contacts` keeps friction, between two events: `self.contacts` then
-    says what is held. Friction holds no joint
-    whose place is among those that stay 0, `still`.
+    says what is held. Friction holds no joint whose place is among those that stay 0, `still`.
 
     Raises InputError for effects without derivatives, for keys that are not numbers of the scene, and MissingLibrary
     without llvmlite.
@@ -70,25 +68,70 @@ class Variational:
         engine = choose_engine(self.model, Binding(self.model, effects, start=start).loads, "auto", "angles")
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         by_rod = not still and not touching and records_by_rod(engine, effects)
-        self.variation = vary(scene.model_copy(update={"effects": effects}), engine, keys, by_rod)
-        of_numbers, effects, asked, parameters, masks = self.variation[:5]
+        self._vary(scene.model_copy(update={"effects": effects}), engine, by_rod)
+        effects, asked, parameters = self.effects, self._asked, self._parameters
         llvm.require("what takes derivatives")
-        directions = self.variation.directions or (STATE,)
+        directions, engine_of_numbers, masks = self.directions or (STATE,), self.engine, self._masks
 
         def write() -> Recording:
-            return add_tangents(record(of_numbers, effects, start, (), asked, by_rod, masks), directions)
+            return add_tangents(record(engine_of_numbers, effects, start, (), asked, by_rod, masks), directions)
 
         places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
         key = ("derivatives", parameters.structure, len(parameters.values), places)
-        values = Values(self.variation.shared, self.variation.of_rods, parameters.tables)
-        self.block: Block = look_up(key, write, parameters).block(values)  # its state is (y, w_1, ..., w_K)
+        self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
         if asked.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
             bound = bind_contacts(self.model, effects, engine)
             moving = np.isin(np.arange(len(bound.static)), still, invert=True)
             self.contacts = replace(bound, static=bound.static * moving, block=self.block)
-        self.starts: Array = self.variation.start  # (K, 2 nv), of the start's (q, v) by the numbers
         self.nv = len(self.model.joints)
+
+    def _vary(self, scene: Scene, engine: Engine, by_rod: bool) -> None:
+        """The scene's parameters and start, with their rates of change by the K numbers; the engine is one on angles."""
+        model, nv = engine.model, len(engine.model.joints)
+        places = [parsed(key) for key in self.keys]
+        changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
+        lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
+        active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
+        cases: list[tuple[Any, ...]] = []  # the scene as it is, then with an imaginary part in each of its numbers
+        for chain, given in [(None, scene.effects), *changes]:
+            effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
+            own, asked = _engine_of(model, engine, chain), MOTION
+            if any(isinstance(effect, ContactEffect) for effect in effects):
+                assert isinstance(own, AngleEngine)
+                asked = Asked(contacts=bind_contacts(model, effects, own))
+            cases.append((own, effects, scene.start.time, asked, by_rod))
+        first = [parameters_of(*case) for case in cases]
+        masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
+        same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
+        base, *others = first if same else [parameters_of(*case, masks=masks) for case in cases]
+        shared, rods = list(base.values), list(base.values_of_rods)
+
+        def appended(values: list[Any], rates: Array) -> dict[int, int]:
+            """Where the rates that are not 0 are among the values, behind which they are put."""
+            out = {}
+            for place, rate in enumerate(rates):
+                if np.any(rate):
+                    out[place] = len(values)
+                    values.append(rate if np.ndim(rate) else float(rate))
+            return out
+
+        directions, static = [], []
+        changed = iter(zip(others, (asked for *_, asked, _ in cases[1:]), strict=True))
+        for key in places:
+            one, asked = (base, cases[0][3]) if key[0] == "start" else next(changed)
+            rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
+            time = 1.0 if key == ("start", "time") else 0.0
+            directions.append(Direction(appended(shared, rates), appended(rods, of_rods), time))
+            static.append(np.imag(asked.contacts.static) / _STEP if asked.contacts else np.zeros(nv))
+        self.engine, self.effects, _, self._asked, _ = cases[0]  # effects that act, or would with other numbers
+        self._parameters, self._masks = base, masks  # with a place for each number that is not 0 or changes
+        columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
+        self._values = Values(shared, columns, base.tables)  # of the parameters, those of the rates behind them
+        self.directions: tuple[Direction, ...] = tuple(directions)  # (K,)
+        starts = np.array([_start_rate(scene, model, path) for path in places])
+        self.starts: Array = starts.reshape(len(places), 2 * nv)  # (K, 2 nv), of the start's (q, v) by the numbers
+        self.static: Array = np.array(static).reshape(len(places), nv)  # (K, nv) N m, of what can hold each joint
 
     def rates(self, t: Array, y: Array, w: Array) -> tuple[Array, Array]:
         """y' (n, 2 nv) and w' (n, K, 2 nv) at times (n,), states y (n, 2 nv) and w (n, K, 2 nv)."""
@@ -117,72 +160,6 @@ def differentiable(scene: Scene, contacts: bool = False) -> tuple[Effect, ...]:
         if not effect.symbolic:
             raise InputError(f"effects[{i}]: {effect.kind} has no derivative: its law takes plain floats only")
     return tuple(Idle(kind=e.kind) if isinstance(e, ContactEffect) and not contacts else e for e in acts)
-
-
-# --- how the parameters change with numbers of the scene ------------------------------------------------------------
-
-
-class Variation(NamedTuple):
-    """A scene's parameters with their rates of change by K numbers, and the start's."""
-
-    engine: Engine  # on angles
-    effects: tuple[Effect, ...]  # that act, or would with other numbers
-    asked: Asked  # the contacts of these, if there are any
-    parameters: Parameters  # with a place for each number that is not 0 or changes
-    masks: Sequence[Mask]
-    shared: list[float]  # values of parameters, those of the rates behind them
-    of_rods: Array  # (k, n), the same of the parameters of rods
-    directions: tuple[Direction, ...]  # (K,)
-    start: Array  # (K, 2 nv), of q and v at the start
-    static: Array  # (K, nv) N m, of what can hold each joint
-
-
-def vary(scene: Scene, engine: Engine, keys: Sequence[str], by_rod: bool) -> Variation:
-    """The variation of a scene by its numbers at some key paths: of rods, of effects, of the start.
-
-    The engine is one on angles. Raises InputError for a key that is not a number, or one by which there is no derivative.
-    """
-    model, nv = engine.model, len(engine.model.joints)
-    places = [parsed(key) for key in keys]
-    changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
-    lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
-    active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
-    cases: list[tuple[Any, ...]] = []  # the scene as it is, then with an imaginary part in each of its numbers
-    for chain, given in [(None, scene.effects), *changes]:
-        effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
-        own, asked = _engine_of(model, engine, chain), MOTION
-        if any(isinstance(effect, ContactEffect) for effect in effects):
-            assert isinstance(own, AngleEngine)
-            asked = Asked(contacts=bind_contacts(model, effects, own))
-        cases.append((own, effects, scene.start.time, asked, by_rod))
-    first = [parameters_of(*case) for case in cases]
-    masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
-    same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
-    base, *others = first if same else [parameters_of(*case, masks=masks) for case in cases]
-    shared, rods = list(base.values), list(base.values_of_rods)
-
-    def appended(values: list[Any], rates: Array) -> dict[int, int]:
-        """Where the rates that are not 0 are among the values, behind which they are put."""
-        out = {}
-        for place, rate in enumerate(rates):
-            if np.any(rate):
-                out[place] = len(values)
-                values.append(rate if np.ndim(rate) else float(rate))
-        return out
-
-    directions, static = [], []
-    changed = iter(zip(others, (asked for *_, asked, _ in cases[1:]), strict=True))
-    for key in places:
-        one, asked = (base, cases[0][3]) if key[0] == "start" else next(changed)
-        rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
-        time = 1.0 if key == ("start", "time") else 0.0
-        directions.append(Direction(appended(shared, rates), appended(rods, of_rods), time))
-        static.append(np.imag(asked.contacts.static) / _STEP if asked.contacts else np.zeros(nv))
-    starts = np.array([_start_rate(scene, model, path) for path in places]).reshape(len(keys), 2 * nv)
-    columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
-    holding = np.array(static).reshape(len(keys), nv)
-    engine, effects, _, asked, _ = cases[0]
-    return Variation(engine, effects, asked, base, masks, shared, columns, tuple(directions), starts, holding)
 
 
 def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:

@@ -153,7 +153,7 @@ class Variations:
             sides = np.array([state + h * rates, state - h * rates])
             late, early = block.evaluated(t + np.array([h, -h]), sides)[1][:, joint]
             slope = turned * (late - early) / (2 * h)
-            changes = turned * holding.reshape(-1, nv)[1:, joint] + self.equations.variation.static[:, joint]
+            changes = turned * holding.reshape(-1, nv)[1:, joint] + self.equations.static[:, joint]
         mode = contacts.choose(t, q, v, self._scales, guards.land(q, v, fired))
         contacts.enter(mode)
         after = block.evaluated(np.array([t]), state[None])[0][0]
