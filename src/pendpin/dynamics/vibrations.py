@@ -214,8 +214,8 @@ def _damped(matrices: Matrices) -> Vibrations:
     swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
     pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
     pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
-    modes = np.array([_frequency_and_damping(one, other) for one, other, _ in pairs])
-    return Vibrations(*modes.T, _normalised(np.array([shape for *_, shape in pairs])), values, stable)
+    omega, ratios = np.array([_frequency_and_damping(one, other) for one, other, _ in pairs]).T
+    return Vibrations(omega, ratios, _normalised(np.array([shape for *_, shape in pairs])), values, stable)
 
 
 def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, int]]:
