@@ -110,6 +110,8 @@ class LongChain(AngleEngine):
 class Thin(Engine):
     """The common part of the two engines for thin rods: angles from directions, and evaluation at given angles."""
 
+    unit = 3  # numbers of each of the unit vectors with which a state begins, one for each rod
+
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
         assert model.chain is not None
@@ -155,6 +157,13 @@ class Thin(Engine):
             force, moment = (x * SIGNS for x in loads.wrenches(t, _motion(self.chain, d, rate)))
         field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
         return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
+
+    def normalise(self, y: Array) -> None:
+        """Unit directions, or quaternions, in a state (size,), where they are off; else rounding would add up."""
+        vectors = y[: self.unit * self.chain.n].reshape(-1, self.unit)
+        squares = np.einsum("ij,ij->i", vectors, vectors)
+        if np.abs(squares - 1.0).max() > OFF:
+            vectors /= np.sqrt(squares)[:, None]
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of rods that do not spin, from y (size,)."""
@@ -206,10 +215,6 @@ class Directions(Thin):
         """The state (6 n,) with unit directions and omega normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
-    def normalise(self, y: Array) -> None:
-        """Unit directions in a state (6 n,)."""
-        _make_unit(y[: 3 * self.chain.n].reshape(-1, 3))
-
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """d' = omega x d, omega' = d x d''."""
         half = 3 * self.chain.n
@@ -228,19 +233,12 @@ def _joined(d: Array, rate: Array) -> Array:
     return np.concatenate([d.reshape(-1), cross(d, rate).reshape(-1)])
 
 
-def _make_unit(vectors: Array) -> None:
-    """Divide vectors (n, k) by their lengths, in place, where they are off; else rounding would add up."""
-    squares = np.einsum("ij,ij->i", vectors, vectors)
-    if np.abs(squares - 1.0).max() > OFF:
-        vectors /= np.sqrt(squares)[:, None]
-
-
 class Spherical(Thin):
     """Pinocchio's spherical joints; y = (quaternions x y z w, angular velocities relative to the rod above, own frame)."""
 
     # Each rod is given an axial inertia and no spin about its axis: the spin stays zero and that inertia never matters.
 
-    name = "pinocchio, spherical joints"
+    name, unit = "pinocchio, spherical joints", 4
 
     @cached_property
     def _pin_model(self) -> Any:
@@ -277,10 +275,6 @@ class Spherical(Thin):
         quaternions = y[: 4 * n].reshape(n, 4)
         unit = quaternions / np.linalg.norm(quaternions, axis=-1, keepdims=True)
         return np.concatenate([unit.reshape(-1), _relative(_rotations(unit), omega[0] * [1, 1, 0]).reshape(-1)])
-
-    def normalise(self, y: Array) -> None:
-        """Unit quaternions in a state (7 n,)."""
-        _make_unit(y[: 4 * self.chain.n].reshape(-1, 4))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""
