@@ -1,5 +1,6 @@
 """The scene file, key by key, from the JSON schema that `pendpin schema` prints."""
 
+import json
 from typing import Any
 
 LEAD = """# The scene file
@@ -59,7 +60,7 @@ def default_of(said: dict[str, Any]) -> str:
     default = said.get("default")
     if default is None or isinstance(default, dict):
         return "absent"
-    return f"`{str(default).lower() if isinstance(default, bool) else default}`"
+    return f"`{json.dumps(default)}`"
 
 
 def kind_of(said: dict[str, Any]) -> str:
