@@ -277,7 +277,7 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
             latex = text[start:end].strip() if several else statement.text.strip().removesuffix("\\\\").strip()
             ways = ((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ()))
             own = replace(statement, place=statement.line_of(start))
-            found.append(Printed(own, number + i, latex, text, i, ways=ways, remark=remark, alone=not several))
+            found.append(Printed(own, number + len(found), latex, text, i, ways=ways, remark=remark, alone=not several))
     return found or [replace(unread, text=text, reason="no equation: it has one side only")]
 
 

@@ -129,7 +129,7 @@ class Patient:
             words = f"the sign of {writer.of(node.outer)} is wrong"
             yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)
             for factor in (*FACTORS, *self._forgotten):
-                yield self._missing(part, factor, 1.25 + oddness(factor.factor))
+                yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
         if part.role == "term" and len(part.parents[-1].children) > 1:
             yield self._removed(part, 1.25)
         if part.role in ("factor", "divisor"):
