@@ -181,8 +181,8 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             continue
         if check(equation, patient.system).holds:
             shapes.append(shape)
-            same = vars(change) | {"cost": cost}
-            chosen.append(Mend(**same, text=text, equation=equation, alone=patient.printed.alone))
+            priced, alone = vars(replace(change, cost=cost)), patient.printed.alone
+            chosen.append(Mend(**priced, text=text, equation=equation, alone=alone))
     return chosen
 
 
