@@ -11,6 +11,7 @@ import sympy as sp
 
 import pendpin as pp
 from bad_input import run_main
+from pendpin.doctor.report import page
 from pendpin.doctor.systems.base import Convention, Quantities, System, free_states, solved
 from pendpin.doctor.systems.rod import SPECS
 from pendpin.errors import InputError
@@ -151,6 +152,18 @@ def test_the_printed_derivation_has_exactly_its_faults():
     assert found.shared[0].numbers == (5, 6)
     assert "about the joint" in str(found)
     assert str(found).startswith("Equation 2, line 4, is the first wrong one: the sign of")
+
+
+def test_the_first_lines_count_what_fails_and_lead_to_it():
+    """The second line counts, the last one repeats which is first; on the page each number leads to its equation."""
+    found = pp.diagnose(PRINTED)
+    said = str(found).splitlines()
+    assert said[1].startswith(f"3 of {len(found.findings)} equations fail; 5 (line ")
+    assert said[-1].endswith(f"The first wrong one is equation 2, {found.wrong[0].place}.")
+    shown = page(found)
+    assert all(
+        f'href="#equation-{one.number}"' in shown and f'id="equation-{one.number}"' in shown for one in found.wrong
+    )
 
 
 # --- right equations hold, wrong ones do not -------------------------------------------------------------------------

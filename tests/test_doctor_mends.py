@@ -95,6 +95,19 @@ def test_a_fault_beside_a_load_is_found_where_another_equation_holds_without_it(
     assert alone.verdict == "not checked"
 
 
+CART = """(M + m)*ẍ + m*l*θ̈*cos(θ) - m*l*θ̇**2*sin(θ) = F
+l*θ̈ + ẍ*cos(θ) + g*sin(θ) = 0
+T = (M + m)*ẋ**2/2 + m*l*ẋ*θ̇*cos(θ) + m*l**2*θ̇**2/2
+V = -m*g*l*cos(θ)
+"""
+
+
+def test_a_mend_prints_the_names_of_the_page():
+    """Also those that its own equation lacks, with the dots that others have."""
+    (wrong,) = pp.diagnose(CART.replace("m*l*θ̈*cos", "m*l*cos")).wrong
+    assert wrong.mends[0].latex == "(M + m)*ẍ + θ̈*m*l*cos(θ) - m*l*θ̇**2*sin(θ) = F"
+
+
 def test_far_fetched_mends_are_not_named():
     wrong = ["ddphi = g*m*sin(theta)**3 + l*dtheta"]
     (finding,) = pp.diagnose(wrong, rod="thin").findings

@@ -139,10 +139,10 @@ def _likely(name: str, system: System) -> str:
 
 def last_lines(diagnosis: Findings) -> list[str]:
     """How many equations hold, fail and could not be read, and what was not looked at."""
-    counts: Counter[str] = Counter()
+    counts, doubtful = Counter[str](), diagnosis.doubtful
     for finding in diagnosis.findings:
-        doubtful, state = finding in diagnosis.doubtful, finding.kind == "condition"
-        counts["doubtful" if doubtful else "state" if state else finding.verdict] += 1
+        state = finding.kind == "condition"
+        counts["doubtful" if finding in doubtful else "state" if state else finding.verdict] += 1
     words = {"holds": ("holds", "hold"), "holds if": ("holds under a condition", "hold under a condition")}
     words |= {"fails": ("fails", "fail"), "doubtful": ("does not hold as read", "do not hold as read")}
     words |= {"not checked": ("is not checked", "are not checked"), "state": ("gives a value", "give a value")}
