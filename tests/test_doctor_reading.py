@@ -273,6 +273,11 @@ PRINTED = [
     ("A*Derivative(theta(t), (t, 2)) = B*diff(x, t, t)", "A*ddtheta", "B*ddx"),
     ("theta1''[t] == -g/l*Sin[theta1[t] - b]*Cos[c]^2", "ddtheta_1", "-g/l*sin(theta_1 - b)*cos(c)**2"),
     (r"x = \textcolor{red}{a}\phantom{=} b", "x", "a*b"),
+    ("x = M(1, 2)*G(2, 1)*q(1)", "x", "M_12*G_2*q1d"),
+    ("x = robot.m1*bob2.mass", "x", "m_1*mass_2"),
+    ("balance = sp.Eq(a*x, b)", "a*x", "b"),
+    ("V = frac(1)(2)k x^2", "V", "k*x**2/2"),
+    ("T_p = T^r_p", "T_p", "T_pr"),
 ]
 
 
@@ -281,7 +286,7 @@ def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
     (equation,) = read_equations(read_text(text).statements)
     numbers = Numbers()
     names = {"x4d": "dx_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
-    names |= {"T_pr": "T_p,r", "T_pt": "T_p,t", **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)}}
+    names |= {"q1d": "q_[1]", "T_pr": "T_p,r", "T_pt": "T_p,t", **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)}}
     known = {name: numbers[names.get(name, name)] for name in re.findall(r"[A-Za-z_]\w*", f"{left} {right}")}
     functions = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "transpose", "array")}
     for side, expected in zip(equation.sides, (left, right), strict=True):
@@ -301,6 +306,9 @@ UNREAD = [
     r"x \to 0 = y",
     "state = [thetas[i - 1], omega]",
     r"A = \begin{bmatrix} a & b \\ c \end{bmatrix}",
+    "a = cart.mass",
+    r"$x = \hat{b}_)1$",
+    r"$\theta, \phi = c$",
 ]
 
 
@@ -320,6 +328,9 @@ DOCUMENTS = [
     (r"$$\left\{\begin{array}{l} x = a \\ y = b \end{array}\right.$$", [(1, "x = a"), (1, "y = b")]),
     (r"$$\begin{array}{rcl} x &=& a \\ y &=& b \end{array}$$", [(1, "x &=& a"), (1, "y &=& b")]),
     (r"$$x = a \rightarrow y = b$$", [(1, "x = a"), (1, "y = b")]),
+    (r"\begin{align} x &= a & y &= b & (1) \\ -c &= d \end{align}", [(1, "x &= a"), (1, "y &= b"), (1, "-c &= d")]),
+    (r"\[\boxed{\left(a\right) x = b, \quad c = d}\]", [(1, r"\left(a\right) x = b"), (1, "c = d")]),
+    (r"$$L = a \\ &\qquad + b \\ &= c$$", [(1, r"L = a \\ &\qquad + b"), (1, "L = c")]),
     ("theta, w = y.T", [(1, "(theta, w) = y")]),
     ("$$L = a =$$\n$$= b$$", [(1, "L = a"), (2, "L = b")]),
     ("$$T = a$$\nand\n$$ = b$$", [(1, "T = a"), (3, "T = b")]),

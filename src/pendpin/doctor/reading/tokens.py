@@ -337,11 +337,12 @@ def cut(found: list[Token]) -> list[list[Token]]:
         if i in closed:
             around = [*around, i]
     segments = list[tuple[list[Token], list[Token]]]()  # of rows and between commas; & and gaps within them
-    for marks, piece in pieces:
+    for i, (marks, piece) in enumerate(pieces):
         kinds = {token.kind for token in marks}
         if segments and not kinds & {"row", ",", ";"}:
-            before = segments[-1][1]
-            both = _relates(before) and _relates(piece)
+            before, (after, following) = segments[-1][1], pieces[min(i + 1, len(pieces) - 1)]
+            is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
+            both = _relates(before) and (_relates(piece) or (is_left and before[-1].kind != "relation"))
             if kinds == {"&"} and _relates(before) and piece[0].kind == "open" and not both:
                 continue  # the number of an equation, or words beside it
             if piece[0].kind == "relation" or not both or kinds == {"."}:
