@@ -1,7 +1,7 @@
 """The verdicts on a document once each of its equations has one: what they say of each other.
 
-An accusation needs a reading that other equations bear out: they hold with it, and use the same letters. No other reading
-may explain the section as well. A definition is right where an equation that holds uses it.
+An accusation needs a reading that other equations bear out: they hold with it, or one small change makes laws of them too.
+No other reading may explain the section as well. A definition is right where an equation that holds, or is mended, uses it.
 """
 
 import re
@@ -266,6 +266,8 @@ def _follows(equation: Equation, wrong: list[tuple[Finding, Printed]], system: S
                     pairs = zip(lefts, true, strict=True)
                     known += [(source.number, evaluate(a, context) - evaluate(b, context)) for a, b in pairs]
         rows = [row for row in off if np.abs(row).max() > TOLERANCE * np.abs(off).max()]
+        if any(np.allclose(*np.split(row, 2)) for row in rows):  # of constants alone each is a multiple of any other
+            return 0
         sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
         return min(sources, default=0)
     return 0
