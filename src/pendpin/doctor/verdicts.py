@@ -47,14 +47,15 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             elif finding.verdict == "fails":
                 wrong.append((finding, one))
         answers.append(finding)
-    for finding in answers:  # where the change of a definition mends what uses it, the definition is what is wrong
+    for i, finding in enumerate(answers):  # where the change of a definition mends what uses it, that alone is wrong
         if finding.verdict == "fails" and finding.mends and finding.follows and not _mends_itself(finding):
-            source = answers[finding.follows - 1]
+            source, at = answers[finding.follows - 1], finding.mends[0].words.rpartition(", ")[2]
             mends = tuple(
                 replace(mend, words=mend.words.partition(" in the definition of ")[0]) for mend in finding.mends
             )
             told = {"error": finding.error, "when": finding.when, "remark": f"equation {finding.number} uses it"}
             answers[finding.follows - 1] = replace(source, verdict="fails", proved=finding.proved, mends=mends, **told)
+            answers[i] = replace(_unless(finding, f"it uses a wrong definition, {at}"), follows=0)
     return answers
 
 
