@@ -91,8 +91,7 @@ def thin_out(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
     """Swings of more than `MOST_SAMPLES` with every so many of their samples, these being up to `spacing` in s apart."""
     thinned = []
     for swing in swings:
-        closest = float(np.median(np.diff(swing.t)))
-        thin = min(math.ceil(len(swing.t) / MOST_SAMPLES), int(spacing / closest))
+        thin = min(math.ceil(len(swing.t) / MOST_SAMPLES), int(spacing / float(np.median(np.diff(swing.t)))))
         thinned.append(swing.part(slice(None, None, max(1, thin))))
     return tuple(thinned)
 

@@ -247,8 +247,8 @@ class Fit(Result):
         if self.combinations:
             rows.append("Only these combinations of them are determined:")
             rows += [f"  {combination}" for combination in self.combinations]
-        if self.follows and not self.solution.certainty.enough:
-            certainty = self.solution.certainty
+        certainty = self.solution.certainty
+        if self.follows and not certainty.enough:
             rows.append(
                 f"No standard errors: residuals stay correlated for {certainty.memory:.2g} s, too long for "
                 f"{certainty.duration:.3g} s of data. Measure for longer, or mend the model."
@@ -263,8 +263,7 @@ class Fit(Result):
         if self.hold_out:
             hold_out = self.hold_out
             rows.append(f"Held out: rms {hold_out.listed(hold_out.rms)}; largest {hold_out.listed(hold_out.max)}")
-            if hold_out.covered:
-                shares = ", ".join(f"{name} {100 * share:.3g} %" for name, share in hold_out.covered.items())
+            if shares := ", ".join(f"{name} {100 * share:.3g} %" for name, share in hold_out.covered.items()):
                 rows.append(f"Held-out samples within the 95 % prediction interval: {shares}")
             times = max(rms / max(usual[name], self.noise[name]) for name, rms in hold_out.rms.items())
             if times > FAR:

@@ -4,14 +4,18 @@ import html
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import chain
 from pathlib import Path
 from typing import Any, Self
+
+import numpy as np
 
 from pendpin.engines import ProgressCallback
 from pendpin.errors import PendpinError, RunError, say_note
 from pendpin.ground.arguments import flag, function
 from pendpin.ground.arrays import Array, ArrayLike
-from pendpin.ground.files import path_of
+from pendpin.ground.files import path_of, refuse_other_format, write_csv
+from pendpin.ground.libraries import optional
 from pendpin.model.build import build
 from pendpin.model.kinematics import configurations, express_wrench, model_of, spins_and_momentum
 from pendpin.model.notes import notes
@@ -24,7 +28,9 @@ from pendpin.runs.preparation import known_notes
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene
 from pendpin.trajectory import HingeReactions, RunRecord, samples_of, with_samples
-from pendpin.trajectory.columns import EFFORTS, place_of, to_csv, to_pandas, to_xarray
+from pendpin.trajectory.columns import EFFORTS, TABLES, place_of, to_xarray, unit_of
+
+ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -136,7 +142,11 @@ class Trajectory(RunRecord):
 
     def to_pandas(self, *names: str) -> Any:
         """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
-        return to_pandas(self, names)
+        pandas = optional("pandas", "to_pandas", "pandas")
+        columns = [name for name in names or self.names if name != "t"]
+        frame = pandas.DataFrame({name: self[name] for name in columns}, index=pandas.Index(self.t, name="t"))
+        frame.attrs["units"] = {name: unit_of(self, name) for name in ("t", *columns)}
+        return frame
 
     def to_xarray(self) -> Any:
         """An xarray.Dataset of the arrays over t, joint, rod, axis and component, with units; tips of a robot over link.
@@ -156,7 +166,12 @@ class Trajectory(RunRecord):
 
     def to_csv(self, path: str | Path, *names: str) -> Path:
         """Write a CSV file with a column for each name, t first, every digit kept; all `names` if absent. InputError."""
-        return to_csv(self, path, names)
+        path = path_of(path)
+        refuse_other_format(path, *TABLES)
+        columns = ["t", *(name for name in names or self.names if name != "t")]
+        rows = np.array([self[name] for name in columns]).T
+        pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
+        return write_csv(path, columns, chain.from_iterable(pieces))
 
     def plot(self, *names: str, ax: Any = None, compare: Any = None) -> Any:
         """Draw quantities by name, as in run[name], against time on a matplotlib Axes, and return it.

@@ -1,15 +1,11 @@
 """The quantities of a run by name, one dimension each, as in the figure and the CSV."""
 
-from collections.abc import Sequence
-from itertools import chain
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import path_of, refuse_other_format, write_csv
 from pendpin.ground.libraries import optional
 from pendpin.trajectory.parts import HingeReactions, Reactions
 
@@ -159,17 +155,7 @@ def column(run: Any, name: Any) -> Array:
     return np.asarray(array[index])
 
 
-ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 TABLES = (".csv", ".txt")
-
-
-def to_pandas(run: Any, names: Sequence[str] = ()) -> Any:
-    """A DataFrame, the time its index, a column for each quantity. Raises MissingLibrary without pandas."""
-    pandas = optional("pandas", "to_pandas", "pandas")
-    names = [name for name in names or run.names if name != "t"]
-    frame = pandas.DataFrame({name: run[name] for name in names}, index=pandas.Index(run.t, name="t"))
-    frame.attrs["units"] = {name: unit_of(run, name) for name in ("t", *names)}
-    return frame
 
 
 def to_xarray(run: Any) -> Any:
@@ -203,13 +189,3 @@ def to_xarray(run: Any) -> Any:
     }
     dataset = xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
     return dataset.copy(deep=True)  # the arrays of the run are read-only
-
-
-def to_csv(run: Any, path: str | Path, names: Sequence[str] = ()) -> Path:
-    """Write a run's quantities with their names in the first line, whole or not at all; every digit is kept."""
-    path = path_of(path)
-    refuse_other_format(path, *TABLES)
-    names = ["t", *(name for name in names or run.names if name != "t")]
-    rows = np.array([run[name] for name in names]).T
-    pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
-    return write_csv(path, names, chain.from_iterable(pieces))

@@ -27,17 +27,18 @@ REFERENCE = "50 digits"
 
 
 def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
-    """Every route that covers the model: Pinocchio, the equations of chains or of trees of rods, the recursion."""
+    """Every route to a model that Pinocchio holds: its own, the equations of chains or of trees of rods, the recursion."""
     model = dynamics.model
 
     def by(engine: Revolute | LongChain) -> Route:
         return lambda q, v: _named(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
 
-    pinocchios, chain = model.pin is not None, model.chain is not None
-    routes = {"pinocchio": by(Revolute(model, dynamics.loads))} if pinocchios else {}
-    routes |= {"chain": by(LongChain(model, dynamics.loads))} if chain else {}
-    routes |= {"tree": _tree_route(dynamics, model.rod_tree)} if not chain and model.rod_tree is not None else {}
-    return routes | ({"recursion": recursion_route(dynamics, np)} if pinocchios else {})
+    routes = {"pinocchio": by(Revolute(model, dynamics.loads))}
+    if model.chain is not None:
+        routes["chain"] = by(LongChain(model, dynamics.loads))
+    elif model.rod_tree is not None:
+        routes["tree"] = _tree_route(dynamics, model.rod_tree)
+    return routes | {"recursion": recursion_route(dynamics, np)}
 
 
 def _tree_route(dynamics: Dynamics, tree: RodTree) -> Route:
