@@ -21,16 +21,7 @@ from pendpin.engines.machine.llvm import Block
 from pendpin.errors import say_note
 from pendpin.ground.arrays import Array, Mask, address
 from pendpin.ground.libraries import c_functions, version
-from pendpin.integrators.base import (
-    FREE,
-    LEAST_RTOL,
-    NOT_FINITE,
-    Integrator,
-    Segment,
-    StepPlan,
-    finite_part,
-    return_rates,
-)
+from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 from pendpin.integrators.events import Stepper, Steps, integrate_to_event
 from pendpin.scene import METHODS, Method, Scene, method_of
 from pendpin.scene.methods import MULTISTEP
@@ -211,14 +202,21 @@ class OnSciPy(Stepper):
         """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
         from scipy import integrate  # late: it takes 0.2 s
 
-        (size, relative), rates, origin = self.scales, return_rates(self.derivative), np.zeros_like(y)
+        (size, relative), origin = self.scales, np.zeros_like(y)
         if not relative.all():  # SciPy has one relative tolerance: the change of the state is integrated
             size, origin = size + np.where(relative, np.abs(y), 0.0), y
+
+        def rates(t: float, change: Array) -> Array:
+            dy = np.empty_like(y)
+            self.derivative(dy, t, origin + change)
+            if not np.isfinite(dy).all():  # RK45 and DOP853 hang on NaN at the start, and LSODA returns it as a success
+                raise FloatingPointError
+            return dy
+
         tolerances = {"rtol": max(self.tolerance, LEAST_RTOL), "atol": self.tolerance * size}
         first_step = self.first_step and min(self.first_step, self.longest, end - t)
         solver = getattr(integrate, self.method.library_name)(
-            *(lambda t, change: rates(t, origin + change), t, y - origin, end),
-            **tolerances | {"max_step": self.longest, "first_step": first_step},
+            *(rates, t, y - origin, end), **tolerances, max_step=self.longest, first_step=first_step
         )
         return solver, origin
 

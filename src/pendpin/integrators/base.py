@@ -151,20 +151,6 @@ def separate(times: Array) -> Indices:
     return np.array(places)
 
 
-def return_rates(derivative: Derivative) -> Callable[[float, Array], Array]:
-    """A derivative that returns dy (size,), for SciPy. Raises FloatingPointError on NaN and inf."""
-    # SciPy's RK45 and DOP853 hang on NaN at the start, and its LSODA returns it as a success.
-
-    def function(t: float, y: Array) -> Array:
-        dy = np.empty_like(y)
-        derivative(dy, t, y)
-        if not np.isfinite(dy).all():
-            raise FloatingPointError
-        return dy
-
-    return function
-
-
 def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:
     """The states (n, size) before the first that is not finite, the steps, and the failure."""
     finite = np.isfinite(states)

@@ -22,19 +22,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.machine.routines import (
-    CALLBACK,
-    CALLS,
-    DECLARED,
-    HEADER,
-    MANY,
-    RODS,
-    STEPS,
-    TABLE,
-    TRIGONOMETRY,
-    WIDE,
-    trigonometry_code,
-)
+from pendpin.engines.machine.routines import CALLBACK, CALLS, HEADER, RODS, TABLE, TRIGONOMETRY, WIDE, routine_text
 from pendpin.engines.machine.tape import Recording
 from pendpin.engines.machine.text import Text
 from pendpin.errors import MissingLibrary, say_note
@@ -177,8 +165,7 @@ def _routine(name: str) -> int:
     """The address of a routine. Its library lives as long as the process: if two were made, code would lose the first."""
     with _lock:
         if name not in _libraries:
-            text = STEPS if name == "steps" else DECLARED + trigonometry_code() + MANY
-            library = _libraries[name] = Library(text, OPTIMISATION)
+            library = _libraries[name] = Library(routine_text(name), OPTIMISATION)
             if name == "many":  # all code can call its sines and cosines
                 library._api.AddSymbol(TRIGONOMETRY.encode(), library.address(TRIGONOMETRY))
         return _libraries[name].address(name)
