@@ -438,7 +438,10 @@ def test_a_record_tells_one_function_from_another() -> None:
     def held(gain):
         return lambda t, q, v: [-gain * x for x in v]
 
-    for make in (held, Controller, lambda gain: Controller(gain).torque, lambda gain: partial(LAWS[0], gain)):
+    def scaled(gain, t, q, v):
+        return -gain * v
+
+    for make in (held, Controller, lambda gain: Controller(gain).torque, lambda gain: partial(scaled, gain)):
         assert recorded(make(1.0)) == recorded(make(1.0))
         assert recorded(make(1.0)) != recorded(make(2.0))
     assert recorded(LAWS[0]) != recorded(held(1.0))
