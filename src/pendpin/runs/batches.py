@@ -72,12 +72,6 @@ class Cases(NamedTuple):
     parameters: Array  # (c, p) of the series
     longest: Array  # (c,) s, the longest step; 0 where an effect has corners, which series do not take side by side
 
-    @classmethod
-    def joined(cls, cases: Sequence["Cases"]) -> "Cases":
-        """All of these cases."""
-        models, *rows = zip(*cases, strict=True)
-        return cls([model for part in models for model in part], *(np.concatenate(part) for part in rows))
-
     def some(self, places: Indices) -> "Cases":
         """Those at these places (k,)."""
         return Cases([self.models[i] for i in places], *(rows[places] for rows in self[1:]))

@@ -91,31 +91,14 @@ class IntegrationLoop(ABC):
         """The run as far as it was integrated, and why and where it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
-        rows, nv, end = done.samples, self.nv, 2 * self.nv + self.accounts
-        torque = rows[:, end:].copy() if rows.shape[1] > end else None
+        nv, end = self.nv, 2 * self.nv + self.accounts
+        q, v, work, torque = (part.copy() for part in np.split(done.samples, [nv, 2 * nv, end], axis=1))
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
-        return Run(
-            *(
-                self.times[: done.n],
-                rows[:, :nv].copy(),
-                rows[:, nv : 2 * nv].copy(),
-                torque,
-                rows[:, 2 * nv : end].copy(),
-            ),
-            *(
-                done.steps,
-                done.evaluations,
-                done.events,
-                done.seconds,
-                self.library,
-                self.version,
-                compiling,
-                error,
-                stop,
-            ),
-            happened=tuple(done.log[: done.logged]),
-        )
+        motion = self.times[: done.n], q, v, torque if torque.shape[1] else None, work
+        counts = done.steps, done.evaluations, done.events, done.seconds
+        who = self.library, self.version, compiling
+        return Run(*motion, *counts, *who, error, stop, happened=tuple(done.log[: done.logged]))
 
 
 class SmoothLoop(IntegrationLoop):

@@ -143,11 +143,8 @@ def _finish(
 
     def cut(count: int, why: str) -> Run:  # with the fixed steps up to there; others are not counted by samples
         step, short = scene.solver.step, run.cut(count, why)
-        return (
-            short
-            if step is None
-            else replace(short, steps=min(run.steps, count_whole_steps(scene.times[count - 1], step)))
-        )
+        steps = run.steps if step is None else min(run.steps, count_whole_steps(scene.times[count - 1], step))
+        return replace(short, steps=steps)
 
     fill = partial(fill_in, scene, dynamics, balance)
     try:
@@ -187,9 +184,8 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
     if isinstance(run.failure, Interrupted):
         return ""
     if dynamics.engine.on_angles and (rod := model.thin_at_pole(q, NEAR_POLE)):
-        return (
-            f"; {rod} is thin and near phi = 90 degrees, where nothing resists a torque about theta: give it a radius"
-        )
+        where = "near phi = 90 degrees, where nothing resists a torque about theta"
+        return f"; {rod} is thin and {where}: give it a radius"
     if str(run.failure) == ENERGY_ERROR:
         return ""
     return f"; fastest there: {model.joints[int(np.argmax(np.abs(v)))]}, at {np.abs(v).max():.3g} (rad/s)"

@@ -9,7 +9,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from threading import Event
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -84,12 +84,9 @@ class Task:
         """The scene with the numbers (keys,) of a case. Raises InputError for a key that names no number."""
         return set_numbers(self.scene, self.plan.keys, row)
 
-    def __getstate__(self) -> dict:
+    def __reduce__(self) -> tuple[type["Task"], tuple[Any, ...]]:
         """What is sent to another process: what is given, and nothing that follows from it."""
-        return {"scene": self.scene, "plan": self.plan, "measures": self.measures, "units": self.units}
-
-    def __setstate__(self, state: dict) -> None:
-        self.__dict__.update(state)
+        return Task, (self.scene, self.plan, self.measures, self.units)
 
 
 class Block(NamedTuple):
@@ -108,14 +105,8 @@ def sampled(task: Task) -> Task:
     """The task with samples only where its measure looks, if that is the attractor alone and the scene has no others."""
     look, solver = task.chosen[0].function, task.scene.solver
     fixed = any(key.startswith(("duration", "solver", "start.time")) for key in task.plan.keys)
-    if (
-        len(task.chosen) > 1
-        or not isinstance(look, Attractor)
-        or not look.period
-        or solver.samples
-        or solver.times
-        or fixed
-    ):
+    given = len(task.chosen) > 1 or solver.samples or solver.times or fixed
+    if given or not isinstance(look, Attractor) or not look.period:
         return task
     times = look.times(task.scene)
     return task if times is None else replace(task, scene=task.scene.with_solver(times=tuple(times.tolist())))
@@ -129,12 +120,8 @@ def checked(task: Task) -> Task:
     units |= {m.name: m.unit for m in task.chosen if m.unit}
     for i, name in enumerate(names):
         if name in names[:i] or name in RESERVED or name in varied:
-            why = (
-                "given twice; give one of them as a function of another name"
-                if name in names[:i]
-                else "a name of the result"
-            )
-            raise InputError(f"measure: {name} is {why}")
+            twice = "given twice; give one of them as a function of another name"
+            raise InputError(f"measure: {name} is {twice if name in names[:i] else 'a name of the result'}")
         if not name or name.startswith((".", "__")) or "/" in name:
             raise InputError(f"measure: {shown(name)} cannot name a variable: give the function another __name__")
     lengths = dict[str, int]()
@@ -224,9 +211,8 @@ class Batch:
 
     def __init__(self, task: Task) -> None:
         scene = typical(task)
-        self._flips = (
-            accumulated(build(scene.model)) if any(m.name.startswith("flip_time") for m in task.chosen) else []
-        )
+        flips = any(m.name.startswith("flip_time") for m in task.chosen)
+        self._flips = accumulated(build(scene.model)) if flips else []
         if all(m.ends for m in task.chosen):
             few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
             scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
@@ -243,14 +229,10 @@ class Batch:
             fine = scene.solver.tolerance or 0.0
             self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
         # Where in (q, v) each key belongs, if all are angles or rates of the start in radians: then no scene is made.
-        self._state, paths = (
-            start_state(self.series[0].dynamics.model, scene.start),
-            [parsed(k) for k in task.plan.keys],
-        )
+        model, paths = self.series[0].dynamics.model, [parsed(key) for key in task.plan.keys]
+        self._state, self._joints = start_state(model, scene.start), None
         states = all(len(path) == 3 and tuple(path[:2]) in STATES for path in paths)
-        self._joints: tuple[Indices, Indices] | None = None
         if states and task.scene.start.unit != "degrees":
-            model = self.series[0].dynamics.model
             joints = [path[2] if isinstance(path[2], int) else model.index(path[2], "vary") for path in paths]
             self._joints = np.array([path[1] == "velocities" for path in paths], int), np.array(joints)
 
@@ -278,7 +260,10 @@ class Batch:
             with suppress(PendpinError):  # simulate says why
                 if case := self.series[0].case(self.task.scene_of(row)):
                     cases[place] = case
-        return np.array([*cases], int), Cases.joined([*cases.values()]) if cases else None
+        if not cases:
+            return np.array([], int), None
+        models, *numbers = zip(*cases.values(), strict=True)
+        return np.array([*cases]), Cases([model for (model,) in models], *map(np.concatenate, numbers))
 
     def _fill_piece(self, rows: Array, places: Indices, cases: Cases, block: Block) -> Mask:
         """Put in the measures of c cases, which are at `places` (c,) of the numbers (k, keys); which went well (c,)."""
@@ -397,9 +382,8 @@ class Ladder:
             pairs = ((coarse, middle), (middle, fine))
             first, second = (np.maximum.accumulate(tip_distance(*pair, length)) for pair in pairs)
             gaps = Gaps(first, second, (VECTOR.finer, VECTOR.finer), self._refinement.pace, self._refinement.scatter)
-            rounding = (
-                ROUNDING.start_units * EPS * (1 + np.abs(runs[-1].q[i]).max() + first / (VECTOR.step_error * coarsest))
-            )
+            steps = first / (VECTOR.step_error * coarsest)
+            rounding = ROUNDING.start_units * EPS * (1 + np.abs(runs[-1].q[i]).max() + steps)
             size = float(tip_distance(fine, fine[:1], length).max())
             alike = not second.any() and np.abs(runs[-1].v[i]).any()  # says nothing of the error
             error = estimate_error(gaps, size, rounding, ESTIMATE.negligible * self._target).error[-1]

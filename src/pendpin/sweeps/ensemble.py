@@ -9,7 +9,7 @@ were measured.
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, partial
 from pathlib import Path
 from threading import Event
 from typing import Any, NamedTuple
@@ -19,6 +19,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import bind
 from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arrays import Array, ArrayLike
+from pendpin.ground.libraries import version
 from pendpin.ground.records import LARGEST
 from pendpin.integrators import choose_method_and_engine, integrator_for, taylor_takes
 from pendpin.integrators.fixed import largest_step
@@ -113,21 +114,22 @@ def simulate_many(
         and not scene.solver.accuracy
         and taylor_takes(scene, dynamics, False, MOST_JOINTS)
     )
-    if (
-        free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853"
-    ):  # the first start shows whether it is stiff
+    if free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start is not stiff
         scene = scene.with_solver(method="taylor")
-    starts, count = _Starts(scene, q, v), len(q)
-    if starts.series is not None:
+    series, count = None, len(q)
+    if scene.solver.method != "auto" and not scene.solver.accuracy:
+        integrator = integrator_for(scene, bind(scene))
+        if isinstance(integrator, Taylor):
+            made = Series(scene, integrator.tolerance, np.stack([q, v], 1))
+            series = made if made.covered else None
+    if series is not None:
         workers = min(workers or cores(), count)
-        cases = starts.series.started(q, v)
-        spans = [(int(piece[0]), int(piece[-1]) + 1) for piece in cases.pieces(len(scene.times), workers)]
+        pieces = series.started(q, v).pieces(len(scene.times), workers)
+        spans = [(int(piece[0]), int(piece[-1]) + 1) for piece in pieces]
     else:
         workers, spans = min(workers or 1, count), [(i, i + 1) for i in range(count)]
-    if starts.series is not None or workers == 1:
-        parts = in_threads(starts.run, spans, workers)
-    else:
-        parts = in_processes(starts.run, spans, workers)
+    run = partial(_run_starts, scene, q, v, series)
+    parts = in_threads(run, spans, workers) if series is not None or workers == 1 else in_processes(run, spans, workers)
     rows = np.full((2, count, len(scene.times), q.shape[1]), np.nan)
     done, failures, took = np.zeros(count, bool), dict[int, str](), list[Counts]()
 
@@ -140,8 +142,8 @@ def simulate_many(
     def ensemble(reason: str = "") -> Ensemble:
         libraries = sorted({(counts.library, counts.version) for counts in took})
         total: dict[str, Any] = {name: sum(getattr(counts, name) for counts in took) for name in SUMMED}
-        if starts.series is not None:
-            total["compile_seconds"] += starts.series.compile_seconds
+        if series is not None:
+            total["compile_seconds"] += series.compile_seconds
         stats = EnsembleStats(
             method=", ".join(sorted({counts.method for counts in took})) or scene.solver.method,
             tolerance=scene.solver.tolerance,
@@ -169,54 +171,46 @@ class _Part(NamedTuple):
     took: list[Counts]
 
 
-class _Starts:
-    """Many starts q, v (k, nv) of a scene, run in parts: by `series` side by side, if there are any, else one by one."""
+@np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
+def _run_starts(
+    scene: Scene, q: Array, v: Array, series: Series | None, begin: int, end: int, stopped: Event | None = None
+) -> _Part:
+    """The starts from `begin` to `end` of q, v (k, nv): by `series` side by side where there are any, else one by one.
 
-    def __init__(self, scene: Scene, q: Array, v: Array) -> None:
-        self.scene, self.q, self.v, self.series = scene, q, v, None
-        integrator = None
-        if scene.solver.method != "auto" and not scene.solver.accuracy:
-            integrator = integrator_for(scene, bind(scene))
-        if isinstance(integrator, Taylor):
-            series = Series(scene, integrator.tolerance, np.stack([q, v], 1))
-            self.series = series if series.covered else None
-            self.library = integrator.library, integrator.version
+    Raises Interrupted once `stopped` is set.
+    """
 
-    @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
-    def run(self, begin: int, end: int, stopped: Event | None = None) -> _Part:
-        """The starts from `begin` to `end`. Raises Interrupted once `stopped` is set."""
+    def look(t: float = 0.0) -> None:
+        if stopped and stopped.is_set():
+            raise Interrupted("stopped by the user")
 
-        def look(t: float = 0.0) -> None:
-            if stopped and stopped.is_set():
-                raise Interrupted("stopped by the user")
-
-        scene, q, v = self.scene, self.q[begin:end], self.v[begin:end]
-        part = _Part(np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), {}, [])
-        done = np.zeros(len(q), bool)
-        if self.series is not None:
-            self.series.stopped, clock = stopped or Event(), time.thread_time()
-            motions = self.series.run(self.series.started(q, v), scene.times)
-            seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
-            done = ends_well(self.series.dynamics, motions.q, motions.v)
-            part.rows[:, done] = motions.q[done], motions.v[done]
-            counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}
-            how = {"method": "taylor", "tolerance": scene.solver.tolerance, "step": None}
-            part.took.append(Counts(**how, **counts, library=self.library[0], version=self.library[1]))
-        for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
-            look()
-            start = Start(time=scene.start.time, positions=tuple(q[i].tolist()), velocities=tuple(v[i].tolist()))
-            try:
-                run = run_to_setting(scene.model_copy(update={"start": start}), progress=look)
-            except Interrupted:
-                raise
-            except RunError as error:
-                run, part.failures[i] = error.partial, str(error)
-            except InputError as error:
-                part.failures[i] = str(error)
-                continue
-            part.rows[:, i, : len(run.t)] = run.q, run.v
-            part.took.append(run.stats)
-        return part
+    q, v = q[begin:end], v[begin:end]
+    part = _Part(np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), {}, [])
+    done = np.zeros(len(q), bool)
+    if series is not None:
+        series.stopped, clock = stopped or Event(), time.thread_time()
+        motions = series.run(series.started(q, v), scene.times)
+        seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
+        done = ends_well(series.dynamics, motions.q, motions.v)
+        part.rows[:, done] = motions.q[done], motions.v[done]
+        how = {"method": "taylor", "tolerance": scene.solver.tolerance, "step": None, "library": "heyoka"}
+        counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}
+        part.took.append(Counts(**how, **counts, version=version("heyoka")))
+    for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
+        look()
+        start = Start(time=scene.start.time, positions=tuple(q[i].tolist()), velocities=tuple(v[i].tolist()))
+        try:
+            run = run_to_setting(scene.model_copy(update={"start": start}), progress=look)
+        except Interrupted:
+            raise
+        except RunError as error:
+            run, part.failures[i] = error.partial, str(error)
+        except InputError as error:
+            part.failures[i] = str(error)
+            continue
+        part.rows[:, i, : len(run.t)] = run.q, run.v
+        part.took.append(run.stats)
+    return part
 
 
 def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> list[Array]:

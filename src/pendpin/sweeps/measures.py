@@ -37,9 +37,8 @@ SETTLED = 0.02  # of the largest distance from the final state: the usual two pe
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
 PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises through it
 SPREAD = ".spread"
-BELOW = (
-    0.999  # sin²(angle / 2) of a swing: nearer to the top its rounding hides the angle, to 1e-8 rad at the top itself
-)
+# sin²(angle / 2) of a swing: nearer to the top its rounding hides the angle, to 1e-8 rad at the top itself
+BELOW = 0.999
 TURN = 1.0  # rad, from sample to sample, that samples follow
 PIECES = 50  # of a run, for a Lyapunov exponent
 
@@ -431,9 +430,7 @@ MEASURES = {
         "settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"
     ),
     "flip_time": Measure(
-        "flip_time",
-        "s",
-        flip_time,
+        *("flip_time", "s", flip_time),
         spread=flip_time_spread,
         of_motion=lambda m: m.flips,
         without="did not turn over",

@@ -54,6 +54,7 @@ class Tape:
         self.lanes: list[int] = []  # how many numbers it is at once; 0 for a single one
         self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
+        self._needed: dict[tuple[int, ...], list[int]] = {}
 
     def term(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
         """An operation, by its name and what it is computed from or stands for (LEAVES)."""
@@ -120,13 +121,17 @@ class Tape:
 
     def needed(self, results: Sequence[int]) -> list[int]:
         """The operations that some results take, in order: operands come before what is computed from them."""
+        key = tuple(results)
+        if key in self._needed:  # asked for again for each set of numbers
+            return self._needed[key]
         is_needed, left = [False] * len(self.operations), list(results)
         while left:
             place = left.pop()
             if not is_needed[place]:
                 is_needed[place] = True
                 left.extend(self.sources(place))
-        return [place for place, is_wanted in enumerate(is_needed) if is_wanted]
+        self._needed[key] = needed = [place for place, is_wanted in enumerate(is_needed) if is_wanted]
+        return needed
 
     def sources(self, place: int) -> Sequence[int]:
         """The places of all that an operation is computed from, on this rod and on others."""

@@ -287,9 +287,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
         return Refinement(method, 1.0, 0.0)
     run = runs.run(scene.by("dop853", SETTING.loosest))
     pace_of_run = timing(runs.dynamics, runs.dynamics.effects, *runs.start, scene.duration, None)
-    needed = scene.duration / float(
-        pace_of_run.pace.shortest.min()
-    )  # equal steps, not to jump over what acts in the scene
+    needed = scene.duration / float(pace_of_run.pace.shortest.min())  # equal steps: none jumps over what acts
     if needed * method_of(method).step_price > SETTING.most_steps:
         name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])
         why = f"{name} changes within {shortest:.3g} s, and {method} needs {needed:.0e} equal steps to resolve it"

@@ -135,7 +135,7 @@ class _Search:
         same = are_equal(self.attempts[-2].run, run)
         if (
             not same and self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
-        ):  # as good as same steps
+        ):  # as good as equal
             same = bool(self._measure_gap(-2, -1)[-1] <= ESTIMATE.small * self.ruler.measure_extent(run))
         if same and not is_at_rest(run):
             del self.attempts[-2]
