@@ -26,7 +26,7 @@ def largest(t: Array, x: Array, rate: Array, sizes: bool = False, follows: Mask 
     value, when = np.take_along_axis(sized.reshape(len(x), -1), places[:, None], 1)[:, 0], t[places // x.shape[2]]
     told = np.full(len(x), len(t) >= POINTS) if follows is None else follows & (len(t) >= POINTS)
     if not told.any():
-        return np.full((2, len(x)), np.nan)
+        return np.full(len(x), np.nan), np.full(len(x), np.nan)
     if follows is None:
         row, i, j = np.nonzero(strays(dt[:, None], x, rate))
         beside = np.clip(i[:, None] + np.arange(-1, 3), 0, len(t) - 1)
