@@ -145,7 +145,10 @@ def last_lines(diagnosis: Findings) -> list[str]:
         counts["doubtful" if finding in doubtful else "state" if state else finding.verdict] += 1
     words = {"holds": ("holds", "hold"), "holds if": ("holds under a condition", "hold under a condition")}
     words |= {"fails": ("fails", "fail"), "doubtful": ("does not hold as read", "do not hold as read")}
-    words |= {"not checked": ("is not checked", "are not checked"), "state": ("gives a value", "give a value")}
+    words |= {
+        "not checked": ("is not checked", "are not checked"),
+        "state": ("gives a value or names", "give values or names"),
+    }
     said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in words.items() if counts[kind])
     count = len(diagnosis.findings)
     answer = [f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."]
@@ -238,7 +241,7 @@ def page(diagnosis: Findings) -> str:
 
     first = paragraphs(first_screen(diagnosis))
     if diagnosis.wrong and diagnosis.wrong[0].mends:
-        first[1:1] = ["<p>It should read</p>", _mended(diagnosis.wrong[0].mends[0])]
+        first[1:1] = ["<p>Mended:</p>", _mended(diagnosis.wrong[0].mends[0])]
     parts = {
         "summary": "".join(first),
         "shared": "".join(paragraphs(map(shared_words, diagnosis.shared))),
