@@ -153,8 +153,6 @@ S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
 Sc | N | S T R N F_T F_r | -S
 L | N m | L
 E | N m | E H
-v | m/s | v v_c v_x | dx
-omega | 1/s | omega w Omega | dtheta
 M11 | kg | M_11 m_11 H_11 D_11 | M + m
 M12 | kg m | M_12 M_21 m_12 m_21 H_12 H_21 D_12 | b_
 M22 | kg m2 | M_22 m_22 H_22 D_22 | J
