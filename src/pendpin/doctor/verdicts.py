@@ -170,6 +170,8 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         """Why an equation is not accused though it does not hold; empty where it is."""
         finding, one, spec, borne = findings[i], found.equations[i], specs[i], evidence[specs[i].kind]
         assert finding.equation is not None
+        if _mends_itself(finding) and _says_nothing(finding.mends[0].equation, found.chosen[i].system):
+            return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
         used = _meanings_used(finding.equation) if _mends_itself(finding) else ()
         own = [name for name, meaning in used if key(meaning) not in right and symbols(meaning) - {"pi"}]
         if own := [name for name in own if name not in ("?s", "?c")]:
@@ -211,6 +213,16 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
 def _mends_itself(finding: Finding) -> bool:
     """Whether its first mend is of the equation, and not of a definition that it uses."""
     return bool(finding.mends) and " in the definition of " not in finding.mends[0].words
+
+
+def _says_nothing(equation: Equation, system: System) -> bool:
+    """Whether all sides of an equation are the same number in every state, as g/g and 1."""
+    with suppress(Unread, KeyError, ValueError):
+        context = equation.context(random_states(system))
+        sides = [np.atleast_1d(evaluate(side, context)) for side in equation.sides if side.kind != "number"]
+        values = [side for side in sides if side.ndim == 1]
+        return len(values) == len(sides) and all(np.ptp(side) <= TOLERANCE for side in values)
+    return False
 
 
 def is_near(finding: Finding, spec: Spec) -> bool:

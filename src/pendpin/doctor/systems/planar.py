@@ -48,7 +48,7 @@ vy | m/s | v_y v_z | dy
 v | m/s | v v_G v_cm | h*dtheta
 omega | 1/s | omega Omega w | dtheta
 alpha | 1/s | alpha | ddtheta
-w0 | 1/s | omega omega_0 omega_n Omega | sqrt(m*g*h/J)
+w0 | 1/s | omega omega_0 omega_n Omega w w_0 w_n | sqrt(m*g*h/J)
 T | N m | T K E_k E_c T_1 E_kin KE ke | J*dtheta*dtheta/2
 V | N m | V U E_p E_pot PE Pi pe | g*(m*h*high(theta))
 L | N m | L
