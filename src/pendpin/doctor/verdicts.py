@@ -20,7 +20,7 @@ from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, symbols
 from pendpin.doctor.recognition import FEW, Recognition
-from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.systems.base import Spec, System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 
 EQUALLY = 0.3  # equations: readings that explain about as much
@@ -218,7 +218,7 @@ def _mends_itself(finding: Finding) -> bool:
 def _says_nothing(equation: Equation, system: System) -> bool:
     """Whether all sides of an equation are the same number in every state, as g/g and 1."""
     with suppress(Unread, KeyError, ValueError):
-        context = equation.context(random_states(system))
+        context = equation.context(free_states(system))  # on the true motion every law is 0
         sides = [np.atleast_1d(evaluate(side, context)) for side in equation.sides if side.kind != "number"]
         values = [side for side in sides if side.ndim == 1]
         return len(values) == len(sides) and all(np.ptp(side) <= TOLERANCE for side in values)
@@ -279,7 +279,9 @@ def _follows(equation: Equation, wrong: list[tuple[Finding, Printed]], system: S
                     pairs = zip(lefts, true, strict=True)
                     known += [(source.number, evaluate(a, context) - evaluate(b, context)) for a, b in pairs]
         rows = [row for row in off if np.abs(row).max() > TOLERANCE * np.abs(off).max()]
-        if any(np.allclose(*np.split(row, 2)) for row in rows):  # of constants alone each is a multiple of any other
+        if any(
+            np.abs(np.diff(np.split(row, 2), axis=0)).max() <= RATIO * np.abs(row).max() for row in rows
+        ):  # of constants alone each is a multiple of any other
             return 0
         sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
         return min(sources, default=0)
