@@ -405,3 +405,44 @@ def test_how_points_move_confirms_how_others_do():
     """Four velocities lack a rate. Four positions and one energy hold: that is enough to accuse a velocity."""
     said = [finding.verdict for finding in pp.diagnose(POINTS).findings]
     assert said == ["holds"] * 4 + ["fails"] * 4 + ["holds"]
+
+
+LAWS = r"""
+$$(m_1 + m_2) l_1 \ddot\theta_1 + m_2 l_2 \ddot\theta_2 \cos(\theta_1 - \theta_2)
+ + m_2 l_2 \dot\theta_2^2 \sin(\theta_1 - \theta_2) + (m_1 + m_2) g \sin\theta_1 = 0$$
+$$l_2 \ddot\theta_2 + l_1 \ddot\theta_1 \cos(\theta_1 - \theta_2) - l_1 \dot\theta_1^2 \sin(\theta_1 - \theta_2)
+ + g \sin\theta_2 = 0$$
+"""
+
+
+def test_heights_may_be_measured_downwards():
+    """A text may choose the direction of an axis; one sign that differs from the others is a fault."""
+    points = r"$$x_1 = l_1 \sin\theta_1$$ $$y_1 = l_1 \cos\theta_1$$ $$y_2 = y_1 + l_2 \cos\theta_2$$"
+    down = pp.diagnose(f"A double pendulum of two point masses.\n{points}{LAWS}").findings
+    assert [finding.verdict for finding in down] == ["holds", "holds if", "holds if", "holds", "holds"]
+    assert {finding.condition for finding in down[1:3]} == {"y is measured the other way"}
+    up = points.replace(r"y_1 = l_1", r"y_1 = -l_1")
+    mixed = pp.diagnose(f"A double pendulum of two point masses.\n{up}{LAWS}").findings
+    assert [finding.verdict for finding in mixed] == ["holds", "holds", "fails", "holds", "holds"]
+
+
+def test_what_uses_a_name_that_is_not_checked_is_not_accused():
+    """A height of which the text says what it is, in a symbol that nobody knows; a torque that is no period."""
+    text = rf"A double pendulum of two point masses. $$h_1 = P (1 - \cos\theta_1)$$ $$V_1 = m_1 g h_1$${LAWS}"
+    unknown, uses, *laws = pp.diagnose(text).findings
+    assert (unknown.verdict, uses.verdict) == ("not checked", "not checked")
+    assert uses.remark == "it does not hold, but what h_1 is, line 1, is not checked"
+    assert {finding.verdict for finding in laws} == {"holds"}
+    torque = pp.diagnose(
+        r"The torque about the pivot of a swinging body: $$\tau = -M g d \sin\theta$$ $$\tau = I_q \ddot\theta$$"
+        r"$$I_P = I_{cm} + M d^2$$ $$\omega^2 = \frac{M g d}{I_{cm} + M d^2}$$"
+    )
+    assert [finding.verdict for finding in torque.findings] == ["not checked", "not checked", "holds", "holds"]
+
+
+def test_a_sign_in_braces_is_a_sign():
+    """LaTeX sets {+} without blanks around it."""
+    plain = r"A pendulum on a cart. $$(M + m)\ddot x + m l \ddot\theta \cos\theta - m l \dot\theta^2 \sin\theta = F$$"
+    braced = plain.replace("+ m)", "{+}m)").replace("- m", "{-} m").replace("= F", "{=} F")
+    assert [finding.verdict for finding in pp.diagnose(plain).findings] == ["holds"]
+    assert [finding.verdict for finding in pp.diagnose(braced).findings] == ["holds"]

@@ -18,7 +18,7 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, key, symbols
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Recognition
 from pendpin.doctor.systems.base import Spec, System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -165,6 +165,11 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
     written = {
         name for f, spec in zip(findings, specs, strict=True) if f.equation for name in _quantities(f.equation, spec)
     }
+    lone = [one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None for one in found.equations]
+    given = {name for f, name in zip(findings, lone, strict=True) if f.verdict in HOLDING and name}
+    named = lambda one: one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
+    pairs = zip(findings, found.equations, lone, strict=True)
+    doubted = {name: f.place for f, one, name in pairs if f.unknown and name and not named(one)}
 
     def objection(i: int) -> str:
         """Why an equation is not accused though it does not hold; empty where it is."""
@@ -176,6 +181,14 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         own = [name for name, meaning in used if key(meaning) not in right and symbols(meaning) - {"pi"}]
         if own := [name for name in own if name not in ("?s", "?c")]:
             return f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
+        for part in parts(one.sides[1:] if _mends_itself(finding) else ()):
+            state = finding.equation.meaning(str(part.value)) in spec.state
+            if part.written and part.written in doubted.keys() - given and not state:
+                return f"it does not hold, but what {_plain(part.written)} is, {doubted[part.written]}, is not checked"
+        left = lone[i]
+        new = finding.mends[0].equation.sides[0].written if _mends_itself(finding) else left
+        if left and new and new.letter != left.letter and finding.mends[0].cost > ONE_CHANGE:  # two changes: a guess
+            return f"it does not hold if {_plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
         if is_entry(one) and not entries:
             return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
         if few and spec.kind in RODS:
@@ -204,15 +217,35 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
         return ""
 
-    return [
-        _unless(finding, objection(i)) if finding.verdict == "fails" and finding.equation else finding
-        for i, finding in enumerate(findings)
-    ]
+    answers = []
+    for i, finding in enumerate(findings):
+        name = lone[i]
+        if finding.verdict == "fails" and finding.equation:
+            if name and _turns_an_axis(finding, specs[i]) and all(other.letter != name.letter for other in given):
+                words = f"{name.letter} is measured the other way"  # as all of the text that say so
+                finding = replace(finding, verdict="holds if", condition=words, mends=(), when="", proved=False)
+            else:
+                finding = _unless(finding, objection(i))
+        answers.append(finding)
+    return answers
 
 
 def _mends_itself(finding: Finding) -> bool:
     """Whether its first mend is of the equation, and not of a definition that it uses."""
     return bool(finding.mends) and " in the definition of " not in finding.mends[0].words
+
+
+def _turns_an_axis(finding: Finding, spec: Spec) -> bool:
+    """Whether an equation says where a point is along an axis, and holds with another sign."""
+    assert finding.equation is not None
+    name = finding.equation.meaning(str(finding.equation.sides[0].value))
+    place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
+    return place and bool(finding.mends) and finding.mends[0].words.startswith("the sign of ")
+
+
+def _plain(name: Written) -> str:
+    """A name as it is typed."""
+    return name.letter + ("_" + name.index if name.index else "")
 
 
 def _says_nothing(equation: Equation, system: System) -> bool:

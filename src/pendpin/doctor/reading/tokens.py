@@ -91,6 +91,7 @@ _SIGNS = {
 }
 _CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, text in table.items()}
 
+_BRACED = re.compile(r"(?<![\^_])\{([-+=])\}")  # a sign in braces, which LaTeX sets without blanks
 # blanks in the place of what says nothing of quantities: labels, comments, module names, the number of an equation
 _NOISE = re.compile(
     r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
@@ -140,6 +141,7 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
         raise Unread(f"longer than {most:,} characters")
     text = _NAMED.sub(lambda match: match[2].rjust(len(match[0])), text)
     text = _NOISE.sub(lambda match: " " * len(match[0]), text)
+    text = _BRACED.sub(r" \1 ", text)
     if units := _UNITS.search(text):
         text = text[: units.start()] + units["value"].partition("(")[0].ljust(len(units[0]))
     latex, found, place = is_latex(text), list[Token](), 0
