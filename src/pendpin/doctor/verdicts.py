@@ -217,12 +217,18 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
         return ""
 
+    turned = [
+        name.letter
+        for finding, name, spec in zip(findings, lone, specs, strict=True)
+        if name and finding.verdict == "fails" and finding.equation and _turns_an_axis(finding, spec)
+    ]
     answers = []
     for i, finding in enumerate(findings):
-        name = lone[i]
+        letter = name.letter if (name := lone[i]) else ""
         if finding.verdict == "fails" and finding.equation:
-            if name and _turns_an_axis(finding, specs[i]) and all(other.letter != name.letter for other in given):
-                words = f"{name.letter} is measured the other way"  # as all of the text that say so
+            chosen = turned.count(letter) > 1 and all(other.letter != letter for other in given)
+            if chosen and _turns_an_axis(finding, specs[i]):  # all points agree on the direction of an axis
+                words = f"{letter} is measured the other way"
                 finding = replace(finding, verdict="holds if", condition=words, mends=(), when="", proved=False)
             else:
                 finding = _unless(finding, objection(i))
