@@ -154,6 +154,7 @@ def _evidence(findings: list[Finding], found: Recognition) -> dict[str, _Evidenc
 
 def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings, without accusations of what no other equation of the document bears out."""
+    findings = _turned_axes(findings, found)
     specs = [reading.system.spec for reading in found.chosen]
     evidence, few = _evidence(findings, found), sum(1 for one in found.equations if one.ways) < FEW
     is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
@@ -217,22 +218,27 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
         return ""
 
-    turned = [
-        name.letter
-        for finding, name, spec in zip(findings, lone, specs, strict=True)
-        if name and finding.verdict == "fails" and finding.equation and _turns_an_axis(finding, spec)
+    return [
+        _unless(finding, objection(i)) if finding.verdict == "fails" and finding.equation else finding
+        for i, finding in enumerate(findings)
     ]
-    answers = []
-    for i, finding in enumerate(findings):
-        letter = name.letter if (name := lone[i]) else ""
-        if finding.verdict == "fails" and finding.equation:
-            chosen = turned.count(letter) > 1 and all(other.letter != letter for other in given)
-            if chosen and _turns_an_axis(finding, specs[i]):  # all points agree on the direction of an axis
-                words = f"{letter} is measured the other way"
-                finding = replace(finding, verdict="holds if", condition=words, mends=(), when="", proved=False)
-            else:
-                finding = _unless(finding, objection(i))
-        answers.append(finding)
+
+
+def _turned_axes(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, where a text measures a coordinate the other way: all of several points agree on it, as y downwards."""
+    turned: dict[str, list[int]] = defaultdict(list)
+    right = set[str]()
+    for i, (finding, one, reading) in enumerate(zip(findings, found.equations, found.chosen, strict=True)):
+        name = one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None
+        if name and finding.verdict in HOLDING:
+            right.add(name.letter)
+        elif name and finding.verdict == "fails" and _turns_an_axis(finding, reading.system.spec):
+            turned[name.letter].append(i)
+    answers = list(findings)
+    for letter, places in turned.items():
+        for i in places if len(places) > 1 and letter not in right else ():
+            words = f"{letter} is measured the other way"
+            answers[i] = replace(findings[i], verdict="holds if", condition=words, mends=(), when="", proved=False)
     return answers
 
 
@@ -243,7 +249,8 @@ def _mends_itself(finding: Finding) -> bool:
 
 def _turns_an_axis(finding: Finding, spec: Spec) -> bool:
     """Whether an equation says where a point is along an axis, and holds with another sign."""
-    assert finding.equation is not None
+    if finding.equation is None:
+        return False
     name = finding.equation.meaning(str(finding.equation.sides[0].value))
     place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
     return place and bool(finding.mends) and finding.mends[0].words.startswith("the sign of ")
