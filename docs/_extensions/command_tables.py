@@ -33,15 +33,17 @@ def parameters(command: Callable[..., Any]) -> Iterator[Parameter]:
 
 def _parameter(name: str, kind: Any, info: ParameterInfo, default: Any) -> Parameter:
     types = [kind, *typing.get_args(kind), *(t for part in typing.get_args(kind) for t in typing.get_args(part))]
-    value = next((VALUES[t] for t in types if t in VALUES), "text") if info.metavar is None else info.metavar
+    is_option = isinstance(info, OptionInfo)
+    kinds = [VALUES[t] for t in types if t in VALUES] or ["text"]
+    value = info.metavar if is_option and info.metavar is not None else kinds[0]
     if info.min is not None:
         value += f", at least {info.min:g}"
     if info.max is not None:
         value += f", at most {info.max:g}"
-    if isinstance(info, OptionInfo) and any(typing.get_origin(t) is list for t in types):
-        value += "; may be repeated"
-    names = (name.upper(),)
-    if isinstance(info, OptionInfo):
+    if any(typing.get_origin(t) is list for t in types):
+        value += "; may be repeated" if is_option else "; one or several"
+    names = (info.metavar or name.upper(),)
+    if is_option:
         said = (info.default, *(info.param_decls or ()))  # in Annotated the first of the names stands for the default
         names = tuple(word for word in said if str(word).startswith("-")) or (f"--{name.replace('_', '-')}",)
     if default is inspect.Parameter.empty:
@@ -55,10 +57,11 @@ def usage(name: str, command: Callable[..., Any]) -> str:
     """One line: the command, and what it takes without a name."""
     words = []
     for parameter in inspect.signature(command, eval_str=True).parameters.values():
-        hint, key = parameter.annotation, parameter.name.upper()
-        if any(isinstance(info, ArgumentInfo) for info in getattr(hint, "__metadata__", ())):
-            word = key if parameter.default is inspect.Parameter.empty else f"[{key}]"
-            words.append(word + " ..." if "list[" in str(hint) else word)
+        hint = parameter.annotation
+        for info in getattr(hint, "__metadata__", ()):
+            if isinstance(info, ArgumentInfo):
+                word = (info.metavar or parameter.name.upper()) + ("..." if "list[" in str(hint) else "")
+                words.append(word if parameter.default is inspect.Parameter.empty else f"[{word}]")
     return " ".join(["$ pendpin", name, *words, "[OPTIONS]"])
 
 

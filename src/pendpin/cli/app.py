@@ -21,13 +21,14 @@ from pendpin.ground.libraries import VERSION, abandoned
 
 PLAIN = {  # what newer typers show of a value in the help, and what is shown here
     "<bool>": "",
-    "<str>": "<text>",
-    "<list[str]>": "<text>",
-    "<list[Path]>": "<path>",
-    "<int>": "<whole number>",
-    "<int range>": "<whole number>",
-    "<float>": "<number>",
-    "<float range>": "<number>",
+    "<str>": "TEXT",
+    "<list[str]>": "TEXT",
+    "<path>": "PATH",
+    "<list[Path]>": "PATH",
+    "<int>": "INTEGER",
+    "<int range>": "INTEGER",
+    "<float>": "NUMBER",
+    "<float range>": "NUMBER",
 }
 
 
@@ -45,12 +46,19 @@ class Group(TyperGroup):
         return plain(super().get_params(ctx), ctx)
 
 
-def plain(options: list[Any], ctx: Any) -> list[Any]:
-    """Parameters of a command, options with the kind of their value as PLAIN has it."""
-    for option in options:
-        if option.metavar is None and option.param_type_name == "option" and hasattr(option, "display_type"):
-            option.metavar = PLAIN.get(option.display_type(ctx))
-    return options
+def plain(parameters: list[Any], ctx: Any) -> list[Any]:
+    """Parameters of a command as the help shows them: an option's value as PLAIN has it, an argument as SCENE or RUN..."""
+    for parameter in parameters:
+        if parameter.param_type_name == "argument":
+            name = (parameter.metavar or parameter.name).upper().removesuffix("...")
+            name += "" if parameter.nargs == 1 else "..."
+            shown = name if parameter.required else f"[{name}]"
+            parameter.metavar = name
+            parameter.display_type_rich = lambda ctx: None  # no type beside the name
+            parameter._usage_display_name = lambda shown=shown: shown  # typer: {RUN...}...
+        elif parameter.metavar is None and hasattr(parameter, "display_type"):
+            parameter.metavar = PLAIN.get(parameter.display_type(ctx))
+    return parameters
 
 
 app = typer.Typer(

@@ -107,7 +107,7 @@ def run(
 
 def view(
     runs: Annotated[
-        list[Path], Argument(metavar="RUN...", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
+        list[Path], Argument(metavar="RUN", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
     ],
     html: Annotated[Path | None, Option(help="Write the animation to one HTML page and show nothing.")] = None,
     film: Annotated[Path | None, Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
@@ -141,7 +141,8 @@ def _show_live(animation: Any) -> None:
 def plot(
     run: Annotated[Path, Argument(help="A saved run (.npz).")],
     names: Annotated[
-        list[str] | None, Argument(help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent.")
+        list[str] | None,
+        Argument(metavar="NAME", help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent."),
     ] = None,
     compare: Annotated[
         list[Path] | None, Option(help="Another saved run to be drawn on the same axes; may be repeated.")

@@ -47,7 +47,7 @@ def check(
 
 
 def hard(
-    cases: Annotated[list[str] | None, Argument(help="Names of cases; all if absent.")] = None,
+    cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the cases and run none.")] = False,
     short: Annotated[bool, flag("--short", help="Run the short forms, as the tests do.")] = False,
     peers: Annotated[bool, flag("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
@@ -72,7 +72,7 @@ def hard(
 
 
 def validate(
-    cases: Annotated[list[str] | None, Argument(help="Names of cases; all if absent.")] = None,
+    cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, flag("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
         list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
