@@ -13,6 +13,7 @@ import tempfile
 from pathlib import Path
 
 HERE = Path(__file__).parent
+LENT = HERE / "gallery_scripts" / "examples"  # a link, while the site is built
 MOST_OF_A_PLAYER = 1_000_000  # characters in a notebook
 sys.path[:0] = [str(HERE.parent / "src"), str(HERE / "_extensions")]
 os.environ["PATH"] = f"{Path(sys.executable).parent}{os.pathsep}{os.environ['PATH']}"  # tutorials call `pendpin`
@@ -136,8 +137,16 @@ def copy_notebooks(app):
         (HERE / "start" / path.name).write_text(json.dumps(notebook), encoding="utf-8")
 
 
+def lend_examples(app):
+    """The gallery's scripts name scenes as in a checkout, `examples/crane.toml`, and are run in their folder."""
+    LENT.unlink(missing_ok=True)
+    LENT.symlink_to(HERE.parent / "examples")
+
+
 def setup(app):
     """Sphinx calls this."""
     app.connect("builder-inited", copy_notebooks)
+    app.connect("builder-inited", lend_examples, priority=100)
+    app.connect("build-finished", lambda app, error: LENT.unlink(missing_ok=True))
     app.extensions["sphinx-mathjax-offline"].parallel_read_safe = True  # it only names files
     app.connect("source-read", point_into_the_site)

@@ -52,7 +52,7 @@ DRAWN = "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame
 def page_of(script: Path, folder: Path) -> Path:
     """The player of the run that a script of the gallery makes, as a page in a folder."""
     names: dict = {"__name__": "gallery"}
-    os.chdir(SCRIPTS)
+    os.chdir(DOCS.parent)  # scripts name examples/crane.toml
     exec(compile(script.read_text(encoding="utf-8"), str(script), "exec"), names)  # our own text
     run: pp.Trajectory = names["one"] if "compare=" in script.read_text(encoding="utf-8") else names["run"]
     player = run.animate(compare=names["other"]) if "compare=" in script.read_text(encoding="utf-8") else run.animate()

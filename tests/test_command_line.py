@@ -173,7 +173,7 @@ def test_lines_of_wrong_usage_name_the_option_once(capfd: pytest.CaptureFixture)
         (("cost", "--methods", "foo"), "pendpin: Invalid value for --methods: 'foo' is not one of"),
         (("cost", "--accuracy", "2"), "pendpin: Invalid value for --accuracy: 2 is not between"),
         (("effects", "--accuracy", "-1"), "pendpin: Invalid value for --accuracy: -1 is not between"),
-        (("run", ""), "pendpin: Invalid value for 'scene': the name of the scene file is empty"),
+        (("run", ""), "pendpin: Invalid value for 'SCENE': the name of the scene file is empty"),
         (("plot", "run.csv"), "pendpin: run.csv: a table, not a run"),
     ]:
         assert run_main(*arguments) == 1 + (arguments[0] != "plot")

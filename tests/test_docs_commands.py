@@ -24,6 +24,9 @@ def test_the_table_has_every_option_of_the_help(name: str) -> None:
     helped = set(re.findall(r"^\W*(--[a-z][a-z-]*)", done.output, re.MULTILINE))
     assert helped == {word for row in rows for word in row.names if word.startswith("--")}
     assert all(row.meaning for row in rows)
-    assert not re.search(r"<bool>|^\W*--.*list\[", done.output, re.MULTILINE), "values in plain words"
+    assert not re.search(r"^\W*\S+ +<|list\[|\}\.\.\.|Path", done.output, re.MULTILINE), "values in plain words"
+    arguments = [row.names[0] for row in rows if not row.names[0].startswith("-")]
+    taken = re.findall(rf"Usage: .* {name} \[OPTIONS\](.*)", done.output)
+    assert re.findall(r"[A-Z]+", "".join(taken)) == arguments, "the usage line and the table name them alike"
     places = re.findall(r'id="([^"]+)"', options_table(COMMANDS[name]))
     assert len(places) == len(set(places)) == len(rows)

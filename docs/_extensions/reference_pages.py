@@ -24,6 +24,7 @@ from sphinx.util import logging
 
 HERE = Path(__file__).parent
 MOST_LINES = 40  # of an example's output
+MOST_USERS = 6  # pages of a kind that a name of the API lists
 log = logging.getLogger(__name__)
 
 
@@ -97,7 +98,22 @@ def api_page(name: str, thing: Any, example: Path) -> str:
         text += f".. autofunction:: pendpin.{name}\n"
     if example.exists():
         text += "\n" + heading("Example", "-") + f".. literalinclude:: /reference/api_examples/{name}.py\n"
+    users = pages_that_use(name)
+    if users:
+        text += "\nUsed in: " + ", ".join(f":doc:`/{page}`" for page in users) + ".\n"
     return text
+
+
+def pages_that_use(name: str) -> list[str]:
+    """Tutorials, how-to pages, others and scripts of the gallery with `pp.name` in their code, a few of each."""
+    docs, word = HERE.parent, re.compile(rf"\bpp\.{name}\b")
+    kinds = ("start/*.md", "how-to/*.md", "*.md", "gallery_scripts/plot_*.py")
+    users = [
+        [path for path in sorted(docs.glob(kind)) if word.search(path.read_text(encoding="utf-8"))][:MOST_USERS]
+        for kind in kinds
+    ]
+    places = [path.relative_to(docs).with_suffix("").as_posix() for kind in users for path in kind]
+    return [place.replace("gallery_scripts", "gallery") for place in places if place != "index"]
 
 
 # --- commands --------------------------------------------------------------------------------------------------------
@@ -115,7 +131,7 @@ def write_commands(folder: Path, top: Path) -> None:
     for name in names:
         save(folder / "commands" / f"{name}.rst", command_page(name, commands[name], said.get(name, {}), outputs[name]))
     table = [f"   * - :doc:`pendpin {name} <commands/{name}>`\n     - {summary(commands[name])}" for name in names]
-    lines = [heading("Commands"), "Each command explains itself: ``pendpin run --help``.", ""]
+    lines = [heading("Commands"), (HERE.parent / "reference" / "commands_intro.txt").read_text(encoding="utf-8")]
     lines += [".. list-table::", "   :widths: 30 70", "", *table, "", ".. toctree::", "   :hidden:", ""]
     save(folder / "commands.rst", "\n".join([*lines, *(f"   commands/{name}" for name in names)]) + "\n")
 

@@ -9,7 +9,7 @@ Two rods swing in a plane. The motion is chaotic, so two correct runs drift apar
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/double_pendulum.toml")
+run = pp.simulate("examples/double_pendulum.toml")
 figure = run.plot()
 
 # %%

@@ -13,7 +13,7 @@ import numpy as np
 import pendpin as pp
 
 run = pp.simulate(
-    "../../examples/hanging_cable.toml", duration=4.0, samples=161
+    "examples/hanging_cable.toml", duration=4.0, samples=161
 )
 figure, axes = plt.subplots(figsize=(6, 5), layout="constrained")
 for k in range(0, 81, 4):

@@ -10,7 +10,7 @@ import matplotlib.pyplot as plt
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/thousand_rods.toml", duration=4.0, samples=9)
+run = pp.simulate("examples/thousand_rods.toml", duration=4.0, samples=9)
 figure, axes = plt.subplots(figsize=(6, 4), layout="constrained")
 for k, t in enumerate(run.t):
     tips = run.tips[k, 780:]

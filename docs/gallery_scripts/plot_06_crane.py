@@ -12,7 +12,7 @@ import numpy as np
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/crane.toml", samples=451)
+run = pp.simulate("examples/crane.toml", samples=451)
 figure, (above, below) = plt.subplots(
     2, 1, figsize=(7, 5), sharex=True, layout="constrained"
 )

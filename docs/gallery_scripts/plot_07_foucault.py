@@ -10,7 +10,7 @@ import numpy as np
 
 import pendpin as pp
 
-scene = pp.load_scene("../../examples/foucault.toml")
+scene = pp.load_scene("examples/foucault.toml")
 run = pp.simulate(scene, duration=10800.0, samples=10801)
 figure, axes = plt.subplots(figsize=(5, 5), layout="constrained")
 for hour in range(4):

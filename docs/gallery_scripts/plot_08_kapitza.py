@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/kapitza.toml", samples=1001)
+run = pp.simulate("examples/kapitza.toml", samples=1001)
 figure, axes = plt.subplots(figsize=(7, 3), layout="constrained")
 axes.plot(run.t, run["theta"], linewidth=0.8, label="theta")
 axes.plot(run.t, run["phi"], linewidth=0.8, label="phi")

@@ -11,7 +11,7 @@ import matplotlib.pyplot as plt
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/friction.toml", energy_balance=True)
+run = pp.simulate("examples/friction.toml", energy_balance=True)
 figure, (left, right) = plt.subplots(
     1, 2, figsize=(8, 3), width_ratios=(2, 1), layout="constrained"
 )

@@ -11,7 +11,7 @@ import numpy as np
 
 import pendpin as pp
 
-scene = pp.load_scene("../../examples/double_pendulum.toml").replace(
+scene = pp.load_scene("examples/double_pendulum.toml").replace(
     duration=15.0
 )
 reference = pp.simulate(scene, method="dop853", tolerance=1e-14)

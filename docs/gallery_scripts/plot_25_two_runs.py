@@ -9,7 +9,7 @@ The same double pendulum with a second rod that is 2 % heavier. The other run is
 
 import pendpin as pp
 
-scene = pp.load_scene("../../examples/double_pendulum.toml").replace(
+scene = pp.load_scene("examples/double_pendulum.toml").replace(
     duration=6.0
 )
 one = pp.simulate(scene, samples=241)

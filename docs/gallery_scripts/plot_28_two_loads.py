@@ -9,7 +9,7 @@ A second load hangs on a sling that is hinged to the rope above the first: a tre
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/two_loads.toml", samples=401)
+run = pp.simulate("examples/two_loads.toml", samples=401)
 figure = run.plot("theta_1", "phi_1", "phi_3", "R3_1", "R3_3")
 
 # %%

@@ -9,7 +9,7 @@ Two rods on hinges move in one plane, as a gymnast on a bar does. Each joint has
 
 import pendpin as pp
 
-run = pp.simulate("../../examples/acrobot.toml", samples=301)
+run = pp.simulate("examples/acrobot.toml", samples=301)
 figure = run.plot("theta_1", "theta_2", "R3_1", "R3_2")
 print(f"energy drift {run.energy().drift:.0e} of the energy exchanged")
 

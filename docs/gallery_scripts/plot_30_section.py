@@ -15,6 +15,6 @@ section = pp.sections.crossing(
     count=300,
 )
 portrait = pp.sections.portrait(
-    "../../examples/double_pendulum.toml", section, starts=40, energy=-10.0
+    "examples/double_pendulum.toml", section, starts=40, energy=-10.0
 )
 figure = portrait.plot().figure

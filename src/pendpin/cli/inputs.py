@@ -212,9 +212,7 @@ Changes = Annotated[
     list[str] | None,
     Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as model.rods[0].mass=2."),
 ]
-Lock = Annotated[
-    list[str] | None, Option(metavar="NAME=VALUE", help="Freeze a joint of the URDF, at a value in rad or m.")
-]
+Lock = Annotated[list[str] | None, Option(metavar="NAME=POSITION", help="Freeze a joint of the URDF; in rad or m.")]
 Mimic = Annotated[str | None, Option(metavar="free|locked", help="Joints of the URDF with <mimic>.")]
 AsWritten = Annotated[
     bool, flag("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
