@@ -14,17 +14,7 @@ from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
 from pendpin.fitting.parameters import Combination
 from pendpin.fitting.prediction import Prediction, predict
 from pendpin.fitting.uncertainty import NOISY, WHITE, autocorrelation, outliers, whiteness
-from pendpin.graphics.style import (
-    BESIDE,
-    BLACK,
-    COLORS,
-    SHADE,
-    new_figure,
-    plain_name,
-    styled,
-    with_unit,
-    write_figure,
-)
+from pendpin.graphics.style import BESIDE, BLACK, COLORS, SHADE, new_figure, plain_name, styled, with_unit, write_figure
 from pendpin.ground.arguments import axes
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import path_of, write_csv

@@ -19,14 +19,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
-from pendpin.motions.periodic import (
-    PeriodicOrbit,
-    frequencies_of,
-    hanging_or_upright,
-    periodic_orbit,
-    rest_of,
-    turned,
-)
+from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, hanging_or_upright, periodic_orbit, rest_of, turned
 from pendpin.scene import Scene, Start, chosen_scene
 
 ZERO = 1e-9  # degrees or m: what is less is 0 in words
