@@ -23,6 +23,7 @@ from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth_tra
 from pendpin.graphics.figure import NOTHING
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_whole
+from pendpin.model.bodies import pinocchio
 
 THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
 SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show
@@ -99,8 +100,13 @@ def contents(drawing: Drawing) -> dict[str, Any]:
         _motion(_lasting(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
         for other, color in zip(drawing.others, GHOSTS, strict=False)
     ]
+    # meshcat's commands that set the stage and put the shapes on it, those of bodies[i] in a group named body_i
+    settings = [("/Background", key, color) for key, color in SKY.items()]
+    settings += [(path, "visible", False) for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in LIGHTS))]
+    commands = [{"type": "set_property", "path": path, "property": key, "value": x} for path, key, x in settings]
+    commands += [{"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)}]
     return motion | {
-        "commands": commands(drawing, bodies),
+        "commands": commands,
         "extent": float(drawing.extent),
         "leaves": drawing.leaves,
         "start": float(drawing.t[0]),
@@ -126,6 +132,8 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
     forces, moments = (_fractions(loads, keys, bodies) for loads in (drawing.forces, drawing.moments))
     rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0  # of the forces: no moments are shown
     rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))
+    if max(float(np.abs(x).max()) for x in (drawing.t - zero, trail, poses[..., :3, 3])) > np.finfo("f4").max:
+        raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
     quantities = [_levels(quantity, rows) for quantity in drawing.quantities]
     return {
         "label": drawing.label,
@@ -177,21 +185,9 @@ def pick(t: Array, per_second: float, most: int) -> NDArray[np.intp]:
 
 
 def quaternions(rotations: Array) -> Array:
-    """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n.
-
-    S. W. Shepperd, Journal of Guidance and Control 1 (1978), 223. Not by SciPy, whose module takes 0.25 s to import.
-    """
-    R, trace = rotations, np.trace(rotations, axis1=-2, axis2=-1)
-    products = np.empty((*R.shape[:-2], 4, 4))  # 4 q q^T
-    for i, j, k in ((0, 1, 2), (1, 2, 0), (2, 0, 1)):
-        products[..., i, i] = 1 + 2 * R[..., i, i] - trace
-        products[..., i, j] = products[..., j, i] = R[..., j, i] + R[..., i, j]
-        products[..., i, 3] = products[..., 3, i] = R[..., k, j] - R[..., j, k]
-    products[..., 3, 3] = 1 + trace
-    # each row gives q, that of the largest component without loss
-    largest = np.stack([R[..., 0, 0], R[..., 1, 1], R[..., 2, 2], trace], -1).argmax(-1)
-    q = np.take_along_axis(products, largest[..., None, None], -2)[..., 0, :]
-    q /= np.linalg.norm(q, axis=-1, keepdims=True)
+    """Quaternions (n, bodies, 4), order x, y, z, w, of rotations (n, bodies, 3, 3), without jumps of sign along n."""
+    make = pinocchio().Quaternion  # SciPy's take 0.25 s to import
+    q = np.array([make(R).coeffs() for R in rotations.reshape(-1, 3, 3)]).reshape(*rotations.shape[:2], 4)
     turned = np.where((q[1:] * q[:-1]).sum(axis=-1) < 0, -1.0, 1.0)
     q[1:] *= np.cumprod(turned, axis=0)[..., None]
     return q
@@ -199,21 +195,13 @@ def quaternions(rotations: Array) -> Array:
 
 def _floats(values: Array) -> str:
     """Values (...) as numbers of 32 bits, in text."""
-    _refuse_beyond_floats(values)
     return base64_of(values.astype("<f4").tobytes())
 
 
 def _integers(values: Array) -> dict[str, Any]:
     """Values (...) as whole numbers of 16 bits, in text, and what one of them is worth."""
-    _refuse_beyond_floats(values)
     scale = float(np.abs(values).max(initial=0.0)) / 32767 or 1.0
     return {"scale": scale, "data": base64_of((values / scale).round().astype("<i2").tobytes())}
-
-
-def _refuse_beyond_floats(values: Array) -> None:
-    """Raise InputError where values (...) are too large for 32 bits."""
-    if (np.abs(values) > np.finfo("f4").max).any():
-        raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
 
 
 def _own(name: str) -> str:
@@ -226,17 +214,6 @@ def _viewer(name: str) -> str:
     if spec is None or not spec.submodule_search_locations:
         raise MissingLibrary("pictures in 3D need meshcat's viewer: pip install meshcat")
     return Path(spec.submodule_search_locations[0], "viewer", "dist", name).read_text(encoding="utf-8")
-
-
-def commands(drawing: Drawing, bodies: list[int]) -> list[dict[str, Any]]:
-    """meshcat's commands that set the stage and put the shapes on it, those of `bodies[i]` in a group named body_i."""
-    settings = [("/Background", key, color) for key, color in SKY.items()]
-    settings += [(path, "visible", False) for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in LIGHTS))]
-    names = ("path", "property", "value")
-    return [
-        *({"type": "set_property"} | dict(zip(names, setting, strict=True)) for setting in settings),
-        {"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)},
-    ]
 
 
 def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dict[str, Any]:
@@ -256,16 +233,13 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
         matrix = [round(float(x), 9) for x in placed(shape).T.flat]
         groups[shape.body].append(solid | {"castShadow": shadows, "matrix": matrix})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
+    children = [{"type": "Group", "uuid": names[b], "name": names[b], "children": x} for b, x in groups.items()]
     return {
         "metadata": {"version": 4.5, "type": "Object"},
         "geometries": list(geometries.values()),
         "materials": list(materials.values()),
-        "object": _group("solids", [_group(names[body], parts) for body, parts in groups.items()]),
+        "object": {"type": "Group", "uuid": "solids", "name": "solids", "children": children},
     }
-
-
-def _group(name: str, children: list[dict[str, Any]]) -> dict[str, Any]:
-    return {"type": "Group", "uuid": name, "name": name, "children": children}
 
 
 def placed(shape: Shape) -> Array:
@@ -283,9 +257,7 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
             raise InputError(f"{path}: a mesh to be drawn is one of: {choices(MESHES)}")
         with inside(str(path)):
             data = read_whole(path, MESH_BYTES, "a mesh")
-        if (
-            kind == "dae"
-        ):  # meshcat joins the parts of a file, which must then have the same attributes: places, normals
+        if kind == "dae":  # meshcat joins the parts of a file: they need the same attributes, places and normals
             data = re.sub(rb"semantic=([\"'])(?:TEXCOORD|COLOR)\1", rb"semantic=\1LEFT_OUT\1", data)
         content = {"base64": base64_of(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
         return {"type": "_meshfile_geometry", "format": kind} | content

@@ -33,10 +33,9 @@ from pendpin.model.notes import ignored, leaving
 from pendpin.model.urdf import mesh_file, parse
 from pendpin.scene import Chain, Scene, UrdfModel, scene_of
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import DRIFT, place_of, unit_of
-from pendpin.trajectory.parts import HingeReactions
+from pendpin.trajectory.columns import DRIFT, unit_of
 
-MOST_QUANTITIES = 600  # of a page; of longer chains those of the first, the middle and the last rod come first
+MOST_QUANTITIES = 600  # of a page
 
 
 def drawing_of(trajectory: RunRecord) -> Drawing:
@@ -69,8 +68,8 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
         velocity=(after - before) / (2 * step) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         moments=np.pad(moments, ((0, 0), (0, 1), (0, 0))),
-        quantities=quantities_of(trajectory),
-        plots=plots_of(trajectory),
+        quantities=quantities_of(trajectory, plots := plots_of(trajectory)),
+        plots=plots,
         joints=tuple(_joints(model, joints, extent)),
         support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
         label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
@@ -135,11 +134,14 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
 # --- what the page plots against time: every quantity of a run by name, and the plots that are offered at once ------
 
 
-def quantities_of(run: RunRecord) -> tuple[Quantity, ...]:
-    """The quantities of a run, at most MOST_QUANTITIES, in the order of `run.names`; the energy drift last, if any."""
-    names = [name for name in run.names if name != "t"]
+def quantities_of(run: RunRecord, plots: Sequence[Plot]) -> tuple[Quantity, ...]:
+    """The quantities of a run, at most MOST_QUANTITIES, in the order of `run.names`; the energy drift last, if any.
+
+    Of too many those of the plots stay, then the first ones.
+    """
+    names, plotted = [name for name in run.names if name != "t"], {curve.name for x in plots for curve in x.curves}
     if len(names) > MOST_QUANTITIES:
-        first = sorted(names, key=lambda name: not _is_shown(run, name))  # stable: shown ones first, else as they come
+        first = sorted(names, key=lambda name: name not in plotted)  # stable
         names = sorted(first[:MOST_QUANTITIES], key=run.names.index)
     names += [DRIFT] * run.stats.conservative
     return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
@@ -150,16 +152,6 @@ def left_out(run: RunRecord) -> tuple[str, ...]:
     count = len(run.names) - 1  # without t
     note = f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any"
     return (note,) if count > MOST_QUANTITIES else ()
-
-
-def _is_shown(run: RunRecord, name: str) -> bool:
-    """Whether a quantity belongs to the whole run, to a joint that moves most or to a rod that is shown."""
-    part, index = place_of(run, name)
-    if part in "qva":
-        return index[-1] in joints_shown(run)
-    if part in HingeReactions._fields or part == "omega":
-        return index[1] in rods_shown(run)
-    return part not in ("wrench", "tips")
 
 
 def plots_of(run: RunRecord) -> tuple[Plot, ...]:
@@ -205,9 +197,7 @@ def compared_drawing(runs: Sequence[RunRecord]) -> Drawing:
         return drawing_of(runs[0])
     first, *rest = (replace(drawing_of(run), label=label) for run, label in zip(runs, labels_of(runs), strict=True))
     ghosts = []
-    for drawing, run in zip(
-        rest, runs[1:], strict=True
-    ):  # in the first's time, with the tips' distance, without support
+    for drawing, run in zip(rest, runs[1:], strict=True):  # in the time of the first, with the distance of the tips
         rows = rows_within(run, runs[0])
         cut: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in ("t", "poses", "trail")}
         cut["velocity"] = None if drawing.velocity is None else drawing.velocity[rows]

@@ -190,9 +190,7 @@ def serve(
         url = f"http://{ADDRESS}:{server.server_address[1]}/"
         try:
             ready(url)
-            screen = (
-                os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY") or sys.platform in {"win32", "darwin"}
-            )
+            screen = any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))) or sys.platform in {"win32", "darwin"}
             if open_browser and screen:  # a browser in the terminal would take the terminal over
                 import webbrowser
 
