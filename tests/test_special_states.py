@@ -14,8 +14,10 @@ import pendpin as pp
 from laws import law
 from pendpin import effects as fx
 from pendpin.errors import Note
-from pendpin.ground.arrays import EPS
+from pendpin.ground.arrays import EPS, TINY
+from pendpin.motions.continuation import resolved
 from pendpin.motions.crosschecks.crosscheck import crosscheck_run
+from pendpin.motions.search import find_largest, sign_changes
 from test_crosschecks import RODS
 
 UP = np.pi  # rad
@@ -132,6 +134,22 @@ def test_a_motion_too_short_to_exchange_energy_is_no_error(position: tuple, dura
     for options in ({}, {"method": "rk23", "tolerance": 1e-5}, {"energy_balance": True}, {"accuracy": 1e-6}):
         assert len(pp.simulate(scene, **options).t) == len(scene.times)
     assert np.isfinite(pp.simulate_many(scene, [position] * 2, [(0.0, 0.0)] * 2).q).all()
+
+
+def test_numbers_that_underflow_are_not_searched() -> None:
+    """The moment of a thin rod with phi = -1e-300 is below the smallest normal double: its signs and sizes are rounding."""
+    start = pp.Start(positions=(-UP, -1e-300), velocities=(-1.0, 0.0))
+    scene = pp.Scene(duration=0.5, model=pp.Chain(rods=(RODS["thin"],)), start=start, effects=(fx.Gravity(),))
+    more, samples = resolved(pp.simulate(scene, method="gauss4", step=0.05, samples=7)), list[int]()
+
+    def moment(rows: Any) -> np.ndarray:
+        samples.append(len(rows.t))
+        return rows["M3"]
+
+    assert 0 < np.abs(moment(more.run)).max() < TINY
+    assert not sign_changes(more, moment).begin.size
+    find_largest(more, lambda rows: moment(rows)[:, None])
+    assert sum(samples) < 1000  # 200,000 otherwise
 
 
 @pytest.mark.parametrize("method", ["taylor", "dop853"])

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 
 from pendpin.errors import InputError, is_number, shown
-from pendpin.ground.arrays import Array, Indices, Mask
+from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolved, times_of_events
 from pendpin.trajectory import RunRecord, samples_of
@@ -107,7 +107,7 @@ def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array
 def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> Changes:
     """All sign changes of a quantity, of numbers up to `size`, of a `resolved` run; 0 counts to where it comes from."""
     times, values = more.run.t, quantity(more.run)
-    tiny = ROUNDING * max(size, float(np.abs(values).max(initial=0.0)))
+    tiny = max(ROUNDING * max(size, float(np.abs(values).max(initial=0.0))), TINY)  # what underflows is rounding too
     known, every = [(times, values)], np.arange(len(times) - 1)
     pieces = _interpolate(times, values[:, None], times_of_events(more.run), every, np.zeros_like(every))
 
@@ -151,7 +151,7 @@ def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf)
         t, x = np.concatenate([t, sides.t]), np.concatenate([x, quantity(sides)])
     row, column = np.unravel_index(int(np.argmax(x)), x.shape)
     best = [(float(x[row, column]), float(t[row]), int(column))]
-    tiny = max(ROUNDING, EXACT * (run.stats.tolerance or FIXED)) * float(np.abs(x).max())
+    tiny = max(max(ROUNDING, EXACT * (run.stats.tolerance or FIXED)) * float(np.abs(x).max()), TINY)
 
     high, most = np.ones((len(values) - 1, values.shape[1]), bool), POINTS[0]
     if len(values) >= most:  # the intervals in which the samples near may exceed the largest one
