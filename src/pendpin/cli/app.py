@@ -32,33 +32,31 @@ PLAIN = {  # what newer typers show of a value in the help, and what is shown he
 }
 
 
-class Command(TyperCommand):
-    """A command whose help names the kinds of values in plain words."""
+class PlainHelp:
+    """Help that names arguments as SCENE or RUN..., and the kinds of an option's values as PLAIN has them."""
 
     def get_params(self, ctx: Any) -> list[Any]:
-        return plain(super().get_params(ctx), ctx)
+        """The parameters with these names."""
+        parameters: list[Any] = super().get_params(ctx)  # type: ignore[misc]
+        for parameter in parameters:
+            if parameter.param_type_name == "argument":
+                name = (parameter.metavar or parameter.name).upper().removesuffix("...")
+                name += "" if parameter.nargs == 1 else "..."
+                shown = name if parameter.required else f"[{name}]"
+                parameter.metavar = name
+                parameter.display_type_rich = lambda ctx: None  # no type beside the name
+                parameter._usage_display_name = lambda shown=shown: shown  # typer: {RUN...}...
+            elif parameter.metavar is None and hasattr(parameter, "display_type"):
+                parameter.metavar = PLAIN.get(parameter.display_type(ctx))
+        return parameters
 
 
-class Group(TyperGroup):
+class Command(PlainHelp, TyperCommand):
+    """One command."""
+
+
+class Group(PlainHelp, TyperGroup):
     """All commands together."""
-
-    def get_params(self, ctx: Any) -> list[Any]:
-        return plain(super().get_params(ctx), ctx)
-
-
-def plain(parameters: list[Any], ctx: Any) -> list[Any]:
-    """Parameters of a command as the help shows them: an option's value as PLAIN has it, an argument as SCENE or RUN..."""
-    for parameter in parameters:
-        if parameter.param_type_name == "argument":
-            name = (parameter.metavar or parameter.name).upper().removesuffix("...")
-            name += "" if parameter.nargs == 1 else "..."
-            shown = name if parameter.required else f"[{name}]"
-            parameter.metavar = name
-            parameter.display_type_rich = lambda ctx: None  # no type beside the name
-            parameter._usage_display_name = lambda shown=shown: shown  # typer: {RUN...}...
-        elif parameter.metavar is None and hasattr(parameter, "display_type"):
-            parameter.metavar = PLAIN.get(parameter.display_type(ctx))
-    return parameters
 
 
 app = typer.Typer(
