@@ -66,7 +66,7 @@ def test_a_hanging_chain(count: int, factors: tuple[float, ...]) -> None:
     found = of_chain(pp.Rod(length=1 / count, mass=1 / count), count)
     for direction in (0, 1):
         assert np.abs(found.omega[direction:8:2] / J0 - factors).max() < 6e-7
-    assert all(line.cells[4] == "2" for line in found.lines())
+    assert all(row[4] == "2" for row in found.rows())
 
 
 def test_foucault() -> None:

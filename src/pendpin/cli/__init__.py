@@ -1,6 +1,6 @@
 """The commands, their tables and their progress. No physics.
 
-May import: everything. To add a command: a function in run.py, stability.py, sweep.py or verification.py, listed in app.py.
+May import: everything. To add a command: a function in run.py, sweep.py or tools.py, listed in app.py.
 Its result says in a report what is printed (ground/report.py); outputs.py prints it.
 """
 

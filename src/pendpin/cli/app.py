@@ -12,10 +12,9 @@ from typer.core import TyperCommand, TyperGroup
 
 from pendpin.cli.inputs import flag
 from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
-from pendpin.cli.run import new, plot, run, schema, urdf, view
-from pendpin.cli.stability import bifurcation, effects, modes, section, stability
+from pendpin.cli.run import new, plot, reference, run, schema, urdf, view
 from pendpin.cli.sweep import fit, map_, sweep
-from pendpin.cli.verification import check, cost, doctor, hard, reference, validate
+from pendpin.cli.tools import bifurcation, check, cost, doctor, effects, hard, modes, section, stability, validate
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.ground.libraries import VERSION, abandoned
 

@@ -1,4 +1,5 @@
-"""Runs and scenes: simulate, show a saved run, draw it, write a model: pendpin run, view, plot, urdf, new, schema."""
+"""Runs and scenes: simulate, show a saved run, draw it, write a model:
+pendpin run, view, plot, urdf, reference, new, schema."""
 
 from dataclasses import replace
 from pathlib import Path
@@ -9,6 +10,7 @@ from typer import Argument, BadParameter, Option
 from pendpin.cli.inputs import (
     Accuracy,
     Json,
+    Limit,
     Method,
     Plot,
     SceneInput,
@@ -20,7 +22,7 @@ from pendpin.cli.inputs import (
     read_scene,
     refuse_alone,
 )
-from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say
+from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import Halted, PendpinError, RunError, inside
 from pendpin.ground.files import write_whole
 
@@ -188,6 +190,22 @@ def urdf(
         print(text, end="")
     else:
         print_files([write_whole(out, lambda file: file.write(text.encode()))])
+
+
+@on_scene
+def reference(
+    chosen: SceneInput,
+    out: Annotated[Path, Option(help="A new folder for the model files and the numbers.")],
+    seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
+    limit: Limit = None,
+    json: Json = False,
+) -> None:
+    """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
+    from pendpin.verification.agreement.reference import write_reference
+
+    with working("numbers in 50 digits", limit, json), chosen.noted() as scene:
+        made = write_reference(scene, out, seed)
+    print_report(made, json)
 
 
 def new(

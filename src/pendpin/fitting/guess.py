@@ -12,12 +12,10 @@ from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model
 
 MOST_POINTS = 1_000  # of the regression
-ONE_PERCENT = 0.01
 INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
 # Weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free.
 SAME = 1e7
 REACH = 3.0  # natural scales: a step within which accelerations are nearly linear
-NEAREST = 30  # steps at most towards the guess
 UNSEEN = 1e-6  # of the accelerations, by a change of a number by its own size: it does not change them
 FAR_OFF = 1e3  # times the accelerations: an error, or none that is a number
 ENOUGH = 1e-3  # of the sum of squares: what a step gains that still pays
@@ -148,7 +146,7 @@ def natural_scale(samples: Regression, x: Array) -> Array:
     with np.errstate(all="ignore"):
         size, slope = np.sqrt(np.nanmean(a**2)) or 1.0, np.sqrt(np.nanmean(J[:, :nz] ** 2, axis=0))
         unseen = ~(slope * np.where(x[:nz] != 0, np.abs(x[:nz]), 1.0) > UNSEEN * size)
-        return np.where(unseen, 0.0, ONE_PERCENT * size / np.where(unseen, 1.0, slope))
+        return np.where(unseen, 0.0, 0.01 * size / np.where(unseen, 1.0, slope))
 
 
 def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:
@@ -179,7 +177,7 @@ def nearest_to_guess(
     """The unknowns (nx,) nearest to the guess in units of its size with the accelerations of x (nx,); x where that fails."""
     aim, y = samples.accelerations(x)[0], x
     weight = SAME / (np.linalg.norm(aim) or 1.0)
-    for _ in range(NEAREST):
+    for _ in range(30):
         a, J = samples.accelerations(y)
         Q, R = np.linalg.qr(np.concatenate([weight * J * sizes, np.eye(len(x))]))
         goal = Q.T @ np.concatenate([weight * (aim - a), (prior - y) / sizes])

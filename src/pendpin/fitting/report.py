@@ -28,7 +28,6 @@ POOR = 0.05  # of the spread of a column: residuals of a model that misses somet
 OUTLIERS = 0.5  # of the squared residuals of a column: outliers with more of them explain what is left over
 NAMED = 3  # outliers, the farthest
 PERIOD, COLOURED = 60, 1e-3  # samples, about a period; level at which noise with one correlation time is refused
-ELLIPSE = 200  # points
 FAR = 10.0  # times the residuals of the fit: held-out errors that need a reason
 
 
@@ -105,7 +104,7 @@ class Fit(Result):
             raise InputError(f"confidence_region: {not_one_of(odd, tuple(self.errors))}; give two numbers with errors")
         if not is_number(level) or not 0 < level < 1:
             raise InputError(f"level: {shown(level)} is not a probability between 0 and 1")
-        angle = np.linspace(0.0, 2 * np.pi, ELLIPSE)
+        angle = np.linspace(0.0, 2 * np.pi, 200)
         values, directions = np.linalg.eigh(self.covariance[np.ix_(places, places)])
         circle = np.sqrt(-2 * np.log1p(-level)) * np.column_stack([np.cos(angle), np.sin(angle)])
         centre = np.array([self.values[one], self.values[other]])
@@ -266,7 +265,6 @@ class Fit(Result):
 
 # --- a fit as one figure: measured and fitted swings, what is left over, and the autocorrelation of that -------------
 
-MOST_LAGS = 400
 GAP = 5.0  # times the usual time between samples: no curve is drawn across
 
 
@@ -297,7 +295,7 @@ def draw_fit(fit: Fit) -> Any:
     r = r.reshape(len(problem.batch.swing), -1, len(fit.train.columns))
     spacing = float(np.median(np.diff(fit.train.swings[0].t)))
     for k in range(len(fit.train.columns)):
-        rho = autocorrelation(r[:, :, k : k + 1], MOST_LAGS)
+        rho = autocorrelation(r[:, :, k : k + 1], 400)
         below.plot(spacing * np.arange(len(rho)), rho, color=COLORS[k % len(COLORS)])
     bound = 2 / np.sqrt(max((r != 0).sum() / len(fit.train.columns), 1))
     below.axhspan(-bound, bound, color=SHADE, linewidth=0, label="white noise,\n95 %")

@@ -29,7 +29,6 @@ THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing
 SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show
 MESH_BYTES = 100_000_000  # of one mesh; the page holds all of it
 MESHES = {".obj": "obj", ".stl": "stl", ".dae": "dae"}
-SKY = {"top_color": [0.98, 0.985, 0.99], "bottom_color": [0.90, 0.92, 0.945]}
 LIGHTS = ("PointLightNegativeX", "PointLightPositiveX", "AmbientLight", "FillLight")  # made for scenes of 1 m
 
 
@@ -101,7 +100,8 @@ def contents(drawing: Drawing) -> dict[str, Any]:
         for other, color in zip(drawing.others, GHOSTS, strict=False)
     ]
     # meshcat's commands that set the stage and put the shapes on it, those of bodies[i] in a group named body_i
-    settings = [("/Background", key, color) for key, color in SKY.items()]
+    sky = {"top_color": [0.98, 0.985, 0.99], "bottom_color": [0.90, 0.92, 0.945]}
+    settings = [("/Background", key, color) for key, color in sky.items()]
     settings += [(path, "visible", False) for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in LIGHTS))]
     commands = [{"type": "set_property", "path": path, "property": key, "value": x} for path, key, x in settings]
     commands += [{"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)}]

@@ -37,7 +37,6 @@ STYLE: dict[Any, Any] = {
     "lines.markersize": 4,
 }
 FORMATS = ("png", "pdf", "svg")
-DPI = 120
 SHOWN = 84  # of a figure in a page or a notebook
 BESIDE: dict[str, Any] = {"loc": "center left", "bbox_to_anchor": (1.0, 0.5)}  # of a legend: right of its axes
 
@@ -80,7 +79,7 @@ def write_figure(path: str | Path, drawn: Callable[[], Any]) -> Path:
     kind = picture_kind(path)
     with styled():
         figure = drawn()
-        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=DPI))
+        return write_whole(path, lambda file: figure.savefig(file, format=kind, dpi=120))
 
 
 def picture_kind(path: Path) -> str:

@@ -78,11 +78,9 @@ def frame_of(*runs: RunRecord) -> str:
 
 # --- a run as a film: a GIF or an MP4 of its rods, drawn by matplotlib, seen from a little above --------------------
 
-FFMPEG = ("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
 FILM_RATE, MOST_FRAMES = 25, 1500  # frames a second, and in all
 MOST_DOTS = 20  # joints that are drawn
 PATH_POINTS, PATH_RATE = 20_000, 60  # of the path: at most, and in a second at least
-SIZE, DPI = 4.8, 100  # inches, square
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(15.0)  # of the eye
 
 
@@ -93,14 +91,16 @@ def _write_film(path: Path, runs: Sequence[RunRecord], suffix: str) -> Path:
     from matplotlib import rc_context
     from matplotlib.animation import FFMpegWriter, PillowWriter
 
-    settings: Any = {} if suffix == ".gif" else {"animation.ffmpeg_path": optional(*FFMPEG).get_ffmpeg_exe()}
-    settings["text.usetex"] = False
+    settings: Any = {"text.usetex": False}
+    if suffix == ".mp4":
+        encoder = optional("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
+        settings["animation.ffmpeg_path"] = encoder.get_ffmpeg_exe()
     with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
         warnings.simplefilter("ignore")
         figure, draw, count = _film(runs)
         writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FILM_RATE)
         film = Path(folder, f"film{suffix}")
-        with writer.saving(figure, str(film), DPI):
+        with writer.saving(figure, str(film), dpi=100):
             for frame in range(count):
                 draw(frame)
                 writer.grab_frame()
@@ -124,7 +124,7 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
 
     points = np.concatenate([*(one.reshape(-1, 2) for one in all_ends), path])
     middle, reach = (points.min(0) + points.max(0)) / 2, 0.55 * max(float(np.ptp(points, axis=0).max()), 1e-9)
-    figure = Figure(figsize=(SIZE, SIZE))
+    figure = Figure(figsize=(4.8, 4.8))
     axes = figure.add_axes((0.0, 0.0, 1.0, 0.92))
     axes.set(xlim=middle[0] + [-reach, reach], ylim=middle[1] + [-reach, reach], aspect="equal")
     axes.set_axis_off()
@@ -248,7 +248,6 @@ def _server(port: int, content: bytes) -> Any:
 
 KEYS = 2000  # poses of a body at most
 GROUP = "pendpin"  # what is shown stands below this path of the viewer
-CAMERA = "/Cameras/default/rotated/<object>"
 FROM = (1.0, 0.27, 0.72)  # in the camera's axes, in which y is up
 AWAY = 1.3  # times as far as the farthest point
 
@@ -284,7 +283,7 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
     distance = AWAY * (float(farthest) or 1.0)  # of the camera, which looks at the origin and sees all of it
     for name, value in (("position", [distance * x for x in FROM]), ("near", distance / 100), ("far", 100 * distance)):
-        viewer[CAMERA].set_property(name, value)
+        viewer["/Cameras/default/rotated/<object>"].set_property(name, value)
     film = animation.Animation(default_framerate=PAGE_RATE)
     for row in pick(drawing.t, PAGE_RATE / 2, KEYS):
         with film.at_frame(viewer, round(float(drawing.t[row] - drawing.t[0]) * PAGE_RATE)) as frame:

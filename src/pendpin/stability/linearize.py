@@ -26,7 +26,6 @@ ZERO = 1e-9  # degrees or m: what is less is 0 in words
 FEW_JOINTS = 4  # that say where a rest is
 REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
 MOST_ROWS = 24  # eigenvalues that are printed
-SUPPORT = ("support_x", "support_y", "support_z")
 
 
 def place_of(model: Model, q: Array) -> str:
@@ -180,18 +179,16 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     of_torque = engine.compliance(q, np.arange(nv))
     B = np.concatenate([np.zeros((nv, nv + 3)), np.concatenate([of_torque, of_torque @ needed.T], 1)])
     states = (*joints, *(f"{name}_rate" for name in joints))
-    inputs = (*(f"torque_{name}" for name in joints), *SUPPORT)
+    inputs = (*(f"torque_{name}" for name in joints), "support_x", "support_y", "support_z")
     return LinearModel(A, B, states, inputs, q, v, slopes.acceleration, remarks(scene))
 
 
 # --- the rests of a scene, or its driven periodic motion: pendpin stability ------------------------------------------
 
-CORRECTIONS = 30  # of Newton's method, from there to a rest
 RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
 NEAREST = "this is the periodic motion nearest to the start; a scene may have others, near other starts"
 NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a period in s (--period)"
-HEAD = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -214,7 +211,8 @@ class Stability(Result):
             swing = "" if row["slowest"] is None else f"{row['slowest']:.6g}"
             verdict = "neutral" if rest.neutral else "stable" if row["stable"] else "unstable"
             cells.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
-        return Report((Table(HEAD, cells), *notes), {"rests": self.rows(), "notes": list(self.notes)})
+        head = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
+        return Report((Table(head, cells), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
     def rows(self) -> list[dict[str, Any]]:
         """Of each rest: degrees of angles, m of slides, stable or neutral, fastest growth in 1/s, slowest swing in rad/s."""
@@ -256,7 +254,7 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
 def _corrected(equations: Variational, q: Array) -> Array | None:
     """The rest (nv,) next to q, by Newton's method on the accelerations; None if there is none."""
     still = np.zeros(len(q))
-    for _ in range(CORRECTIONS):
+    for _ in range(30):
         try:
             slopes = equations.jacobian(0.0, q, still)
             step = np.linalg.lstsq(slopes.of_q, -slopes.acceleration, rcond=1e-12)[0]

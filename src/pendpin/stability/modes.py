@@ -3,7 +3,7 @@
 from dataclasses import dataclass, field
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -35,16 +35,6 @@ SHOWN = 6  # shapes in a figure
 SWING = 0.12  # of the extent of the model: how far a shape is drawn from the rest
 MOST_TURN = 0.6  # rad, or m: the largest entry of a shape that is played
 PERIODS, FRAMES = 4, 40  # of an animation: periods, and samples of each
-
-
-class Line(NamedTuple):
-    """A line of the table: a mode, or some with one frequency."""
-
-    modes: tuple[int, ...]  # their places, from 0
-    cells: list[str]  # as text; which rods move most is the last
-
-
-HEAD = ["mode", "rad/s", "Hz", "damping", "directions", "moves most"]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -115,9 +105,9 @@ class Modes(Result):
                 groups.append([i])
         return groups
 
-    def lines(self, most: int | None = None) -> list[Line]:
-        """The lines of the table, at most so many: modes of one frequency and damping together."""
-        lines: list[Line] = []
+    def rows(self, most: int | None = None) -> list[list[str]]:
+        """The rows of the table, at most so many: modes of one frequency and damping together."""
+        rows = []
         for group in self._groups[:most]:
             share = np.mean([self._shares(self.shapes[i]) for i in group], 0)
             order = np.argsort(-share, kind="stable")  # the bodies until they have half of the energy
@@ -126,8 +116,8 @@ class Modes(Result):
             first, last, omega = group[0] + 1, group[-1] + 1, float(self.omega[group[0]])
             which = f"{first}" if first == last else f"{first}{', ' if last == first + 1 else ' to '}{last}"
             numbers = [f"{omega:.7g}", f"{omega / (2 * np.pi):.6g}", f"{self.damping_ratio[group[0]]:.4g}"]
-            lines.append(Line(tuple(group), [which, *numbers, f"{len(group)}", where]))
-        return lines
+            rows.append([which, *numbers, f"{len(group)}", where])
+        return rows
 
     def report(self, most: int | None = MOST_ROWS) -> Report:
         """The table, at most so many of its lines, and whether the rest is stable."""
@@ -139,7 +129,8 @@ class Modes(Result):
         words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}
-        return Report((Table(HEAD, [line.cells for line in self.lines(most)], left), *words), data)
+        head = ("mode", "rad/s", "Hz", "damping", "directions", "moves most")
+        return Report((Table(head, self.rows(most), left), *words), data)
 
     @styled()
     def plot(self, *chosen: int, ax: Any = None) -> Any:

@@ -27,7 +27,6 @@ from pendpin.motions.crosschecks.routes import (
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 
-ROUTE = 12  # letters of a route's name: those of users may be long
 BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
 LARGEST_RATE = 100.0  # rad/s
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
@@ -108,7 +107,7 @@ class CheckReport(Result):
             for quantity in quantities:
                 worst = max((row for row in rows if row.quantity == quantity), key=_badness, default=None)
                 cells.append(f"{'' if worst.ok else '!'}{worst.relative:.0e}" if worst else "-")
-            lines.append((name[:ROUTE], *cells))
+            lines.append((name[:12], *cells))  # those of users may be long
         return Table(("", *quantities), lines)
 
     @property

@@ -36,7 +36,6 @@ from pendpin.verification import Claim, Progress, attempt, choose_cases, collect
 
 FOLDER = Path(__file__).parent / "cases"
 WINDOW = 0.02  # of a published bound of stability: where the verdict is looked for to change
-HALVINGS = 40  # of that window: 2e-2 to a rounding
 
 
 class Published(Record):
@@ -80,7 +79,7 @@ class StabilityBounds(Published):
             before = is_stable(low)
             if before == is_stable(high):
                 low = high = float("nan")  # no change of stability is near
-            for _ in range(HALVINGS if low < high else 0):
+            for _ in range(40 if low < high else 0):  # 2e-2 to a rounding
                 middle = (low + high) / 2
                 low, high = (middle, high) if is_stable(middle) == before else (low, middle)
             found.append((low + high) / 2)

@@ -33,11 +33,8 @@ from pendpin.verification.work_precision.references import (
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, row
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
-ACCURACY = 1e-9
 SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
 KNOWN = 0.1  # of the accuracy: largest error of the reference
-REPETITIONS = 3
-BUDGET = 1.0  # s, of the slowest run of a method
 LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libraries start besides
 OF_REFERENCE = 1.2  # s of it, at most, for each run of a reference
 WORTH = (0.01, 3.0)  # s, and times the cheapest first run: longer runs are not tried, unless thorough
@@ -45,7 +42,6 @@ SEVERAL_JOINTS = 6  # from more on, thorough series of taylor take every fourth 
 MOST_STEPS = 20  # of a series of steps
 GROWTH = 2.0  # of the time from one setting to the next
 PATIENCE = 5.0  # times the time that a run is worth: one that takes longer is stopped
-LIBRARIES = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
 
 
 @dataclass(frozen=True)
@@ -95,11 +91,11 @@ def cost(
     scene: Scene | str | Path,
     *,
     methods: Sequence[str] | str | None = None,
-    accuracy: float = ACCURACY,
+    accuracy: float = 1e-9,
     peers: bool = False,
     thorough: bool = False,
-    repetitions: int = REPETITIONS,
-    budget: float = BUDGET,
+    repetitions: int = 3,
+    budget: float = 1.0,
     progress: Callable[[str], None] = lambda what: None,
 ) -> CostReport:
     """Measure error against time: the cheapest method for each accuracy, and its run time (a work-precision diagram).
@@ -155,6 +151,7 @@ def cost(
             bench.climb(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
+    libraries = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
     known, model, curves = bench.known, bench.model, tuple(one.curve for one in series + others)
     count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
     same = {name: getattr(known, name) for name in ("error", "solutions", "duration", "horizon", "halted")}
@@ -163,7 +160,7 @@ def cost(
         curves=curves,
         accuracy=accuracy,
         machine=machine(),
-        versions={name: version for name, version in installed(*LIBRARIES).items() if version},
+        versions={name: version for name, version in installed(*libraries).items() if version},
         repetitions=repetitions,
         thorough=thorough,
         interrupted=interrupted,
