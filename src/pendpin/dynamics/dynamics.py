@@ -106,6 +106,14 @@ class Dynamics:
         """Compute samples in machine code where that is possible: those of rods with pendpin's own effects."""
         self.sampler = compile_sampler(self._base, self.effects, self.start)
 
+    def sample(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
+        """Accelerations, wrenches, poses and kinetic energy at t (n,) since the start, of states q, v (n, nv).
+
+        In machine code where it serves; where that finds no finite number, the engine's own equations say why.
+        """
+        parts = None if self.sampler is None else self.sampler(t, q, v, torque)
+        return parts or (*self.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(self.model, q, v))
+
     def acceleration(self, t: float, q: Array, v: Array) -> Array:
         """q'' (nv,) at time t. Raises InputError for arrays of another shape, and not finite."""
         return self.engine.accelerate(self._time(t), *self._checked_state(q, v))

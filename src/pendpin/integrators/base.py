@@ -143,7 +143,7 @@ class Integrator(ABC):
 def separate(times: Array) -> Indices:
     """Where times (n,) that do not fall are farther than rounding behind the last such time; the first is one."""
     places = [0]
-    if len(times) == 1 or np.diff(times).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
+    if len(times) == 1 or (times[1:] - times[:-1]).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
         return np.arange(len(times))
     for i, t in enumerate(times.tolist()):
         if t - times[places[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):

@@ -5,6 +5,7 @@ import weakref
 from collections.abc import Callable, Sequence
 from copy import copy
 from functools import cache
+from math import isfinite
 from operator import add, mul, neg, sub, truediv
 from typing import Any, NamedTuple
 from weakref import WeakKeyDictionary
@@ -97,20 +98,22 @@ class Taylor(Integrator):
         series.time, series.state[:] = times[0], memory.state
         if plan.first is None:
             self._take_first_step(min(float(times[1] - times[0]), plan.longest))
-        states, done, failure = [y[None]], 1, None
+        states, done, failure = np.empty((len(times), len(y))), 1, None
+        states[0] = y
         while done < len(times) and failure is None:
-            if not np.isfinite(series.time):  # a coefficient overflows
-                return Segment(np.concatenate(states), self._steps - before, NOT_FINITE, self.memory(y))
+            if not isfinite(series.time):  # a coefficient overflows
+                return Segment(states[:done], self._steps - before, NOT_FINITE, self.memory(y))
             self._progress(series.time)
-            ahead = np.concatenate([[series.time], times[done:]])
+            ahead = times[done - 1 :].copy()
+            ahead[0] = series.time
             outcome, _, _, steps, _, reached = series.propagate_grid(
                 ahead, max_steps=STEPS_AT_ONCE, max_delta_t=LONGEST_STEP * plan.longest
             )
-            states.append(reached[1:])
+            states[done : done + len(reached) - 1] = reached[1:]
             done, self._steps = done + len(reached) - 1, self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
-        return Segment(np.concatenate(states), self._steps - before, failure, SeriesMemory(series.state.copy()))
+        return Segment(states[:done], self._steps - before, failure, SeriesMemory(series.state.copy()))
 
     def _take_first_step(self, end: float) -> None:
         """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge."""

@@ -139,7 +139,15 @@ def scale(model: Model) -> float:
 def marks_at(model: Model, q: Array) -> Array:
     """The marks of states q (n, nv), (n, bodies, 3) m in W."""
     if model.chain is not None:
-        return kinematics.positions(model.chain, split_by_rod(q)).tips * SIGNS
+        s, c = (function(np.ascontiguousarray(q.T)) for function in (np.sin, np.cos))
+        x, y, z = np.eye(3)[..., None]  # the axes of the rods so far, (3, n) in I
+        tip, out = 0.0, np.empty((len(q), len(model.rods), 3))
+        for k, length in enumerate(model.chain.l.tolist()):  # all states at once, and no frames are kept
+            y, z = c[2 * k] * y - s[2 * k] * z, s[2 * k] * y + c[2 * k] * z
+            x, z = c[2 * k + 1] * x - s[2 * k + 1] * z, s[2 * k + 1] * x + c[2 * k + 1] * z
+            tip = tip + length * z
+            out[:, k] = tip.T
+        return out * SIGNS
     return marks(model, tips(model, poses(model, q)), q)
 
 
@@ -169,7 +177,7 @@ def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Mode
 
 def tip_distance(one: Array, other: Array, length: float) -> Array:
     """The largest distance of any tip at each time, over a length, (n,), from tips (n, rods, 3)."""
-    return np.linalg.norm(one - other, axis=-1).max(-1) / length
+    return np.sqrt(np.square(one - other).sum(-1).max(-1)) / length
 
 
 def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:

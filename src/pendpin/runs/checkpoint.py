@@ -107,7 +107,7 @@ class RunState:
 class Shifts:
     """Shifts of a motion without events: every few samples, each number of its state by a part of its largest so far.
 
-    All are away from 0, so that they add up. With a size of 0 they only cut the run into segments.
+    All are away from 0, so that they add up. With a size of 0 they only cut the run into parts.
     """
 
     size: float  # relative to the largest value

@@ -9,7 +9,7 @@ import time
 from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import replace
-from functools import partial
+from itertools import pairwise
 
 import numpy as np
 
@@ -44,6 +44,7 @@ class IntegrationLoop(ABC):
     library: str
     version: str
     first_segment = 1  # output times of it, as long as nothing is known of what they cost
+    shifts: Shifts | None = None  # of the state during the motion; not with events
 
     def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
         self.dynamics, self.balance = prepared.dynamics, prepared.balance
@@ -65,10 +66,6 @@ class IntegrationLoop(ABC):
 
         Raises RunError or LinAlgError if the segment cannot be integrated.
         """
-
-    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
-        """The state, shifted unless it is the first one; `largest` holds the largest numbers so far. Not with events."""
-        return done
 
     def sample(self, t: float, y: Array) -> bool:
         """Evaluate the sampled torques whose instant t in s is; whether there are any. y begins with q, v (2 nv,)."""
@@ -119,6 +116,7 @@ class SmoothLoop(IntegrationLoop):
                 dy[size:] = balance.powers(t, y[:size])
 
             self._derivative = derivative
+        self._largest = dict[str, Array]()  # numbers so far of a state that is shifted
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
@@ -165,19 +163,6 @@ class SmoothLoop(IntegrationLoop):
         rows = np.concatenate([q[at], v[at], work[at]], 1)
         return done.grown(rows, next_one, segment.steps, took), segment.failure
 
-    def shifted(self, done: RunState, shifts: Shifts, largest: dict[str, Array]) -> RunState:
-        """The state with every number of the motion shifted, those of the integrator's memory too."""
-        last = done.last
-        assert isinstance(last, SmoothState)
-
-        def shift(name: str, x: Array) -> Array:
-            largest[name] = np.maximum(largest.get(name, 0.0), np.abs(x))
-            return x if done.n == 1 else x + np.copysign(shifts.size * largest[name], x)
-
-        memory = self.integrator.shift_memory(last.memory, partial(shift, "memory"))
-        most = min(last.most, shifts.samples)
-        return replace(done, last=last._replace(y=shift("y", last.y), memory=memory, most=most))
-
     def _integrate_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
         """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
 
@@ -185,8 +170,8 @@ class SmoothLoop(IntegrationLoop):
         """
         start, density = np.concatenate([last.y, last.work]), last.density
         if self.engine.on_angles:
-            segment = self._integrate(start, span, last.first_step or None, last.memory)
-            return segment, span, np.arange(1, len(span)), 0.0
+            at = np.arange(1, len(span))
+            return self._integrate_shifted(start, span, at, last.first_step or None, last.memory), span, at, 0.0
         first_step, room = last.first_step or None, NUMBERS // len(start) + 1
         while True:
             parts = self._parts(span, density)
@@ -196,7 +181,7 @@ class SmoothLoop(IntegrationLoop):
             else:
                 count = np.searchsorted(at, room, "right")
                 times = subdivided(span[: count + 1], parts[:count])
-            segment = self._integrate(start, times, first_step, last.memory)
+            segment = self._integrate_shifted(start, times, at, first_step, last.memory)
             needed = self.engine.density(segment.y[:, : len(last.y)])  # states per s, and at least one a step
             if needed * float(np.diff(span).max()) > MOST_STATES:
                 raise SamplesTooFew("thin rods turn too far between samples to count their turns: take more samples")
@@ -216,6 +201,36 @@ class SmoothLoop(IntegrationLoop):
                 [count_equal_steps(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)]
             )
         return parts
+
+    def _integrate_shifted(
+        self, y: Array, times: Array, at: Indices, first_step: float | None, memory: Memory
+    ) -> Segment:
+        """Integrate over `times` (n,), with output times at the places `at` (k,), and the shifts of the run.
+
+        They come at the beginning of a segment, but for the start, and behind every few output times.
+        """
+        if self.shifts is None:
+            return self._integrate(y, times, first_step, memory)
+        segment, rows, steps, size = Segment(y[None], 0, memory=memory), [y[None]], 0, len(y) - self.accounts
+        cuts = at[self.shifts.samples - 1 :: self.shifts.samples]
+        for begin, end in pairwise([0, *cuts[cuts < len(times) - 1], len(times) - 1]):
+            y, part = segment.y[-1].copy(), self.shifts.size * (times[begin] > self.times[0])
+            if begin and not (self.integrator.step or self.engine.on_angles):
+                y[:size] = self.engine.project(y[:size])
+            y[:size] = self._shift("y", y[:size], part)
+            memory = self.integrator.shift_memory(segment.memory, lambda x, part=part: self._shift("memory", x, part))
+            segment = self._integrate(y, times[begin : end + 1], first_step, memory)
+            rows.append(segment.y[1:])
+            steps += segment.steps
+            if segment.failure:
+                break
+            first_step = float(times[end] - times[begin]) / segment.steps if segment.steps else first_step
+        return replace(segment, y=np.concatenate(rows), steps=steps)
+
+    def _shift(self, name: str, x: Array, part: float) -> Array:
+        """Numbers of a state, each shifted away from 0 by a part of its largest so far."""
+        largest = self._largest[name] = np.maximum(self._largest.get(name, 0.0), np.abs(x))
+        return x + np.copysign(part * largest, x) if part else x
 
     def _integrate(self, y: Array, span: Array, first_step: float | None, memory: Memory) -> Segment:
         """Integrate from y (size,) over the output times `span` (n,); restart at each corner of the pace."""
@@ -250,11 +265,9 @@ class SmoothLoop(IntegrationLoop):
         return lambda dy, t, y: derivative(dy, max(low, min(t, high)), y)
 
 
-def integrate_to_end(
-    loop: IntegrationLoop, q: Array, v: Array, saver: Saver | None, shifts: Shifts | None = None
-) -> Run:
+def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver | None) -> Run:
     """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
-    done, error, stop, largest = loop.begin(q, v), None, None, dict[str, Array]()
+    done, error, stop = loop.begin(q, v), None, None
     if saver:
         done = saver.resume(done)
 
@@ -264,7 +277,7 @@ def integrate_to_end(
     before = done.seconds - clock()
     while error is None and not done.complete:
         try:
-            done, failure = loop.go_on(loop.shifted(done, shifts, largest) if shifts else done)
+            done, failure = loop.go_on(done)
             error = RunError(failure) if failure else None
             if error is None and saver and saver.due:
                 saver.save(replace(done, seconds=before + clock()))
@@ -278,7 +291,7 @@ def integrate_to_end(
     if saver and (error is None or isinstance(error, Halted)):
         with suppress(Halted):  # the previous save remains
             saver.save(done)
-    if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and shifts is None:
+    if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and loop.shifts is None:
         times = loop.times
         try:
             done, stop = _locate_stop(loop, done, error)

@@ -15,8 +15,8 @@ from pendpin.ground.records import LARGEST
 from pendpin.integrators import Run
 from pendpin.integrators.choice import notes_on_stiffness
 from pendpin.integrators.fixed import count_whole_steps, largest_step
-from pendpin.model import kinematics
 from pendpin.model.build import start_state
+from pendpin.model.kinematics import tips as tips_of
 from pendpin.runs.checkpoint import Checkpoint, Saver, Shifts, identity
 from pendpin.runs.integration import IntegrationLoop, SmoothLoop, integrate_to_end
 from pendpin.runs.limits import Deadline, Patience
@@ -90,10 +90,10 @@ def run_prepared(
     reserved = lambda t: reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))  # noqa: E731
     patience = Patience(scene.duration, deadline, reserved, progress)
     try:
-        loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest), prepared.compiles)
+        loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest, shifts), prepared.compiles)
     except Halted as error:
         return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), saver)
-    run = integrate_to_end(loop, prepared.q, prepared.v, saver, shifts)
+    run = integrate_to_end(loop, prepared.q, prepared.v, saver)
     run = replace(run, notes=(*prepared.notes, *notes_on_stiffness(scene, run.steps)))
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
@@ -105,7 +105,9 @@ def run_prepared(
     return replace(record, stats=replace(record.stats, notes=(note, *record.stats.notes)))
 
 
-def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.inf) -> IntegrationLoop:
+def loop_of(
+    prepared: Prepared, progress: ProgressCallback, longest: float = np.inf, shifts: Shifts | None = None
+) -> IntegrationLoop:
     """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
 
     A finite `longest` marks a run for comparison: its steps are also at most a third of those that the effects' pace allows.
@@ -115,7 +117,9 @@ def loop_of(prepared: Prepared, progress: ProgressCallback, longest: float = np.
     if longest < np.inf:
         pace = join_paces([pace._replace(shortest=np.asarray(pace.shortest) / SHORTER), Pace.even(longest)])
     kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
-    return kind(prepared, pace, progress)
+    loop = kind(prepared, pace, progress)
+    loop.shifts = shifts
+    return loop
 
 
 def _start_alone(q: Array, v: Array, count: int = 1, failure: Halted | None = None) -> Run:
@@ -199,16 +203,20 @@ def fill_in(
 ) -> RunRecord:
     """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for.
 
-    `lazily`: the others too, where no work is integrated.
+    `lazily`: the others too, where no work is integrated; and no scene is recorded.
     """
     model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
 
     def derive() -> Derived:
         size = len(run.t) if model.chain is None else max(LEAST, PART // len(model.rods))
         states = [x for x in (run.t, run.q, run.v, run.torque) if x is not None]
-        parts = [complete(dynamics, *(x[i : i + size] for x in states)) for i in range(0, len(run.t), size)]
-        columns = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-        a, wrench, kinetic, potentials, tips = columns
+        parts = list[tuple[Array, ...]]()
+        for i in range(0, len(run.t), size):
+            a, wrench, poses, kinetic = dynamics.sample(*(x[i : i + size] for x in states))
+            parts.append((a, wrench, kinetic, dynamics.potentials_at(q[i : i + size], poses), tips_of(model, poses)))
+        a, wrench, kinetic, potentials, tips = (
+            parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        )
         works.update({} if balance is None else balance.close(run.work, potentials))
         return Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench))
 
@@ -238,22 +246,9 @@ def fill_in(
         events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
         held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
         work=works,
-        scene=scene.recorded(),
+        scene={} if lazily else scene.recorded(),
         source=scene,
     )
-
-
-def complete(dynamics: Dynamics, t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...]:
-    """Of states q, v (n, nv) at t (n,): accelerations, wrenches, kinetic energy, potentials and tips.
-
-    In machine code where it serves; where that finds no finite number, the engine's own equations say why.
-    """
-    model, sampler = dynamics.model, dynamics.sampler
-    parts = None if sampler is None else sampler(t, q, v, torque)
-    if parts is None:
-        parts = (*dynamics.engine.evaluate(t, q, v, torque), *kinematics.poses_and_energy(model, q, v))
-    a, wrench, poses, kinetic = parts
-    return a, wrench, kinetic, dynamics.potentials_at(q, poses), kinematics.tips(model, poses)
 
 
 def balanced(record: RunRecord) -> int:

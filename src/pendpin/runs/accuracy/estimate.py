@@ -30,11 +30,9 @@ import numpy as np
 from pendpin.dynamics.timing import declared_smooth
 from pendpin.effects import Effect, Torque
 from pendpin.ground.arrays import EPS, Array
-from pendpin.model.kinematics import marks_at, tip_distance
 from pendpin.runs.accuracy.runs import Attempt, Ruler, Runs
 from pendpin.runs.accuracy.thresholds import ESTIMATE, INSTABILITY, ROUNDING
 from pendpin.runs.checkpoint import Shifts
-from pendpin.runs.run import complete
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord
 
@@ -180,13 +178,6 @@ def measure_rounding_of_lost_run(runs: Runs, lost: Attempt, target: float, ruler
     return RoundingError(gap / times, float(gap[-1] / (times * units * EPS)), 0.0)
 
 
-def compute_start_rounding(runs: Runs, ruler: Ruler) -> float:
-    """How far half a unit of rounding of the start's positions moves the tips, over the length."""
-    q, _ = runs.start
-    exact, rounded = marks_at(ruler.model, np.stack([q, q - EPS / 2 * q]))
-    return float(tip_distance(exact[None], rounded[None], ruler.length)[0])
-
-
 def _scale_growth(growth: Array, run: RunRecord, ruler: Ruler) -> RoundingError:
     """The rounding error of a run whose motion magnifies errors of the start by `growth` (n,), over the length.
 
@@ -219,7 +210,7 @@ def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: floa
     """
     (t, q, v), (q0, v0), contacts = states, runs.start, runs.dynamics.contacts
     both = np.concatenate([q * (1 + EPS), q]), np.concatenate([v * (1 - EPS), v])
-    rounded, exact = np.split(complete(runs.dynamics, np.tile(t, 2), *both)[0], 2)
+    rounded, exact = np.split(runs.dynamics.sample(np.tile(t, 2), *both)[0], 2)
     dq, dv = EPS * np.abs(q).max(0), EPS * np.abs(v).max(0) + step * np.abs(rounded - exact).max(0)
     ahead, aside = _draw_directions(len(q0))  # times the signs of the motion, with which they are mirrored
     ahead = np.where(q0 == 0, ahead * np.where(v0 < 0, -1.0, 1.0), np.sign(q0))

@@ -28,11 +28,12 @@ UNITS = (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0))  # s
 
 @dataclass(frozen=True, eq=False)
 class Attempt:
-    """A run, with the scene that gave it and its setting."""
+    """A run, with the scene that gave it, its setting, and its distance from the attempt before."""
 
     scene: Scene
     setting: float
     run: RunRecord
+    gap: Array = field(default_factory=lambda: np.full(1, np.inf))  # (k,), the largest so far, over the length
 
 
 class Runs:
@@ -110,9 +111,10 @@ class Runs:
 
     def keep_output_times(self, run: RunRecord) -> RunRecord:
         """The run at the output times only."""
-        output_times = self.scene.solver.model_dump(mode="json", include={"samples", "times"})
-        scene = run.scene | {"solver": run.scene["solver"] | output_times}
-        return replace(_thin_out(run, self.every), scene=scene)
+        solver = self.scene.solver
+        at_output_times = run.source.solver.model_copy(update={"samples": solver.samples, "times": solver.times})
+        scene = run.source.model_copy(update={"solver": at_output_times})
+        return replace(_thin_out(run, self.every), scene=scene.recorded(), source=scene)
 
 
 def are_equal(one: RunRecord, other: RunRecord) -> bool:
@@ -148,9 +150,9 @@ class Ruler:
     def measure_speeds(self, run: RunRecord) -> Array:
         """The largest speed of a mark so far, over the length, 1/s, (k,); inf after the end of the run."""
         some = self.places[self.places < len(run.t)]
-        q, v, step = run.q[some], run.v[some], SAMPLE.step / max(np.abs(run.v).max(initial=0.0), TINY)
-        after, before = np.split(marks_at(self.model, np.concatenate([q + step * v, q - step * v])), 2)
-        speeds = np.maximum.accumulate(tip_distance(after, before, self.length)) / (2 * step)
+        step = SAMPLE.step / max(np.abs(run.v).max(initial=0.0), TINY)
+        ahead = marks_at(self.model, run.q[some] + step * run.v[some])
+        speeds = np.maximum.accumulate(tip_distance(ahead, self.marks(run), self.length)) / step
         return np.append(speeds, np.full(len(self.places) - len(some), np.inf))
 
     def marks(self, run: RunRecord) -> Array:

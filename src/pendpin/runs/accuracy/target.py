@@ -19,7 +19,6 @@ from pendpin.runs.accuracy.estimate import (
     Gaps,
     RoundingError,
     bound_rounding,
-    compute_start_rounding,
     estimate_error,
     list_assumptions,
     measure_rounding,
@@ -112,7 +111,7 @@ class _Search:
         """The run that meets the target. Raises NotMet, or RunError where no method can meet it."""
         if not self.scene.duration:
             return self._complete(0.0)
-        error = compute_start_rounding(self.runs, self.ruler)
+        error = EPS / 2 * float(np.abs(self.runs.start[0]).sum())  # so far rounding of the start may move a tip
         if error > self.target:
             self.attempts = [replace(self.last, run=self.runs.run(self.first.scene))]  # not shifted
             q = self.last.run.q[0]
@@ -127,18 +126,20 @@ class _Search:
     def _refine(self) -> RunRecord | None:
         """One more run: its result if it meets the target, else None. Raises RunError if no run can meet it."""
         setting = self.refinement.finer(self.last.setting, self._choose_factor())
-        scene = self.scene.by(self.method.name, setting)
+        scene, name = self.first.scene, self.method.setting
+        scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={name: setting})})
         run = self.runs.run_differently(scene, self.last.run)
-        self.attempts.append(Attempt(scene, setting, run))
+        self._add(scene, setting, run)
         if self.first_gap is None:
-            self.first_gap = self._measure_gap(-2, -1)
+            self.first_gap = self.last.gap
         same = are_equal(self.attempts[-2].run, run)
         if (
             not same and self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
         ):  # as good as equal
-            same = bool(self._measure_gap(-2, -1)[-1] <= ESTIMATE.small * self.ruler.measure_extent(run))
+            same = bool(self.last.gap[-1] <= ESTIMATE.small * self.ruler.measure_extent(run))
         if same and not is_at_rest(run):
-            del self.attempts[-2]
+            del self.attempts[-2:]
+            self._add(scene, setting, run)
             return self._decide(self._compare_methods(), "finer settings give the same run")
         if len(self.attempts) < 3:
             return None
@@ -210,9 +211,10 @@ class _Search:
 
     # --- estimates --------------------------------------------------------------------------------------------------
 
-    def _measure_gap(self, one: int, other: int) -> Array:
-        """The largest distance so far (k,) between two attempts, over the length."""
-        return self.ruler.measure_gap(self.attempts[one].run, self.attempts[other].run)
+    def _add(self, scene: Scene, setting: float, run: RunRecord) -> None:
+        """One more attempt."""
+        before = self.attempts[-1:] or [self.first]
+        self.attempts.append(Attempt(scene, setting, run, self.ruler.measure_gap(before[0].run, run)))
 
     def _predict_fall(self, coarse: int, fine: int) -> float:
         """By what factor the error of one attempt should be smaller than that of another."""
@@ -224,7 +226,7 @@ class _Search:
 
     def _estimate(self) -> Estimate:
         """The estimate from the last three runs; with rounding errors once they are measured."""
-        first, second = self._measure_gap(-3, -2), self._measure_gap(-2, -1)
+        first, second = self.attempts[-2].gap, self.last.gap
         promised = self._predict_fall(-3, -2), self._predict_fall(-2, -1)
         gaps = Gaps(first, second, promised, self.refinement.pace, self.refinement.scatter)
         negligible = self.target * (ESTIMATE.negligible_at_finest if self.at_finest else ESTIMATE.negligible)
@@ -260,7 +262,7 @@ class _Search:
 
     def _bound_error(self) -> Array:
         """A bound (n,) on the error of the last run from its distance to the one before, where three give no estimate."""
-        gap = self._measure_gap(-2, -1)
+        gap = self.last.gap
         rounding = 0.0 if self.rounding is None else self.rounding.error
         return np.where(gap <= ESTIMATE.small, ESTIMATE.disagreement * gap, np.inf) + rounding
 
@@ -269,7 +271,7 @@ class _Search:
         factor, pace, scatter = self.refinement.usual, self.refinement.pace, self.refinement.scatter
         if len(self.attempts) == 1:
             return factor
-        fall, gap = self._predict_fall(-2, -1), self._measure_gap(-2, -1)[-1]
+        fall, gap = self._predict_fall(-2, -1), self.last.gap[-1]
         if gap <= ESTIMATE.small * self.ruler.measure_extent(self.last.run):
             error = gap * max(scatter / max(fall - scatter, 1.0), fall**-SEARCH.likely)
             factor = (scatter * (1 + SEARCH.margin * error / self.target)) ** (1 / pace)
@@ -312,7 +314,7 @@ class _Search:
             raise self._refusal(RunError, self._estimate().error, ROUNDING_GROWS)
         for setting in (INSTABILITY.sure, self.refinement.least):  # how far the finest runs reach
             scene = self.scene.by(method, setting)
-            self.attempts.append(Attempt(scene, setting, self.runs.run(scene)))
+            self._add(scene, setting, self.runs.run(scene))
         raise self._refusal(RunError, self._bound_error(), ROUNDING_GROWS)
 
     def _explain(self, verdict: Estimate) -> str:
@@ -335,7 +337,7 @@ class _Search:
         t = run.t[self.runs.places[self.runs.places < len(run.t)]]
         good = t[: int(np.argmax(np.append(error[: len(t)] > self.target, True)))]
         up_to = f"it is met up to t = {good[-1]:g} s" if len(good) > 1 else "it is not met at any time"
-        last = error[-1] if np.isfinite(error[-1]) else self._measure_gap(-2, -1)[-1]
+        last = error[-1] if np.isfinite(error[-1]) else self.last.gap[-1]
         about = f"the error is about {last:.1g}" if np.isfinite(last) else "the run does not reach its end"
         setting = f"with {run.stats.method}, {run.stats.setting}, {about} and {up_to}"
         further = "" if self.at_finest else "; a finer setting reaches further"
