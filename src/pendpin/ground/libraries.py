@@ -58,7 +58,8 @@ def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
 
 def heyoka() -> Any:
     """The library, imported. Raises ImportError."""
-    return sys.modules.get("heyoka") or wait_for(lambda: import_module("heyoka"))
+    # one that another thread still imports, as after a limit, is waited for, and not taken half imported
+    return import_module("heyoka") if "heyoka" in sys.modules else wait_for(lambda: import_module("heyoka"))
 
 
 def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:
