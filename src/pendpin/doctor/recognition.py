@@ -417,8 +417,8 @@ class Letters:
 
     @property
     def angles(self) -> list[Name]:
-        """Those that may be angles: the usual letters, and those that move in a sine or cosine."""
-        turned = self.turned & self.moving.keys()
+        """Those that may be angles: the usual letters, and those in a sine or cosine that move or are one of several."""
+        turned = {name for name in self.turned if name in self.moving or name[1].strip("[]").isdigit()}
         return [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in turned]
 
 
@@ -441,9 +441,9 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
     often = letters.every
     angles = sorted(letters.angles, key=lambda name: -often[name])
-    angles = [name for name in angles if name in letters.moving] or angles
-    indexed = {name[0] for name in angles if name[1] in ("1", "2")}
-    alone = angles  # a page may begin with one pendulum; else of q = (q_1, q_2) the parts are the angles
+    alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
+    angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
+    indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # else of q = (q_1, q_2) the parts are the angles
     angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
     moving = [name for name in letters.moving if name not in letters.turned]
     slides = [name for name in moving if name[0] in SLIDES and name not in angles]
@@ -456,11 +456,24 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
     elif family == "cart-pole":
         pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
-        yield from ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
+        pairs += [((angle[0], f"[{i}]"), angle) for angle in angles if angle[1][:1] == "[" for i in range(3)]
+        named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
+        yield from (_with_rates(renamed, letters) for renamed in named)
     else:
         for first, second in permutations(angles, 2):
             if not (first[0] == second[0] and first[1] > second[1]):
-                yield {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
+                yield _with_rates({first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}, letters)
+
+
+def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
+    """The same with the rates in a vector of four states, of which both coordinates are elements that do not move."""
+    (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
+    if others or renamed.keys() & letters.moving.keys() or not all(re.fullmatch(r"\[\d\]", place) for place in places):
+        return renamed
+    begin = 0 if (vector, "[0]") in {*letters.every, *renamed} else 1
+    rates = [place for place in (f"[{i}]" for i in range(begin, begin + 4)) if place not in places]
+    pairs = zip(places, rates, strict=False)
+    return renamed | {(vector, rate): replace(renamed[vector, place], dots=1) for place, rate in pairs}
 
 
 def _doubted(reading: Reading, text: str) -> Reading:
