@@ -69,21 +69,7 @@ class Diagnosis(Findings, Result):
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
-    findings = _verdicts(found, progress)
-    for unknown in dict.fromkeys(reading for reading in found.chosen if reading.unknown):
-        # nothing holds: perhaps every equation is wrong by one small change
-        here = [i for i, reading in enumerate(found.chosen) if reading is unknown]
-        telling = [i for i in here if found.equations[i].ways and len(found.equations[i].names) > 1]
-        rivals = [other for _, other in found.rivals[here[0]]] if 1 < len(telling) <= MOST_NEAR else []
-        best = sum(is_near(findings[i], unknown.system.spec) for i in here)
-        for other in rivals if not best else []:
-            chosen = [other if reading is unknown else reading for reading in found.chosen]
-            so = replace(found, chosen=tuple(chosen), rivals=((),) * len(chosen))
-            tried = _verdicts(so, progress, here)
-            if (near := sum(is_near(finding, other.system.spec) for finding in tried)) > max(best, 1):
-                best, found = near, so
-                findings = [tried[here.index(i)] if i in here else one for i, one in enumerate(findings)]
-    findings = judge(findings, found)
+    findings = judge(_verdicts(found, progress), found)
     groups: dict[tuple[str, str], list[int]] = defaultdict(list)
     for finding in findings:
         if finding.verdict == "fails" and finding.mends and finding.mends[0].old and finding.mends[0].new:
@@ -94,8 +80,8 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
     return Diagnosis(tuple(findings), found.main.system, title, remarks, shared, document.skipped)
 
 
-def _verdicts(found: Recognition, progress: Callable[[str], object], inside: list[int] | None = None) -> list[Finding]:
-    """The verdict on each equation by itself; `inside` picks some."""
+def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Finding]:
+    """The verdict on each equation by itself."""
     equations = found.equations
     used, styles = (
         in_use(equations, [reading.system for reading in found.chosen]),
@@ -105,8 +91,6 @@ def _verdicts(found: Recognition, progress: Callable[[str], object], inside: lis
         styles[is_latex(one.text)] |= styles_of(one, one.sides)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     whose = [doctors[id(reading)] for reading in found.chosen]
-    if inside is not None:
-        equations, whose = [equations[i] for i in inside], [whose[i] for i in inside]
     firsts: list[tuple[Finding, list[Candidate]]] = []
     neighbours: dict[int, list[Equation]] = defaultdict(list)
     for doctor, one in zip(whose, equations, strict=True):

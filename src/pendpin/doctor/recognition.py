@@ -466,9 +466,16 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
 
 
 def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
-    """The same with the rates in a vector of four states, of which both coordinates are elements that do not move."""
+    """The same with names of rates: the usual ones, and in a vector of four states, where no coordinate has one.
+
+    theta1_ddot may stand beside angle1; of x[1] and x[2] the rates are x[3] and x[4].
+    """
+    if renamed.keys() & letters.moving.keys():
+        return renamed
+    usual = {(name.letter, name.index): name for name in renamed.values()}
+    renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
     (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
-    if others or renamed.keys() & letters.moving.keys() or not all(re.fullmatch(r"\[\d\]", place) for place in places):
+    if others or not all(re.fullmatch(r"\[\d\]", place) for place in places):
         return renamed
     begin = 0 if (vector, "[0]") in {*letters.every, *renamed} else 1
     rates = [place for place in (f"[{i}]" for i in range(begin, begin + 4)) if place not in places]

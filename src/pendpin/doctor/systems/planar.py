@@ -65,11 +65,11 @@ period | s | T T_0 tau P | 2*pi/w0
 _TWO = """
 theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
-m1 | kg | m_1 M_1 m
-m2 | kg | m_2 M_2 m
+m1 | kg | m_1 M_1 m mass_1
+m2 | kg | m_2 M_2 m mass_2
 g | m/s2 | g G gravity grav
-l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 r R
-l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 r R
+l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 r R length_1
+l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 r R length_2
 h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
 h2 | m | h_2 l_c2 r_2 d_2 l_c,2 s_2 l_cm2 l_g2 lc_2 a_2 c_2 l_2 h lc2
 I1 | kg m2 | I_1 J_1 I_c1 I_c,1 I_G1 I J
@@ -112,8 +112,8 @@ tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
 v1 | m/s | v_1 | h1*dtheta1
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
-w1 | 1/s | omega_1 w_1 | dtheta1
-w2 | 1/s | omega_2 w_2 | dtheta2
+w1 | 1/s | omega_1 w_1 velocity_1 angular_velocity_1 angularVelocity_1 | dtheta1
+w2 | 1/s | omega_2 w_2 velocity_2 angular_velocity_2 angularVelocity_2 | dtheta2
 tau | N m | *tau *Q *u *f tau | vector(tau1, tau2)
 q | 1 | q *q *theta | vector(theta1, theta2)
 mass | kg m2 | *M *H *D *B | vector(vector(M11, M12), vector(M12, M22))
