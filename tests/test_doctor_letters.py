@@ -191,6 +191,46 @@ def test_a_vector_of_states_is_read_by_its_places(angles):
     assert {found[name] for name in ("dtheta", "den", "acc1")} == {"holds"}
 
 
+ARM = """
+function dz = arm(t, Z)
+  M11 = (m1/3 + m2)*L1^2 + m2*L2^2/3 + m2*L1*L2*cos(Z(2));
+  M12 = m2*L2^2/3 + m2*L1*L2*cos(Z(2))/2;
+  M22 = m2*L2^2/3;
+  h1 = -m2*L1*L2*sin(Z(2))*(Z(3)*Z(4) + Z(4)^2/2);
+  G1 = (m1/2 + m2)*g*L1*cos(Z(1)) + m2*g*L2*cos(Z(1) + Z(2))/2;
+  G2 = m2*g*L2*cos(Z(1) + Z(2))/2;
+"""
+
+
+def test_two_elements_of_a_vector_in_sines_are_angles_and_the_next_two_their_rates():
+    found = {finding.latex.split(" ")[0]: finding for finding in pp.diagnose(ARM).findings}
+    assert {found[name].verdict for name in ("M11", "M12", "M22", "G1", "G2")} == {"holds"}
+    rates = "E = M11*Z(3)^2/2 + M12*Z(3)*Z(4) + M22*Z(4)^2/2 + g*(m1/2 + m2)*L1*sin(Z(1)) + m2*g*L2*sin(Z(1) + Z(2))/2"
+    held = [pp.diagnose(f"{ARM}  {line};\n").findings[-1].verdict for line in (rates, rates.replace("+ M12", "- M12"))]
+    assert held == ["holds", "fails"]
+
+
+BOTH = """
+# M theta_ddot + c = tau
+angle1, angle2, velocity1, velocity2 = state
+x1 = length1*sin(angle1)
+y1 = -length1*cos(angle1)
+x2 = x1 + length2*sin(angle2)
+y2 = y1 - length2*cos(angle2)
+V = mass1*g*y1 + mass2*g*y2
+T1 = mass1*(length1*velocity1)**2/2
+"""
+
+
+def test_a_line_holds_only_with_what_the_text_says_of_its_letters():
+    """v2 means the speed of the second bob, unless the text says that it is another thing."""
+    right = "T2 = mass2*v2**2/2"
+    for line, verdict in (("", "holds"), ("v2 = length2*velocity2\n", "not checked")):
+        findings = pp.diagnose(f"{BOTH}{line}{right}\n").findings
+        assert [finding.verdict for finding in findings[1:7]] == ["holds"] * 6
+        assert findings[-1].verdict == verdict
+
+
 def test_a_wrong_equation_names_the_one_that_it_follows_from():
     """T lacks a square; the Lagrangian and an equation of motion that follow from it say so, another fault does not."""
     turn = r"\frac12 (m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2\dot\theta_2^2"

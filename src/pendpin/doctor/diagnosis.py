@@ -42,13 +42,12 @@ from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
 from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
 from pendpin.doctor.report import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
-from pendpin.doctor.verdicts import is_near, judge
+from pendpin.doctor.verdicts import judge
 from pendpin.ground.report import Report, Result
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
-MOST_NEAR = 8  # equations none of which holds, that are read as of one system after the other
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 

@@ -34,9 +34,9 @@ ENERGIES = ("T", "V", "L", "E")
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings of a document, weighed against each other."""
-    findings = _definitions(_said_otherwise(_explained_otherwise(findings, found), found), found)
+    findings = _definitions(_explained_otherwise(findings, found), found)
     if not found.main.chosen:
-        findings = _borne_out(findings, found)
+        findings = _said_otherwise(_borne_out(findings, found), found)
     wrong: list[tuple[Finding, Printed]] = []
     answers = []
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
@@ -87,30 +87,29 @@ def _explained_otherwise(findings: list[Finding], found: Recognition) -> list[Fi
 
 
 def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings, where no equation holds only because a letter is not what a line that does not hold says it is.
+    """The findings, where no equation holds only because a letter is not what a line before it says, which does not hold.
 
     v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there.
     """
-    right, said = set[Written](), dict[Written, tuple[str, Node]]()
-    for finding, one in zip(findings, found.equations, strict=True):
-        if len(one.sides) == 2 and one.sides[0].kind == "symbol" and one.sides[0].written and finding.kind != "condition":
-            if finding.verdict in HOLDING:
-                right.add(one.sides[0].written)
-            elif one.sides[0].value != one.defines:
-                said[one.sides[0].written] = finding.place, one.sides[1]
-    said = {name: place for name, place in said.items() if name not in right}
-    answers = []
-    for finding, reading in zip(findings, found.chosen, strict=True):
+    said, answers = dict[Written, tuple[str, Node]](), list[Finding]()
+    for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         equation = finding.equation if finding.verdict == "holds" else None
-        for name in {part.written for part in parts(equation.sides)} & said.keys() if equation and said else ():
+        left = one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None
+        inside = {part.written for part in parts(equation.sides)} - {left} if equation and said else set()
+        for name in inside & said.keys() if equation else ():
             place, meaning = said[name]
             sides = tuple(_named(side, name, "?said") for side in equation.sides)
             instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": meaning})
             with suppress(Unread):
                 if relative_error(instead, random_states(reading.system)) >= TOLERANCE:
-                    words = f"it does not hold with {_plain(name)} as {place} says, which is not checked or wrong"
+                    words = f"it does not hold with {_plain(name)} as {place} says"
                     finding = _unless(finding, words)
         answers.append(finding)
+        if left and not left.dots and len(one.sides) == 2 and finding.kind != "condition":
+            if finding.verdict == "not checked" and one.sides[0].value != one.defines:
+                said[left] = finding.place, one.sides[1]
+            else:
+                said.pop(left, None)
     return answers
 
 
