@@ -11,7 +11,6 @@ import json
 import re
 from dataclasses import replace
 from functools import cache
-from importlib import resources
 from pathlib import Path
 from typing import Any
 
@@ -22,7 +21,7 @@ from pendpin.errors import InputError, MissingLibrary, choices, inside
 from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth_trail
 from pendpin.graphics.figure import NOTHING
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import read_whole, write_whole
+from pendpin.ground.files import fill_template, read_whole, write_whole
 from pendpin.model.bodies import pinocchio
 
 THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
@@ -63,14 +62,14 @@ def page(drawing: Drawing, report: str = "", *, live: bool = False) -> str:
     parts = {
         "policy": f"default-src 'none'; connect-src {network}; {INLINE}",
         "title": html.escape(drawing.title),
-        "style": _own("player.css"),
+        "style": fill_template("pendpin.graphics", "player/player.css"),
         "licenses": _viewer("main.min.js.LICENSE.txt"),
         "viewer": _viewer("main.min.js"),
         "drawing": json.dumps(shown, separators=(",", ":"), allow_nan=False).replace("<", "\\u003c"),  # ends no script
         "report": report,
-        "script": "\n".join(map(_own, SCRIPTS)),
+        "script": "\n".join(fill_template("pendpin.graphics", f"player/{name}") for name in SCRIPTS),
     }
-    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], _own("page.html"))
+    return fill_template("pendpin.graphics", "player/page.html", **parts)
 
 
 def compressed(text: str) -> str:
@@ -202,10 +201,6 @@ def _integers(values: Array) -> dict[str, Any]:
     """Values (...) as whole numbers of 16 bits, in text, and what one of them is worth."""
     scale = float(np.abs(values).max(initial=0.0)) / 32767 or 1.0
     return {"scale": scale, "data": base64_of((values / scale).round().astype("<i2").tobytes())}
-
-
-def _own(name: str) -> str:
-    return resources.files("pendpin").joinpath("graphics", "player", name).read_text(encoding="utf-8")
 
 
 @cache

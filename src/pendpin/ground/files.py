@@ -2,6 +2,7 @@
 
 import csv
 import os
+import re
 import shutil
 import sys
 import tempfile
@@ -10,6 +11,7 @@ import zipfile
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, suppress
+from importlib import resources
 from io import BytesIO, TextIOWrapper
 from math import prod
 from pathlib import Path
@@ -50,6 +52,12 @@ def text_of(data: bytes, kind: str) -> str:
         return data.decode("utf-8-sig")
     except UnicodeDecodeError as error:
         raise InputError(f"not a {kind} file: byte {error.start} is not UTF-8 text") from None
+
+
+def fill_template(package: str, path: str, **parts: str) -> str:
+    """The text of a file of a package with parts in place of {{name}}, all at once: a part may contain such marks."""
+    text = resources.files(package).joinpath(path).read_text(encoding="utf-8")
+    return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], text)
 
 
 def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:

@@ -24,6 +24,7 @@ from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arguments import number_at
 from pendpin.ground.arrays import Array
+from pendpin.ground.files import fill_template
 from pendpin.ground.records import Number, Positive, Record
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model import kinematics
@@ -322,26 +323,6 @@ def claimed_error(quantity: Quantity, run: Trajectory | None) -> float:
 SHOWN = 10.0  # s, of a longer motion: later swings lie on top of the first
 SAMPLES, COLUMNS = 1001, 4  # of each path; of the figure
 
-HEAD = """<!DOCTYPE html>
-<html lang="en"><head><meta charset="utf-8"><meta name="viewport" content="width=device-width, initial-scale=1">
-<title>pendpin: agreement with published results</title>
-<style>
-li { overflow-wrap: anywhere; }
-body { font: 16px/1.5 system-ui, sans-serif; margin: 2rem auto; max-width: 68rem; padding: 0 1rem; color: #1a202c; }
-table { border-collapse: collapse; width: 100%; font-size: 0.9rem; }
-th, td { text-align: left; padding: 0.35rem 0.6rem; border-bottom: 1px solid #e2e8f0; vertical-align: top; }
-td { font-variant-numeric: tabular-nums; }
-svg { width: 100%; height: auto; }
-div.wide { overflow-x: auto; }
-@media (max-width: 40rem) {
-  table { font-size: 0.75rem; }
-  th, td { padding: 0.35rem 0.15rem; }
-  td:last-child { overflow-wrap: break-word; }
-  svg { min-width: 40rem; }
-}
-</style></head><body>
-"""
-
 
 def page(report: AgreementReport) -> str:
     """The report as HTML that needs no network: the worst method of each quantity, then sources and motions."""
@@ -350,17 +331,9 @@ def page(report: AgreementReport) -> str:
     with styled():
         draw_motions(list(cases)).savefig(motions, format="svg")
     words = {name: f"{x.title}. Numbers by {x.origin}. {x.source}. {x.note}" for name, x in cases.items()}
-    parts = [
-        HEAD,
-        "<h1>Agreement with published results</h1>",
-        "<p>Each row shows the method that differs most.</p>",
-        f'<div class="wide">{report.report()._repr_html_()}</div><h2>Motions</h2>',
-        f'<div class="wide">{motions.getvalue()[motions.getvalue().index("<svg") :]}</div>',
-        "<h2>Sources</h2><ul>",
-        *(f"<li><strong>{name}</strong>: {html.escape(text)}</li>" for name, text in words.items()),
-        "</ul></body></html>\n",
-    ]
-    return "\n".join(parts)
+    sources = "\n".join(f"<li><strong>{name}</strong>: {html.escape(text)}</li>" for name, text in words.items())
+    svg = motions.getvalue()[motions.getvalue().index("<svg") :]
+    return fill_template(__name__, "page.html", table=report.report()._repr_html_(), motions=svg, sources=sources)
 
 
 @styled()

@@ -5,7 +5,6 @@ difference bounds its error.
 """
 
 import json
-from importlib import resources
 from pathlib import Path
 from typing import Any
 from xml.etree import ElementTree
@@ -19,7 +18,7 @@ from pendpin.equations.base import exact
 from pendpin.equations.trees import joints_at, prepared
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import EPS, Array, applied
-from pendpin.ground.files import write_folder
+from pendpin.ground.files import fill_template, write_folder
 from pendpin.ground.libraries import VERSION
 from pendpin.ground.report import Report
 from pendpin.model.bodies import tree_of
@@ -41,7 +40,6 @@ FORMATS = {
     "model.xml": "the model as MJCF, a universal joint as two hinges of one body",
     "model.sdf": "the model as SDF 1.9, a universal joint as one joint",
 }
-TEMPLATES = resources.files("pendpin.verification.agreement").joinpath("folder")
 
 
 def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -> Report:
@@ -79,19 +77,17 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     numbers = {"joints": list(dynamics.model.joints), "states": states, "motion": motion}
     numbers |= {"bounds": {"states": state_bounds, "motion": motion_bounds}, "conventions": conventions}
     texts["reference.json"] = json.dumps(numbers, indent=1) + "\n"
-    texts["test_reference.py"] = TEMPLATES.joinpath("test_reference.py.in").read_text(encoding="utf-8")
+    texts["test_reference.py"] = fill_template("pendpin.verification.agreement", "folder/test_reference.py.in")
     methods = " and ".join(f"{name} ({METHODS[name].family}, tolerance {tolerance:g})" for name, tolerance in FAMILIES)
-    values = {
-        "version": VERSION,
-        "files": "\n".join(f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts),
-        "left_out": "\n".join(f"- {name} is left out: {why}." for name, why in left_out.items()),
-        "state_bound": f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
-        "motion_bound": f"twice the largest difference of {methods}.",
-    }
-    readme = TEMPLATES.joinpath("README.md").read_text(encoding="utf-8")
-    for name, value in values.items():
-        readme = readme.replace("{" + name + "}", value)
-    texts["README.md"] = readme
+    texts["README.md"] = fill_template(
+        "pendpin.verification.agreement",
+        "folder/README.md",
+        version=VERSION,
+        files="\n".join(f"| {name} | {what} |" for name, what in FORMATS.items() if name in texts),
+        left_out="\n".join(f"- {name} is left out: {why}." for name, why in left_out.items()),
+        state_bound=f"{len(states)} random states, computed in {DIGITS} digits and rounded to doubles.",
+        motion_bound=f"twice the largest difference of {methods}.",
+    )
 
     def fill(folder: Path) -> None:
         scene.save(folder / "scene.toml")
