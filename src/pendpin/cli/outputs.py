@@ -19,12 +19,8 @@ from pendpin.errors import Halted, Interrupted
 from pendpin.ground.arguments import seconds
 from pendpin.ground.report import Report, Table
 
-SUFFIXES = {
-    "run": (".npz", ".csv"),
-    "html": (".html",),
-    "film": (".gif", ".mp4"),
-    "csv": (".csv",),
-}  # of what is written
+# of what is written
+SUFFIXES = {"run": (".npz", ".csv"), "html": (".html",), "film": (".gif", ".mp4"), "csv": (".csv",)}
 
 
 def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:

@@ -182,9 +182,7 @@ def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kind
         some = likelihood > UNLIKELY
         return Kinds(pairs[0][some], pairs[1][some], variances[some], likelihood[some] / likelihood[some].sum())
 
-    def narrow(
-        tried: Array, likely: Array
-    ) -> Array:  # as many values, from below the least likely to above the largest
+    def narrow(tried: Array, likely: Array) -> Array:  # as many, from below the least likely to above the largest
         low, high = (int(np.argmin(np.abs(tried - x))) for x in (likely.min(), likely.max()))
         return np.geomspace(tried[max(low - 1, 0)], tried[min(high + 1, len(tried) - 1)], len(tried))
 

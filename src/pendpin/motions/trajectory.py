@@ -16,7 +16,7 @@ from pendpin.ground.arguments import flag, function
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.files import path_of, refuse_other_format, write_csv
 from pendpin.ground.libraries import optional
-from pendpin.model.build import build
+from pendpin.model.build import Model, build
 from pendpin.model.kinematics import configurations, express_wrench, model_of, spins_and_momentum
 from pendpin.model.notes import notes
 from pendpin.motions import continuation, search
@@ -82,12 +82,7 @@ class Trajectory(RunRecord):
 
     def _extreme(self, name: str, sign: float) -> Extreme:
         extreme, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
-        if count and place_of(self, name)[0] in (
-            "a",
-            "wrench",
-            EFFORTS,
-            *HingeReactions._fields,
-        ):  # infinite at impacts
+        if count and place_of(self, name)[0] in ("a", "wrench", EFFORTS, *HingeReactions._fields):  # infinite there
             say_note(f"{name} is not defined at the {count} impacts of this run: it is that between them", stacklevel=4)
         return extreme
 
@@ -204,21 +199,22 @@ class Trajectory(RunRecord):
         return configurations(self, pin_model)
 
     @cached_property
-    def slides(self) -> frozenset[str] | None:
-        """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
+    def _model(self) -> Model | None:
         try:
-            model = model_of(self)
-            return frozenset(name for name, slides in zip(model.joints, model.slides, strict=True) if slides)
+            return model_of(self)
         except PendpinError:
             return None
 
     @cached_property
+    def slides(self) -> frozenset[str] | None:
+        """The names of the prismatic joints; None where the model cannot be built again, as when its URDF is gone."""
+        model = self._model
+        return None if model is None else frozenset(np.array(model.joints)[model.slides].tolist())
+
+    @cached_property
     def links(self) -> tuple[str, ...] | None:
-        """The names of the links whose tips there are; None as `slides`."""
-        try:
-            return tuple(body.link for body in model_of(self).bodies)
-        except PendpinError:
-            return None
+        """The names of the links whose tips there are; None like `slides`."""
+        return None if self._model is None else tuple(body.link for body in self._model.bodies)
 
     @property
     def omega(self) -> Array:

@@ -175,7 +175,7 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     along = np.where(turns[:, None], wrenches[..., 3:], wrenches[..., :3])
     needed = (along * tree.axes).sum(
         -1
-    )  # (3, nv), to hold still in a unit field; a support's acceleration is minus one
+    )  # (3, nv), to hold still in a unit field: a support's acceleration is minus one
     of_torque = engine.compliance(q, np.arange(nv))
     B = np.concatenate([np.zeros((nv, nv + 3)), np.concatenate([of_torque, of_torque @ needed.T], 1)])
     states = (*joints, *(f"{name}_rate" for name in joints))

@@ -394,11 +394,7 @@ def scipy_peers(task: PeerTask) -> Iterator[Peer]:
 
     def prepared(method: str, tolerance: float) -> Prepared:
         start, evaluations = state(task.q, task.v), 0
-        options: Any = {
-            "method": method,
-            "rtol": max(tolerance, 100 * EPS),
-            "atol": tolerance,
-        }  # the least rtol it takes
+        options: Any = {"method": method, "rtol": max(tolerance, 100 * EPS), "atol": tolerance}  # of rtol the least
 
         def rows(look: Look) -> Iterator[Array]:
             nonlocal evaluations

@@ -307,15 +307,10 @@ def _compare(
             left_out.append(f"{name} by {method}: {error}")
             continue
         for quantity in case.quantities:  # a failed run is a comparison of each
-            off, bound = run and quantity.difference(run), quantity.bound + claimed_error(quantity, run)
+            off, bound = run and quantity.difference(run), quantity.bound
+            if run and run.stats.error is not None and quantity.of in ("centre of mass", "tip"):
+                bound += run.stats.error * scale(build(run.source.model))  # its claim is a part of the length
             yield Comparison(name, by, off, bound, error and str(error), case.source, quantity.name, quantity.unit)
-
-
-def claimed_error(quantity: Quantity, run: Trajectory | None) -> float:
-    """What a run's own estimate adds to the bound of a place, in m: its claim is a part of the length."""
-    if run is None or run.stats.error is None or quantity.of not in ("centre of mass", "tip"):
-        return 0.0
-    return run.stats.error * scale(build(run.source.model))
 
 
 # --- the agreement with published results as one HTML page ----------------------------------------------------------

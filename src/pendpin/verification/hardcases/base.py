@@ -26,24 +26,6 @@ THICK = Chain(rods=(ROD,))
 REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
 SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
 
-GROUPS = {
-    1: "Thin rods through the pole",
-    2: "Thick rods past the pole",
-    3: "Starts on the pole",
-    4: "Fast spin",
-    5: "Upright",
-    6: "Long horizons",
-    7: "Unlike neighbours",
-    8: "Long chains",
-    9: "Stiff springs and dampers",
-    10: "A fast-driven support",
-    11: "Sticking, stops and bounces",
-    12: "Scales and gravities",
-    13: "Times and samples",
-    14: "Chaos",
-    15: "Symmetry",
-}
-
 
 @dataclass(frozen=True)
 class Case:
@@ -64,9 +46,12 @@ class Case:
 
 
 @cache
-def catalogue() -> dict[str, dict[str, Any]]:
-    """The texts of all cases, by name or by the name of their family."""
+def catalogue() -> dict[str, Any]:
+    """The groups, and the texts of all cases, by name or by the name of their family."""
     return tomllib.loads((Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8"))
+
+
+GROUPS: dict[int, str] = dict(enumerate(catalogue()["groups"], start=1))  # of cases
 
 
 def case(

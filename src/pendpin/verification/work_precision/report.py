@@ -187,8 +187,17 @@ class CostReport(Result):
         head = ("accuracy", "fastest method", "first run", "each further run", *others, "or, for a single run")
         methods: list[str | Table] = []
         if self.thorough:
+            # the time of every method at some errors, and its run that meets the accuracy
+            errors, all_methods = [error for error in ACCURACIES if error >= self.error], []
+            for curve in self.curves:
+                point, unit = curve.point_at(self.accuracy), " s" if curve.kind == "step" else ""
+                figures = (
+                    (f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)) if point else ("",) * 3
+                )
+                all_methods.append((curve.name, *(time_text(curve.seconds_at(error)) for error in errors), *figures))
+            titles = ("error:", *(f"{error:.0e}" for error in errors), f"{self.accuracy:g} by", "steps", "evals")
             no_run = (curve for curve in self.curves if curve.failures and not curve.points)
-            methods = [_methods(self), *(f"{curve.name} failed: {curve.failures[-1]}" for curve in no_run)]
+            methods = [Table(titles, all_methods), *(f"{c.name} failed: {c.failures[-1]}" for c in no_run)]
             compiled = [f"{c.name} {time_text(c.compile_seconds)}" for c in self.curves if c.compile_seconds]
             methods += [f"Compiling, on its own: {', '.join(compiled)}."] if compiled else []
         least = f"Processor times of {self.horizon:g} s of the scene: the least of {self.repetitions} after a first"
@@ -240,19 +249,6 @@ def _words(report: CostReport) -> Iterator[str]:
             yield f"{ours}, {one.peer} {time_text(one.peer_seconds)}, {one.ratio:.3g} times as long."
         elif ours and any(curve.peer for curve in report.curves):
             yield f"{ours}; no other simulator reaches it within the time allowed."
-
-
-def _methods(report: CostReport) -> Table:
-    """The time of every method at some errors, and its run that meets the accuracy."""
-    errors = [error for error in ACCURACIES if error >= report.error]
-    rows = []
-    for curve in report.curves:
-        times = [time_text(curve.seconds_at(error)) for error in errors]
-        point, unit = curve.point_at(report.accuracy), " s" if curve.kind == "step" else ""
-        figures = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)] if point else ["", "", ""]
-        rows.append((curve.name, *times, *figures))
-    asked = (f"{report.accuracy:g} by", "steps", "evals")
-    return Table(("error:", *(f"{error:.0e}" for error in errors), *asked), rows)
 
 
 def time_text(seconds: float | None) -> str:
