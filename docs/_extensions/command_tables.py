@@ -37,9 +37,9 @@ def _parameter(name: str, kind: Any, info: ParameterInfo, default: Any) -> Param
     kinds = [VALUES[t] for t in types if t in VALUES] or ["text"]
     value = info.metavar if is_option and info.metavar is not None else kinds[0]
     if info.min is not None:
-        value += f", at least {info.min:g}"
+        value += f", at least {info.min:,}"
     if info.max is not None:
-        value += f", at most {info.max:g}"
+        value += f", at most {info.max:,}"
     if any(typing.get_origin(t) is list for t in types):
         value += "; may be repeated" if is_option else "; one or several"
     names = (info.metavar or name.upper(),)

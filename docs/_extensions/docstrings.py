@@ -9,12 +9,13 @@ from typing import Any
 
 _SPECIAL = re.compile(r"([*|\\])")
 _CONSTANT = re.compile(r"(?<== )[A-Z][A-Z_]+\b")
+_OPTION = re.compile(r"(`[^`]+`)|(?<![\w-])(--[a-z][a-z-]+|\w+://[\w.:/]*\w)")  # or an address
 _TRAILING_UNDERSCORE = re.compile(r"(?<=\w)_(?!\w)")
 
 
 def escaped(text: str) -> str:
-    """One line with `code` kept as code, and characters that have a meaning in reStructuredText escaped elsewhere."""
-    parts = re.split(r"(`[^`]+`)", text)
+    """One line with `code` and --options as code; elsewhere what has a meaning in reStructuredText is escaped."""
+    parts = re.split(r"(`[^`]+`)", _OPTION.sub(lambda found: found[1] or f"`{found[2]}`", text))
     for place, part in enumerate(parts):
         if place % 2:
             parts[place] = f"``{part[1:-1]}``"
