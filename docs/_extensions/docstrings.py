@@ -30,6 +30,8 @@ def _is_code(line: str) -> bool:
 
 def convert(app: Any, what: str, name: str, thing: Any, options: Any, lines: list[str]) -> None:
     """Escape each line of prose; before napoleon reads the sections."""
+    if what == "module":  # the rule for the package's own imports is not for readers of the site
+        lines[:] = re.sub(r"\s*May import:[^.]*\.", "", "\n".join(lines)).split("\n")
     literal = False
     for place, line in enumerate(lines):
         if literal and (not line.strip() or line.startswith("    ")):
