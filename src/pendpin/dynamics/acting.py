@@ -269,8 +269,8 @@ def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN)
     return lambda t, *state: function(early + t, *state)
 
 
-def readable(effect: Effect, where: str, xp: Any, function: Any) -> Any:
-    """A function of an effect; what it does not do on numbers other than NumPy's floats is said in one line."""
+def name_errors(effect: Effect, where: str, xp: Any, function: Any) -> Any:
+    """A function of an effect whose errors on numbers other than NumPy's floats are one line that names the effect."""
     if xp is np:
         return function
 

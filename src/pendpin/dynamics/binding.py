@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, plain_arithmetic, readable, since
+from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, name_errors, plain_arithmetic, since
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
 from pendpin.engines import Loads
@@ -197,7 +197,7 @@ class Bound(ABC):
         """A law of its own time as one of the time since the start; its faults name the effect."""
         binding, effect = self._binding, self.effect
         timed = since(binding.start, effect, function, binding.numbers)
-        return readable(effect, self._where, binding.xp, timed)
+        return name_errors(effect, self._where, binding.xp, timed)
 
     @abstractmethod
     def power(self) -> Power:
@@ -223,7 +223,7 @@ class BoundField(Bound):
     @cached_property
     def at(self) -> Callable[[Any], Array]:
         """The field (3,) in m/s² in W at a time."""
-        return readable(self.effect, self._where, self._binding.xp, self._binding.field(self.effect, "field"))
+        return name_errors(self.effect, self._where, self._binding.xp, self._binding.field(self.effect, "field"))
 
     def power(self) -> Power:
         """The sum of m v . field over the bodies, W."""

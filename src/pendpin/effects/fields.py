@@ -222,9 +222,9 @@ class Rotation(Tracked, BodyEffect):
     @property
     def vector(self) -> Array | None:
         """Omega, (3,) in rad/s, in W; None where it changes with time."""
-        return self._vector(np) if self.track is None else None
+        return self._rate_vector(np) if self.track is None else None
 
-    def _vector(self, xp: Any) -> Array:
+    def _rate_vector(self, xp: Any) -> Array:
         if self.latitude is None:
             return np.array(self.rate)
         if isinstance(self.latitude, float):
@@ -235,7 +235,7 @@ class Rotation(Tracked, BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega = motion.fixed(self._vector(xp) if self.track is None else _vector_at(self.track, t, 0))
+        omega = motion.fixed(self._rate_vector(xp) if self.track is None else _vector_at(self.track, t, 0))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)

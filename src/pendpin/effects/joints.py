@@ -204,7 +204,7 @@ class Motor(JointEffect):
         return (self.joint,)
 
     @property
-    def holds(self) -> bool:
+    def is_controller(self) -> bool:
         """Whether it is a controller."""
         return self.proportional is not None or self.derivative is not None
 
@@ -212,7 +212,7 @@ class Motor(JointEffect):
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""
-        if self.holds:
+        if self.is_controller:
             return -(self.proportional or 0.0) * (q - (self.target or 0.0)) - (self.derivative or 0.0) * v
         steady = self.torque or 0.0
         if self.frequency is None:

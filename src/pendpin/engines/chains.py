@@ -140,7 +140,7 @@ class Thin(Engine):
         reading = thin.read(d, rate, None, near)
         if (pole := (reading.across < 2 * thin.POLE).any(1)).any():
             bend = np.zeros_like(d)
-            bend[pole] = self.bend(t[pole], d[pole], rate[pole])
+            bend[pole] = self.accelerate_directions(t[pole], d[pole], rate[pole])
             reading = thin.read(d, rate, bend, near)
         return reading
 
@@ -150,7 +150,7 @@ class Thin(Engine):
         speed[:, 1:] += speed[:, :-1].copy()
         return float(speed.max()) / TURN
 
-    def bend(self, t: Array, d: Array, rate: Array) -> Array:
+    def accelerate_directions(self, t: Array, d: Array, rate: Array) -> Array:
         """d'' (n, rods, 3) in I, at times (n,)."""
         loads, force, moment = self.loads, None, None
         if loads.wrench is not None:
@@ -223,7 +223,7 @@ class Directions(Thin):
             d, omega = y[:half].reshape(-1, 3), y[half:].reshape(-1, 3)
             rate = cross(omega, d)
             dy[:half] = rate.reshape(-1)
-            dy[half:] = cross(d, self.bend(np.array([t]), d[None], rate[None])[0]).reshape(-1)
+            dy[half:] = cross(d, self.accelerate_directions(np.array([t]), d[None], rate[None])[0]).reshape(-1)
 
         return count_calls(derivative, progress)
 

@@ -249,7 +249,7 @@ class Patient:
 
     # --- what has no value --------------------------------------------------------------------------------------
 
-    def of_kind(self, part: Part) -> Iterator[Change]:
+    def between_number_and_vector(self, part: Part) -> Iterator[Change]:
         """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
         node, spec = part.node, self.spec
         for text in map(self.writer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():

@@ -84,7 +84,7 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
 def mends_of_mismatch(patient: Patient) -> list[Mend]:
     """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
     few = patient.parts if len(patient.parts) <= MOST_NODES // 2 else []
-    return _verified(patient, (change for part in few for change in patient.of_kind(part)))
+    return _verified(patient, (change for part in few for change in patient.between_number_and_vector(part)))
 
 
 def mends_of_unknown(patient: Patient, unknown: str) -> list[Mend]:
