@@ -22,7 +22,7 @@ class Moving(Engine):
         self.base, self.still, self.name = base, still, base.name
         self.on_angles = base.on_angles
         self._size = len(base.pack(*np.zeros((2, len(base.model.joints)))))
-        self.places = np.setdiff1d(np.arange(self._size), still)
+        self.places = np.delete(np.arange(self._size), list(still))
 
     def whole(self, y: Array) -> Array:
         """The base engine's states (..., size), from what moves of them."""

@@ -9,7 +9,6 @@ from contextlib import suppress
 from ctypes import c_bool, c_double, c_int, c_size_t, c_void_p
 from dataclasses import dataclass
 from functools import cache
-from importlib.util import find_spec
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -20,7 +19,7 @@ from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
 from pendpin.errors import say_note
 from pendpin.ground.arrays import Array, Mask, address
-from pendpin.ground.libraries import c_functions, version
+from pendpin.ground.libraries import c_functions, is_there, version
 from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 from pendpin.integrators.events import Stepper, Steps, integrate_to_event
 from pendpin.scene import METHODS, Method, Scene, method_of
@@ -297,7 +296,7 @@ _NAMES: dict[str, tuple[str, Any, tuple[Any, ...]]] = {  # C++ name, type of the
 @cache
 def cyrk() -> Any:
     """The functions by the names above; None if this CyRK, or this processor, does not have them: with a note, once."""
-    if find_spec("CyRK") is None:
+    if not is_there("CyRK"):
         return None
     installed, reason = version("CyRK"), "this processor has no AVX2"
     *_, features = llvm.processor()

@@ -2,7 +2,6 @@
 
 import math
 from importlib import import_module
-from importlib.util import find_spec
 
 import numpy as np
 
@@ -12,6 +11,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind, without_compiling
 from pendpin.effects import Anchor, Bending
 from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arrays import EPS, Array
+from pendpin.ground.libraries import is_there
 from pendpin.integrators.base import Integrator
 from pendpin.scene import Chain, Method, Scene, event_methods, method_of
 from pendpin.scene.methods import MULTISTEP
@@ -55,7 +55,7 @@ def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: i
     if energy_balance or len(dynamics.model.joints) > most or scene.solver.engine != "auto":
         return False
     smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)
-    return smooth and find_spec("heyoka") is not None
+    return smooth and is_there("heyoka")
 
 
 def choose_method_and_engine(
@@ -72,7 +72,7 @@ def choose_method_and_engine(
     if method != "auto" and (solver.engine != "auto" or not method_of(method).machine_code):
         return method, solver.engine
     compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects)
-    compiles = compiles and find_spec("CyRK") is not None
+    compiles = compiles and is_there("CyRK")
     if method == "auto":
         looked_at = dynamics
         if compiles and dynamics.contacts is None:  # in machine code: no Pinocchio or SciPy is imported for that

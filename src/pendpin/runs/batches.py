@@ -10,7 +10,6 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
-from importlib.util import find_spec
 from threading import Event, Lock
 from typing import Any, NamedTuple
 
@@ -22,7 +21,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
-from pendpin.ground.libraries import heyoka, wait_for
+from pendpin.ground.libraries import heyoka, is_there, wait_for
 from pendpin.ground.records import LARGEST
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import Model, build, start_state
@@ -46,7 +45,7 @@ def takes(scene: Scene) -> bool:
     """Whether motions of a scene can be run as a batch: smooth, of few joints, by a method that may be Taylor series."""
     solver = scene.solver
     return (
-        find_spec("heyoka") is not None
+        is_there("heyoka")
         and scene.duration > 0
         and solver.method in ("auto", "taylor")
         and solver.engine == "auto"
@@ -196,10 +195,14 @@ class Series:
         steps, flips = np.full((2, len(packed)), np.nan)
         if len(fine) > 1:
             for series, places in self._vectors(cases):
+                noting = [event.callback for event in series.nt_events] if self._flips and series.with_events else []
+                for passage in noting:
+                    passage.first[:] = np.nan
                 rows[places], steps[places] = _propagate(
                     series, packed[places], fine, cases.longest[places], self.stopped
                 )
-                flips[places] = np.fmin.reduce([passage.first for passage in _passages(series)], initial=np.nan)
+                for passage in noting:
+                    flips[places] = np.fmin(flips[places], passage.first)
         else:  # the start alone: heyoka refuses no interval
             rows, steps = packed[:, None], np.zeros(len(packed))
         q, v, needed = self._read(rows, steps, cases, fine, parts)
@@ -329,8 +332,6 @@ def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Eve
     states, steps = np.full((len(times), *y.T.shape), np.nan), np.zeros(len(y))
     states[0] = series.state[:] = y.T
     series.set_time(times[0])
-    for passage in _passages(series):
-        passage.first[:] = np.nan
     limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": longest}
     for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
         ahead = times[first + 1 : first + SAMPLES_AT_ONCE + 1]
@@ -348,20 +349,18 @@ def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Eve
     return states.transpose(2, 0, 1), steps
 
 
-def _passages(series: Any) -> list[_Passage]:
-    """What notes the passages of its guards."""
-    return [event.callback for event in series.nt_events] if series.with_events else []
-
-
 def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
     """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
     good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
     if not dynamics.conservative or not good.any():
         return good
-    ends = [rows[good][:, [0, -1]].reshape(-1, q.shape[2]) for rows in (q, v)]
+    ends = [rows[:, [0, -1]][good].reshape(-1, q.shape[2]) for rows in (q, v)]
     kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
-    elsewhere = dynamics.energies(ends[0] + 1.0, np.zeros_like(ends[1]))[1].reshape(-1, 2)
-    least = ROUNDING * np.abs(elsewhere).max(1)  # the potential at the ends may vanish, its rounding does not
-    off = np.abs(np.diff(kinetic + potential))[:, 0]
-    good[good] = off <= OFF * np.maximum(exchanged(kinetic.T, potential.T)[-1], least)
+    off, scale = np.abs(np.diff(kinetic + potential))[:, 0], exchanged(kinetic.T, potential.T)[-1]
+    if (
+        off > OFF * scale
+    ).any():  # where little is exchanged, the rounding of a potential counts, which may vanish at the ends
+        elsewhere = dynamics.energies(ends[0] + 1.0, np.zeros_like(ends[1]))[1].reshape(-1, 2)
+        scale = np.maximum(scale, ROUNDING * np.abs(elsewhere).max(1))
+    good[good] = off <= OFF * scale
     return good

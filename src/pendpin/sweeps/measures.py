@@ -229,8 +229,13 @@ def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
     """
     for moving, still in ((THETA, PHI), (PHI, THETA)):
         if not (q[..., still].any() or v[..., still].any()):
-            turned = np.cumsum(q[..., moving], -1)
-            return turned - 2 * np.pi * np.round(turned[:, :1] / (2 * np.pi)), np.cumsum(v[..., moving], -1)
+            # the samples of a rod side by side in memory, as what follows looks along them: a third of the time
+            turned, rates = (np.ascontiguousarray(np.moveaxis(x[..., moving], -1, 1)) for x in (q, v))
+            for rod in range(1, turned.shape[1]):
+                turned[:, rod] += turned[:, rod - 1]
+                rates[:, rod] += rates[:, rod - 1]
+            turned -= 2 * np.pi * np.round(turned[..., :1] / (2 * np.pi))
+            return np.moveaxis(turned, 1, -1), np.moveaxis(rates, 1, -1)
     return None
 
 

@@ -11,7 +11,6 @@ from collections.abc import Callable, Generator, Iterator, Sequence
 from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
-from importlib.util import find_spec
 from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
@@ -19,7 +18,7 @@ from threading import Event, Thread
 from typing import Any, TypeVar
 
 from pendpin.errors import InputError, Interrupted, RunError
-from pendpin.ground.libraries import VERSION, installed, optional
+from pendpin.ground.libraries import VERSION, installed, is_there, optional
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
@@ -90,7 +89,7 @@ def in_processes(
     Close the iterator to end them: they stop at once, as they do where this process is killed. What `run` raises is
     raised here; RunError where a process dies.
     """
-    packer = optional("cloudpickle", "work in processes", EXTRA) if find_spec("cloudpickle") else pickle
+    packer = optional("cloudpickle", "work in processes", EXTRA) if is_there("cloudpickle") else pickle
     packed = packer.dumps(run)  # by cloudpickle functions of a script too
     context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
     listening, open_end = context.Pipe(duplex=False)

@@ -16,7 +16,6 @@ from collections.abc import Callable, Hashable, Sequence
 from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_int, c_int64, c_uint64, c_void_p
 from dataclasses import dataclass
 from functools import cache, cached_property, partial
-from importlib.util import find_spec
 from threading import Lock, RLock
 from typing import Any, NamedTuple
 
@@ -27,7 +26,7 @@ from pendpin.engines.machine.tape import Recording
 from pendpin.engines.machine.text import Text
 from pendpin.errors import MissingLibrary, say_note
 from pendpin.ground.arrays import Array, address
-from pendpin.ground.libraries import c_functions, version
+from pendpin.ground.libraries import c_functions, is_there, version
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
 LONG = 4000  # operations without a loop, beyond which optimising takes over 0.15 s: its time grows with their square
@@ -57,7 +56,7 @@ _NAMES: dict[str, tuple[Any, tuple[Any, ...]]] = {  # type of the result, types 
 @cache
 def installed() -> bool:
     """Whether llvmlite is there in a version of this series; a note, once a process, about another one."""
-    if find_spec("llvmlite") is None:
+    if not is_there("llvmlite"):
         return False
     found = version("llvmlite")
     if not found.startswith(SERIES):
