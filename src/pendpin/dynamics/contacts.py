@@ -218,14 +218,14 @@ class Contacts:
                     return Mode(held, sign, mode.torque)
         raise RunError(f"{t:g} s after the start, the search for the joints that stick does not end")
 
-    def scales(self, times: Array, q: Array, v: Array) -> Scales:
-        """The scales of a run from q, v (nv,), from evaluations at some of its times (n,)."""
+    def scales(self, times: Array, q: Array, v: Array, varies: bool = True) -> Scales:
+        """The scales of a run from q, v (nv,), from evaluations at some of its times (n,) if what acts `varies`."""
         nv, size = len(q), self.length
         columns = self.engine.compliance(q, np.arange(nv))
         # four directions of order one: every theta of a chain may be turned, and every phi; mirror images have the same four
         turned = np.array([[1, 1], [-1, 1], [1, -1], [-1, -1]])[:, np.arange(nv) % 2] * np.sin(1.0 + np.arange(nv))
         away, rest = turned * size, np.zeros(nv)
-        looks = times[np.unique(np.linspace(0, len(times) - 1, _LOOKS).astype(int))]
+        looks = times[np.unique(np.linspace(0, len(times) - 1, _LOOKS if varies else 1).astype(int))]
         pushes = np.array([self.engine.accelerate(t, x, rest, rest) for t in looks for x in (q, *(q + away))])
         push = np.nan_to_num(np.abs(pushes)).max(0)
         square = max((push / size).max(), (np.abs(columns) @ self.static / size).max())

@@ -128,7 +128,7 @@ def changes_with_time(effect: Effect, start: float, duration: float, negligible:
     if law_owner(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
         return False
     pace = declared_pace(effect, start, duration, negligible)
-    return pace is None or len(pace.corners) > 0 or bool(np.isfinite(pace.shortest).any())
+    return pace is None or pace.varies
 
 
 def declared_smooth(effect: Effect) -> bool | None:

@@ -35,6 +35,11 @@ class Pace(NamedTuple):
         """Half a period of a sinusoid of a frequency in rad/s; no change without one."""
         return cls.even(np.inf if frequency is None else np.pi / frequency)
 
+    @property
+    def varies(self) -> bool:
+        """Whether anything changes with time."""
+        return len(self.corners) > 0 or bool(np.isfinite(self.shortest).any())
+
     def at(self, t: Array) -> Array:
         """The shortest time in s right after each of the times t (n,) in s."""
         return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]

@@ -12,11 +12,10 @@ from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
-from scipy.linalg import solve_banded
 from scipy.special import chdtrc, chdtri, ndtr, stdtrit
 
 from pendpin.fitting.data import Swing
-from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.arrays import Array, Mask, lapack
 
 # Standard deviations, from where on residuals count less: 95 % efficient (Huber, Robust Statistics, 1981).
 CORNER = 1.345
@@ -243,7 +242,8 @@ def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
     gain = np.roll(gain, 1)  # of the sample before; at the first of a series decay is 0
     bands = np.array([np.ones(len(x)), np.append(-(decay * (1 - gain))[1:], 0.0)])
     before = np.vstack([np.zeros_like(x[:1]), (decay * gain)[1:, None] * x[:-1]])
-    return (x - solve_banded((1, 0), bands, before)) / np.sqrt(new)[:, None]
+    known, _ = lapack("tbtrs")(bands, before, uplo="L", diag="U")  # SciPy's solve_banded takes three times as long
+    return (x - known) / np.sqrt(new)[:, None]
 
 
 def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
@@ -253,7 +253,7 @@ def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
         share = ratio / (1 + ratio)
         decay, left = np.exp(-series.gap / time), np.sqrt(-np.expm1(-2 * series.gap / time))
         bands = np.array([np.append(0.0, -(decay / left)[1:]), 1 / left])
-        root = solve_banded((0, 1), bands, scores)
+        root, _ = lapack("tbtrs")(bands, scores, uplo="U")
         total = total + weight * variance * ((1 - share) * white + share * root.T @ root)
     return np.asarray(total)
 

@@ -87,7 +87,7 @@ class Variations:
         mode = None
         if contacts is not None:
             if self._scales is None:
-                self._scales = contacts.scales(times, y[:nv], y[nv:])
+                self._scales = contacts.scales(times, y[:nv], y[nv:], self.pace.varies)
             mode = contacts.choose(times[0], y[:nv], y[nv:], self._scales)
             state.reshape(-1, 2, nv)[:, 1, mode.held] = 0.0  # a joint that is held forgets a change of its rate
         rows = [state[None].copy()]

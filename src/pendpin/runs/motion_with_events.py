@@ -45,7 +45,7 @@ class LoopWithEvents(IntegrationLoop):
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
             self.sample(t, y)
-            self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y))
+            self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y), self.pace.varies)
             mode = self._meet(t, y)
             if self.sample(t, y):  # after the impacts
                 mode = self._meet(t, y)
