@@ -50,14 +50,23 @@ DAMPED = pp.Scene(
 PACKAGES = {"pinocchio": "pinocchio", "mujoco": "mujoco", "drake": "pydrake"}
 
 
+class Folders(dict[str, Path]):
+    """The folder of each scene, written when it is first asked for."""
+
+    def __init__(self, top: Path) -> None:
+        super().__init__()
+        self.top = top
+
+    def __missing__(self, name: str) -> Path:
+        self[name] = self.top / name.replace(" ", "-")
+        write_reference(SCENES[name], self[name])
+        return self[name]
+
+
 @pytest.fixture(scope="module", name="folders")
-def written(tmp_path_factory: pytest.TempPathFactory) -> dict[str, Path]:
+def written(tmp_path_factory: pytest.TempPathFactory) -> Folders:
     """A folder for each scene."""
-    top = tmp_path_factory.mktemp("reference")
-    folders = {name: top / name.replace(" ", "-") for name in SCENES}
-    for name, scene in SCENES.items():
-        write_reference(scene, folders[name])
-    return folders
+    return Folders(tmp_path_factory.mktemp("reference"))
 
 
 def loaded(name: str, path: Path) -> ModuleType:
@@ -86,7 +95,7 @@ def folder_test(folder: Path, engine: ModuleType) -> ModuleType:
 
 
 @pytest.mark.parametrize("name", SCENES)
-def test_the_engine_agrees_at_every_state(name: str, folders: dict[str, Path], engine: ModuleType) -> None:
+def test_the_engine_agrees_at_every_state(name: str, folders: Folders, engine: ModuleType) -> None:
     """Accelerations, mass matrix, wrenches and energies, through the folder's own test."""
     file = folder_test(folders[name], engine)
     for number in range(STATES):
@@ -106,7 +115,7 @@ def test_two_dampings_are_carried_by_mjcf_alone(tmp_path: Path, engine: ModuleTy
 
 
 @pytest.mark.parametrize("quantity", ["a", "mass_matrix", "wrench", "kinetic", "potential"])
-def test_a_wrong_number_is_found(quantity: str, folders: dict[str, Path], engine: ModuleType) -> None:
+def test_a_wrong_number_is_found(quantity: str, folders: Folders, engine: ModuleType) -> None:
     """A number that is off by a millionth of the largest one of its quantity."""
     file = folder_test(folders["double"], engine)
     if quantity == "potential" and "drake" in str(engine.__file__):
@@ -121,7 +130,7 @@ def test_a_wrong_number_is_found(quantity: str, folders: dict[str, Path], engine
 
 
 @pytest.mark.parametrize("planted", ["ixx", "mass", "xyz"])
-def test_a_wrong_model_is_found(planted: str, folders: dict[str, Path], tmp_path: Path) -> None:
+def test_a_wrong_model_is_found(planted: str, folders: Folders, tmp_path: Path) -> None:
     """An inertia, a mass or a centre of mass that is off by 1 in 10,000 in the URDF."""
     engine = loaded("engine", ENGINES / "pinocchio_engine.py")
     text = (folders["rod"] / "model.urdf").read_text()
@@ -142,7 +151,7 @@ def test_a_wrong_model_is_found(planted: str, folders: dict[str, Path], tmp_path
 
 @pytest.mark.skipif(find_spec("pydrake") is None, reason="Drake is not installed: CI's last step installs it")
 @pytest.mark.parametrize("name", ["rod", "double", "tree", "ur5"])
-def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: dict[str, Path]) -> None:
+def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: Folders) -> None:
     """The universal joint is one joint there; mass matrix and accelerations are those of the JSON."""
     from pydrake.multibody.parsing import Parser
     from pydrake.multibody.plant import MultibodyPlant
@@ -174,7 +183,7 @@ def test_drake_loads_the_sdf_to_the_same_model(name: str, folders: dict[str, Pat
 
 
 @pytest.mark.parametrize("name", ["double", "tree", "ur5"])
-def test_the_states_balance(name: str, folders: dict[str, Path]) -> None:
+def test_the_states_balance(name: str, folders: Folders) -> None:
     """M a + bias = 0 for free joints: the wrench has no component along a joint's axis; M is that of the kinetic energy."""
     reference = json.loads((folders[name] / "reference.json").read_text())
     axes = tree_of(build(SCENES[name].model).pin).axes
@@ -187,7 +196,7 @@ def test_the_states_balance(name: str, folders: dict[str, Path]) -> None:
         assert np.abs(along).max() < 1e-13 * np.abs(wrench).max()
 
 
-def test_the_motion_is_that_of_a_finer_run(folders: dict[str, Path]) -> None:
+def test_the_motion_is_that_of_a_finer_run(folders: Folders) -> None:
     """A run by another method and tolerance is within the bounds at all 50 times."""
     reference = json.loads((folders["double"] / "reference.json").read_text())
     t, q, v = (np.array(reference["motion"][key]) for key in ("t", "q", "v"))
@@ -229,7 +238,7 @@ def test_what_a_format_cannot_carry_is_left_out_and_said(tmp_path: Path) -> None
     assert set(thin.data["left_out"]) == {"model.sdf"}
 
 
-def test_the_scene_in_the_folder_is_the_scene(folders: dict[str, Path]) -> None:
+def test_the_scene_in_the_folder_is_the_scene(folders: Folders) -> None:
     """It loads to the same model, start and effects."""
     for name in ("double", "ur5"):
         assert pp.load_scene(folders[name] / "scene.toml") == SCENES[name]
