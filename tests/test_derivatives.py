@@ -1,6 +1,7 @@
 """Exact derivatives of accelerations, against differences in 50 digits, Pinocchio's own, and what is known by hand."""
 
 from collections.abc import Sequence
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -182,6 +183,7 @@ KEYS = {
     "support": ["effects[1].amplitude[0]", "effects[1].frequency", "effects[1].phase"],
     "rotation": ["effects[1].rate[1]"],
     "earth": ["effects[1].latitude"],
+    "clamped bending": ["effects[1].stiffness", *(f"effects[1].clamp[{i}]" for i in range(3))],
 }
 
 
@@ -281,6 +283,14 @@ def test_keys_without_a_derivative_are_refused(key: str, said: str) -> None:
     with pytest.raises(pp.InputError, match=said) as error:
         Variational(scene, [key])
     assert "\n" not in str(error.value)
+
+
+def test_the_axis_of_a_table_of_rates_has_no_derivative(tmp_path: Path) -> None:
+    """The rows of a csv are no parameters: its axis is refused, and not taken for a number that changes nothing."""
+    (tmp_path / "rate.csv").write_text("t, rate\n" + "\n".join(f"{t}, {0.1 * t * t}" for t in range(12)))
+    slewing = fx.Rotation(csv=tmp_path / "rate.csv", axis=(0.0, 0.3, 1.0))
+    with pytest.raises(pp.InputError, match="no derivative"):
+        Variational(pp.Scene(model=MODELS["one rod"], effects=[slewing]), ["effects[0].axis[1]"])
 
 
 def test_a_function_has_no_derivative() -> None:

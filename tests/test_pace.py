@@ -13,9 +13,10 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 import scenes
+from effect_cases import EFFECTS, MODELS
 from laws import law
-from pendpin.dynamics.timing import LAWS as LAWS_OF
-from pendpin.effects import Effect, Gravity, Idle, JointEffect, Motor, Support, Torque
+from pendpin.dynamics.timing import declared_pace
+from pendpin.effects import Gravity, JointEffect, Motor, Support, Torque
 from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
@@ -239,14 +240,16 @@ def test_a_function_is_sampled_unless_it_declares_its_pace(law) -> None:
         assert any("does not declare how fast" in note for note in notes) == noted
 
 
-def test_built_in_effects_declare_their_pace() -> None:
-    """None of pendpin's own is sampled; a contact acts at events, a constant field always."""
-    for name in pp.effects.__all__:
-        kind = getattr(pp.effects, name)
-        if isinstance(kind, type) and issubclass(kind, Effect) and "kind" in vars(kind).get("__annotations__", {}):
-            law = next((law for interface, law in LAWS_OF.items() if issubclass(kind, interface)), None)
-            if law and kind not in (Gravity, Torque, Idle):
-                assert kind.pace is not Effect.pace, kind
+@pytest.mark.parametrize("name", EFFECTS)
+def test_built_in_effects_have_a_pace(name: str) -> None:
+    """None of pendpin's own is sampled, and one to which time makes no difference acts alike at all times, to the bit."""
+    effect = EFFECTS[name]
+    pace = declared_pace(effect, 0.0, 1.0, 1e-10)
+    assert pace is not None
+    dynamics = pp.bind(pp.Scene(model=MODELS["chain of 5"], effects=[effect]))
+    state = np.random.default_rng(3).uniform(-1, 1, (2, 10))
+    early, late = (dynamics.acceleration(t, *state) for t in (0.3, 1.7))
+    assert np.array_equal(early, late) == np.isinf(pace.shortest).all()
 
 
 @law(15)

@@ -162,7 +162,7 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
             acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where))
         elif effect.idle:
             if isinstance(effect, JointEffect | ContactEffect):
-                chosen_joints(model, effect.joints if isinstance(effect, ContactEffect) else effect.on, where)
+                chosen_joints(model, effect.on, where)
             elif isinstance(effect, BodyEffect):
                 chosen_bodies(model, effect.on, where)
             acts[i] = Idle(kind=effect.kind)

@@ -13,6 +13,7 @@ from pendpin.effects import Effect
 from pendpin.engines.machine.llvm import Table
 from pendpin.engines.machine.passes import recorded_by_rod
 from pendpin.engines.machine.tape import Tape, recorded
+from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model
 
@@ -115,6 +116,8 @@ class Parameters(Numbers):
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
         """The row (width,) that holds at a time, as a function of the time: a table of the tape."""
+        if np.iscomplexobj(rows):  # by derivatives.py
+            raise InputError("effects: what a csv holds over time, and its axis, have no derivative")
         tape, width, key = self._tape, rows.shape[1], (times.tobytes(), rows.tobytes())
         place = self._places.setdefault(key, len(self.tables))
         if place == len(self.tables):

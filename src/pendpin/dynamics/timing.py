@@ -107,10 +107,13 @@ def law_owner(effect: Effect) -> type | None:
 
 def declared_pace(effect: Effect, start: float, duration: float, negligible: float) -> Pace | None:
     """The pace declared for a run; None if it is not, or not by who overrides the law. InputError for one that cannot be."""
-    if not issubclass(owner(effect, "pace"), law_owner(effect) or Effect):
-        return None
-    moved, early = effect.since(start)
-    pace = moved.pace(early, early + duration, negligible)
+    (moved, early), declares, law = effect.since(start), owner(effect, "pace"), law_owner(effect) or Effect
+    if declares is Effect and law.__module__.startswith("pendpin."):
+        track = getattr(moved, "track", None)
+        pace = Pace.sinusoid(getattr(moved, "frequency", None))
+        pace = track.pace(early, early + duration, negligible) if track else pace
+    else:
+        pace = moved.pace(early, early + duration, negligible) if issubclass(declares, law) else None
     if pace is None:
         return None
     corners, shortest = np.asarray(pace.corners, float), np.asarray(pace.shortest, float)

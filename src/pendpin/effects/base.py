@@ -48,7 +48,8 @@ class Effect(Record):
         """How fast the effect changes with time from `begin` to `end`, in s, where positions and rates do not change.
 
         Changes below `negligible` times the largest value may be left out; `pendpin.effects.pace.STEADY` if time makes no
-        difference. None if the effect does not declare it: the run then samples it, and adds a note.
+        difference. None if the effect does not declare it: the run then samples it, and adds a note. Laws of pendpin's own
+        need not: they change with time by their `track`, by their `frequency`, or not at all (dynamics/timing.py).
         """
         return None
 
@@ -77,13 +78,6 @@ class Idle(Effect):
     """In place of an effect of strength 0: the others keep their places in the list."""
 
     kind: str = Field(description="which effect it stands for")
-
-
-def pace_from_fields(self: Any, begin: float, end: float, negligible: float) -> Pace:
-    """The `pace` of an effect that changes with time by its `track`, or by its `frequency`, or not at all."""
-    if track := getattr(self, "track", None):
-        return track.pace(begin, end, negligible)
-    return Pace.sinusoid(getattr(self, "frequency", None))
 
 
 def both_or_neither(effect: Kind, one: str, other: str) -> Kind:
@@ -174,7 +168,7 @@ class JointEffect(Effect):
 
 
 class JointNames(Record):
-    """A list of joints as a parameter."""
+    """A list of joints as a parameter, on which an effect acts."""
 
     joints: Annotated[tuple[str, ...], Field(min_length=1)] | None = Field(None, description="names; all if absent")
 
@@ -186,14 +180,14 @@ class JointNames(Record):
                 raise ValueError(f"{shown(name)} is named twice")
         return joints
 
-
-class OnJoints(JointNames, JointEffect):
-    """A joint effect with a list of joints as a parameter."""
-
     @property
     def on(self) -> tuple[str, ...] | None:
         """The joints of the record; all if None."""
         return self.joints
+
+
+class OnJoints(JointNames, JointEffect):
+    """A joint effect with a list of joints as a parameter."""
 
 
 class Bodies(NamedTuple):
@@ -210,9 +204,9 @@ class Bodies(NamedTuple):
         """k of the bodies, by their indices (k,)."""
         return Bodies(*(column[chosen] for column in self))
 
-    def along(self, at: Any, xp: Any = np) -> Array:
-        """Points (n, 3) m in the link frames, `at` m from the joint towards the tip."""
-        return self.tip * (at / xp.sqrt((self.tip**2).sum(-1, keepdims=True)))
+    def along(self, at: Any, absent: Array, xp: Any = np) -> Array:
+        """Points (n, 3) m in the link frames, `at` m from the joint towards the tip; `absent` where that is None."""
+        return absent if at is None else self.tip * (at / xp.sqrt((self.tip**2).sum(-1, keepdims=True)))
 
 
 class Motion(NamedTuple):

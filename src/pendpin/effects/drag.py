@@ -6,7 +6,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from pydantic import Field, Strict, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_from_fields
+from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither
 from pendpin.ground.arrays import Array, cross, dot
 from pendpin.ground.records import NotNegative, Positive, Vector
 
@@ -89,8 +89,6 @@ class Drag(BodyEffect):
     def axial(self) -> bool:
         """False: what acts on the axis does not turn a rod about it."""
         return False
-
-    pace = pace_from_fields
 
     def air(self, t: Any, xp: Any = np) -> Array:
         """The velocity of the air over the ground at time t, (3,) in m/s."""

@@ -14,11 +14,10 @@ from pendpin.effects.base import (
     FrameEffect,
     Motion,
     both_or_neither,
-    pace_from_fields,
 )
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
-from pendpin.ground.arrays import Array, applied, cross
+from pendpin.ground.arrays import Array, applied, cross, unit
 from pendpin.ground.records import FilePath, NotNegative, Number, Positive, Vector
 
 EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
@@ -54,8 +53,7 @@ class Gravity(FieldEffect):
 
     def field(self, t: Any, xp: Any = np) -> Array:
         """The same (3,) vector in m/s², W, at all times."""
-        direction = np.array(self.direction) / max(map(abs, self.direction))  # no overflow for any finite numbers
-        return self.acceleration * (direction / np.sqrt(direction @ direction))
+        return self.acceleration * unit(self.direction)
 
 
 class Tracked(Effect):
@@ -141,8 +139,6 @@ class Support(Tracked, FrameEffect):
             raise ValueError("a phase needs an amplitude and frequency")
         return self
 
-    pace = pace_from_fields
-
     def position(self, t: Any, xp: Any = np) -> Array:
         """Where the pivot is, (3,) m in W's axes; times (n,) give (n, 3)."""
         return self._course(t, 0, xp)
@@ -201,10 +197,7 @@ class Rotation(Tracked, BodyEffect):
     def track(self) -> Track | None:
         """Omega, (3,) rad/s, over time. Raises InputError where the csv does not hold a rate."""
         track = super().track
-        if track is None or self.axis is None:
-            return track
-        axis = np.array(self.axis) / np.abs(self.axis).max()  # so that no square overflows
-        return track.along(axis / np.linalg.norm(axis))
+        return track if track is None or self.axis is None else track.along(unit(self.axis))
 
     def with_numbers(self, numbers: Any) -> Self:
         """The effect with Omega mapped by `numbers`."""
@@ -216,8 +209,6 @@ class Rotation(Tracked, BodyEffect):
     def axial(self) -> bool:
         """False: inertial forces do not turn a thin rod about its axis."""
         return False
-
-    pace = pace_from_fields
 
     @property
     def vector(self) -> Array | None:

@@ -11,10 +11,10 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from pydantic import Field, field_serializer, field_validator, model_validator
 
-from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, pace_from_fields, returned
+from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, unit
 from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
 
@@ -38,8 +38,6 @@ class Viscous(OnJoints):
         """-coefficient v, (k,) N m."""
         return -self.coefficient * v
 
-    pace = pace_from_fields
-
 
 class Spring(OnJoints):
     """A linear spring at the joint: tau = -stiffness (q - rest), potential stiffness (q - rest)² / 2.
@@ -56,8 +54,6 @@ class Spring(OnJoints):
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """-stiffness (q - rest), (k,) N m."""
         return -self.stiffness * (q - self.rest)
-
-    pace = pace_from_fields
 
     def potential(self, q: Array, xp: Any = np) -> Any:
         """stiffness (q - rest)² / 2, summed over the joints, J; q is (n, nv) in rad."""
@@ -105,13 +101,13 @@ class Bending(JointEffect):
 
         In the frame in which the rod hangs, it lies along -z at zero angles.
         """
-        each = np.zeros((len(lengths), 4), np.result_type(lengths, float))
+        direction = np.zeros(3) if self.clamp is None else unit(self.clamp)
+        each = np.zeros((len(lengths), 4), np.result_type(lengths, direction))
         above = np.arange(-1, len(lengths) - 1) if parents is None else np.array(parents)
         hung = above >= 0
         each[hung, 0], each[:, 3] = 2 / (lengths[hung] + lengths[above[hung]]), -1.0
         if self.clamp is not None:
-            direction = np.array(self.clamp) / np.abs(self.clamp).max()  # so that no square overflows
-            each[~hung, 0], each[~hung, 1:] = 2 / lengths[~hung], direction / np.linalg.norm(direction)
+            each[~hung, 0], each[~hung, 1:] = 2 / lengths[~hung], direction
         return np.repeat(each, 2, axis=0)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np, each: Array | None = None) -> Array:
@@ -134,8 +130,6 @@ class Bending(JointEffect):
         inverse, *direction = each[0::2].T
         w, u = _half_angle_squares(s[..., 0::2], c[..., 0::2], s[..., 1::2], c[..., 1::2], *direction)
         return (2 * self.stiffness * inverse * w * _asin_over_x(w, u, xp) ** 2).sum(-1)
-
-    pace = pace_from_fields
 
 
 def _half_angle_squares(s1: Any, c1: Any, s2: Any, c2: Any, x: Any, y: Any, z: Any) -> tuple[Any, Any]:
@@ -207,8 +201,6 @@ class Motor(JointEffect):
     def is_controller(self) -> bool:
         """Whether it is a controller."""
         return self.proportional is not None or self.derivative is not None
-
-    pace = pace_from_fields
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""

@@ -5,7 +5,7 @@ from typing import Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither, pace_from_fields
+from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither
 from pendpin.ground.arrays import Array, cross
 from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
@@ -43,8 +43,6 @@ class Push(BodyEffect):
         """True with a torque; a force on the axis does not turn a rod about it."""
         return any(self.torque)
 
-    pace = pace_from_fields
-
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
         force = np.array(self.force)
@@ -52,18 +50,14 @@ class Push(BodyEffect):
             force = force + np.array(self.amplitude) * xp.sin(self.frequency * t)
         force, moment = (np.atleast_2d(motion.fixed(x)) for x in (force, np.array(self.torque)))
         if self.point is not None:
-            moment = moment + cross(motion.levers(self._point(bodies, xp) - bodies.com), force)
+            moment = moment + cross(motion.levers(bodies.along(self.point, bodies.com, xp) - bodies.com), force)
         return force, moment
 
     def potential(self, bodies: Bodies, motion: Motion, xp: Any = np) -> Any:
         """The potential -force . r of a constant force in J, zero at the origin of W; None for others."""
         if self.frequency is not None or any(self.torque):
             return None
-        return -(motion.points(self._point(bodies, xp)) @ np.array(self.force))[..., 0]
-
-    def _point(self, bodies: Bodies, xp: Any) -> Array:
-        """Where the force acts, (1, 3) m in the link frame."""
-        return bodies.com if self.point is None else bodies.along(self.point, xp)
+        return -(motion.points(bodies.along(self.point, bodies.com, xp)) @ np.array(self.force))[..., 0]
 
 
 class Anchor(BodyEffect):
@@ -94,8 +88,6 @@ class Anchor(BodyEffect):
         """False: a force on the axis does not turn a rod about it."""
         return False
 
-    pace = pace_from_fields
-
     @property
     def resistances(self) -> tuple[str, ...]:
         """The damping."""
@@ -103,7 +95,7 @@ class Anchor(BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
-        held = self._held(bodies, xp)
+        held = bodies.along(self.at, bodies.tip, xp)
         away = motion.points(held) - motion.fixed(np.array(self.point))
         force = -self.stiffness * away - self.damping * motion.velocities(held)
         return force, cross(motion.levers(held - bodies.com), force)
@@ -112,9 +104,5 @@ class Anchor(BodyEffect):
         """stiffness / 2 times the square of the distance, J; None with damping."""
         if self.damping:
             return None
-        away = motion.points(self._held(bodies, xp)) - np.array(self.point)
+        away = motion.points(bodies.along(self.at, bodies.tip, xp)) - np.array(self.point)
         return self.stiffness / 2 * (away**2).sum((-2, -1))
-
-    def _held(self, bodies: Bodies, xp: Any) -> Array:
-        """The point of the rod, (1, 3) m in the link frame."""
-        return bodies.tip if self.at is None else bodies.along(self.at, xp)

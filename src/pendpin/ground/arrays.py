@@ -81,6 +81,12 @@ def across(z: Array) -> Array:
     return x / np.linalg.norm(x, axis=-1, keepdims=True)
 
 
+def unit(direction: ArrayLike) -> Array:
+    """The unit vector (3,) along a direction of any length but 0; no square overflows, and complex steps pass through it."""
+    x = np.asarray(direction) / np.abs(direction).max()
+    return x / np.sqrt(x @ x)
+
+
 def outer(x: Array, y: Array) -> Array:
     """x y^T, (..., 3, 3)."""
     return x[..., :, None] * y[..., None, :]
