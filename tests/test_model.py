@@ -3,14 +3,11 @@
 from pathlib import Path
 
 import numpy as np
-import pinocchio as pin
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
-from laws import law
-from pendpin.model.bodies import always_positive, mass_matrix
 from pendpin.model.build import build
 from pendpin.scene import urdf_folder
 
@@ -86,47 +83,6 @@ def test_payload_is_folded_in() -> None:
 
 
 # --- negative inertia -----------------------------------------------------------------------------------------------
-
-
-def hung(random: np.random.Generator) -> pin.Model:
-    """A tree of one to four joints, numbered branch by branch; inertias of all sizes, some of them negative."""
-    model, joint = pin.Model(), 0
-    for i in range(random.integers(1, 5)):
-        axis = random.normal(size=3)
-        kind = pin.JointModelRevoluteUnaligned if random.random() < 0.8 else pin.JointModelPrismaticUnaligned
-        place = pin.SE3(pin.exp3(random.normal(size=3)), random.normal(size=3) * random.choice([0.0, 0.1, 1.0]))
-        parent = joint if random.random() < 0.8 else model.parents[joint]
-        joint = model.addJoint(parent, kind(*(axis / np.linalg.norm(axis))), place, str(i))
-        A, less = random.normal(size=(3, 3)), np.diag(random.random(3) * 10 ** random.uniform(-5, -1))
-        body = pin.Inertia(random.random() + 0.01, random.normal(size=3) * random.choice([0.01, 0.3]), np.eye(3))
-        body.inertia = A @ A.T * 10 ** random.uniform(-3, 0) - less  # a negative one can be written, not made
-        model.inertias[joint] = body
-    return model
-
-
-@law(60)
-@given(st.integers(0, 2**32 - 1))
-def test_a_proof_of_positive_mass_matrices_holds(seed: int) -> None:
-    """What is known to be positive definite at all positions is so at any of them."""
-    random = np.random.default_rng(seed)
-    model = hung(random)
-    if always_positive(model):
-        for _ in range(10):
-            M = mass_matrix(model, random.uniform(-4, 4, model.nv))
-            scale = 1 / np.sqrt(np.diag(M))
-            assert np.linalg.eigvalsh(scale[:, None] * M * scale)[0] > -1e-12 * len(M)
-
-
-def test_the_proof_finds_what_it_can() -> None:
-    """A little negative inertia on a heavy arm is proved; one that a joint moves alone is not."""
-    for less, known in ((1e-4, True), (1.0, False)):
-        model = pin.Model()
-        for i in range(2):
-            model.addJoint(i, pin.JointModelRX(), pin.SE3(np.eye(3), np.array([0, 0, -0.5])), str(i))
-            model.inertias[i + 1] = pin.Inertia(1.0, np.array([0.0, 0.0, -0.3]), np.eye(3) * 0.1)
-        body = model.inertias[2]
-        body.inertia = np.diag([0.1, -less, 0.1])
-        assert always_positive(model) == known
 
 
 @pytest.mark.parametrize(("com", "beyond"), [(-0.01, True), (0.0, False), (2.0, False), (2.01, True), (None, False)])

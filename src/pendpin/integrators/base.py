@@ -20,7 +20,8 @@ ROUNDING = 4.0  # units in the last place of a time: lsoda starts no step that i
 SHORTEST = 1e-150  # s, the square of which is still a number that it can divide by
 NOT_FINITE = "the acceleration is not a finite number"
 
-Memory = tuple[Any, ...]  # what a method keeps from segment to segment: a named tuple of arrays and numbers; or ()
+# What a method keeps from segment to segment: a named tuple of arrays and numbers, `motion` of the motion in it; or ()
+Memory = tuple[Any, ...]
 
 
 @dataclass(frozen=True)
@@ -118,10 +119,6 @@ class Integrator(ABC):
     def memory(self, y: Array) -> Memory:
         """What goes from segment to segment beside the state, for a start at y (size,); its shapes never change."""
         return ()
-
-    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
-        """The memory with the motion that it holds shifted, where it holds one."""
-        return memory
 
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:

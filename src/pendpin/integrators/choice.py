@@ -17,13 +17,12 @@ from pendpin.scene import Chain, Method, Scene, event_methods, method_of
 from pendpin.scene.methods import MULTISTEP
 
 MAX_STEPS = 1e9  # of a run; chosen: whoever asks for more has rather mistaken a unit
-LARGE = 100  # numbers in a state, above which no Jacobian is computed
+LARGE = 100  # numbers in a state, above which no Jacobian is computed, and explicit steps are taken
 STIFF = 3e5  # decay rate times duration, above which explicit steps are too many (about 6 of it to a step of dop853)
 LONG = 1e5  # rad that the fastest motion goes through: beyond, the Taylor method keeps more digits
 FEW_JOINTS = 4  # up to which it does so at no more cost
 STEP = EPS**0.5  # of differences
 WIDER = 16.0  # times those steps, to tell a slope from a jump
-POWER_STEPS = 8  # of the power method: its rate is right within a few tenths
 MANY_STEPS = 10_000  # of a run: where an anchor or bending makes as many, a note says so
 # of dop853 for each radian, or e-fold, of the fastest rate: 0.55 to 1.2 by benchmarks/cables.py --stiff
 STEPS_PER_RATE = 0.6
@@ -134,8 +133,10 @@ def uncompiled(scene: Scene) -> Scene:
 
 
 def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
-    """The fastest decay and the fastest rate in 1/s at the start y (size,); of a large state the latter only."""
+    """The fastest decay and the fastest rate in 1/s at the start y (size,); 0 of a large state."""
     # By forward differences with a `step` relative to the state.
+    if len(y) > LARGE:
+        return 0.0, 0.0
     derivative, _ = dynamics.engine.derivative(lambda t: None)
 
     def rate(y: Array) -> Array:
@@ -144,14 +145,6 @@ def _rates(dynamics: Dynamics, y: Array, step: float) -> tuple[float, float]:
         return dy
 
     base, steps = rate(y), step * np.maximum(np.abs(y), 1.0)
-    if len(y) > LARGE:  # the power method on the slopes, never written out: right within a few tenths
-        size, growth = STEP * max(1.0, float(np.linalg.norm(y))), list[float]()
-        direction = np.cos(np.arange(len(y)))  # without a symmetry by which a motion would be missed
-        for _ in range(POWER_STEPS):
-            direction /= max(float(np.linalg.norm(direction)), 1e-300)
-            direction = (rate(y + size * direction) - base) / size
-            growth.append(float(np.linalg.norm(direction)))
-        return 0.0, float(np.sqrt(growth[-1] * growth[-2]))  # positions and rates take turns
     slopes = np.array([(rate(y + step) - base) / size for step, size in zip(np.diag(steps), steps, strict=True)]).T
     if not np.isfinite(slopes).all():
         return 0.0, 0.0

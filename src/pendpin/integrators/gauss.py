@@ -16,7 +16,7 @@ import numpy as np
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.libraries import version
-from pendpin.integrators.base import FREE, Integrator, Memory, Segment, StepPlan
+from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
 from pendpin.integrators.fixed import GridPlace, StepGrid
 from pendpin.scene import Method
 
@@ -71,7 +71,7 @@ def extrapolation(s: int, steps: int) -> Array:
 class GaussMemory(NamedTuple):
     """What collocation keeps from segment to segment."""
 
-    canonical: Array  # (2, nv), positions and momenta
+    motion: Array  # (2, nv), positions and momenta
     lost: Array  # (2, nv), the rounding errors of their sums
     stages: Array  # (STEPS, s, nv), velocities at the stages of the last steps; the latest last
     known: int  # how many of these steps there are
@@ -102,11 +102,6 @@ class Gauss(Integrator):
         """Positions, momenta, their rounding errors and the last stages, from y (size,); where the steps end."""
         return self._start_at(y).memory(GridPlace(), np.array(y[2 * self._nv :]))
 
-    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
-        """The memory with positions and momenta shifted."""
-        assert isinstance(memory, GaussMemory)
-        return memory._replace(canonical=shift(memory.canonical))
-
     def _start_at(self, y: Array) -> "_State":
         """A state without rounding errors and past stages."""
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
@@ -118,7 +113,7 @@ class Gauss(Integrator):
         memory, t = plan.memory or self.memory(y), float(times[0])
         assert isinstance(memory, GaussMemory)
         grid, known = StepGrid(self.setting, memory.place, t, plan), memory.stages[STEPS - memory.known :]
-        self._state = self._start_at(y) if plan.anew and grid.inside else _State(memory.canonical, memory.lost, known)
+        self._state = self._start_at(y) if plan.anew and grid.inside else _State(memory.motion, memory.lost, known)
         others = memory.others if grid.inside and not plan.anew else y[2 * self._nv :]
         states, steps = [np.array(y)], 0
         for t in times[1:].tolist():

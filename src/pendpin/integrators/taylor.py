@@ -20,7 +20,7 @@ from pendpin.engines.machine.tape import Recording
 from pendpin.errors import InputError, MissingLibrary
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import heyoka, version, wait_for
-from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Memory, Segment, StepPlan
+from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan
 from pendpin.scene import Scene, event_methods
 
 MAX_JOINTS = 20  # ten rods compile in about half a minute
@@ -43,7 +43,7 @@ class CompiledSeries(NamedTuple):
 class SeriesMemory(NamedTuple):
     """What series keep from segment to segment."""
 
-    state: Array  # (size,), before it is projected
+    motion: Array  # (size,), the state before it is projected
 
 
 class Taylor(Integrator):
@@ -81,11 +81,6 @@ class Taylor(Integrator):
         """The state (size,) of the series."""
         return SeriesMemory(y)
 
-    def shift_memory(self, memory: Memory, shift: Callable[[Array], Array]) -> Memory:
-        """The memory with its state shifted."""
-        assert isinstance(memory, SeriesMemory)
-        return SeriesMemory(shift(memory.state))
-
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
@@ -95,7 +90,7 @@ class Taylor(Integrator):
             )
         memory = plan.memory or self.memory(y)
         assert isinstance(memory, SeriesMemory)
-        series.time, series.state[:] = times[0], memory.state
+        series.time, series.state[:] = times[0], memory.motion
         if plan.first is None:
             self._take_first_step(min(float(times[1] - times[0]), plan.longest))
         states, done, failure = np.empty((len(times), len(y))), 1, None

@@ -18,7 +18,6 @@ from pendpin.model.bodies import (
     RodJoint,
     WrittenJoint,
     acting_limits,
-    always_positive,
     append_body,
     find_bodies,
     find_rods,
@@ -332,7 +331,7 @@ def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) ->
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
     least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
-    negative = least < -ROUNDING and not always_positive(model)
+    negative = least < -ROUNDING
     if negative:  # tried at multiples of 45 degrees, and others
         random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
         tried = np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])

@@ -10,6 +10,7 @@ from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import replace
 from itertools import pairwise
+from typing import Any
 
 import numpy as np
 
@@ -218,7 +219,9 @@ class SmoothLoop(IntegrationLoop):
             if begin and not (self.integrator.step or self.engine.on_angles):
                 y[:size] = self.engine.project(y[:size])
             y[:size] = self._shift("y", y[:size], part)
-            memory = self.integrator.shift_memory(segment.memory, lambda x, part=part: self._shift("memory", x, part))
+            memory: Any = segment.memory
+            if hasattr(memory, "motion"):
+                memory = memory._replace(motion=self._shift("memory", memory.motion, part))
             segment = self._integrate(y, times[begin : end + 1], first_step, memory)
             rows.append(segment.y[1:])
             steps += segment.steps
