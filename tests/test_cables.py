@@ -18,7 +18,7 @@ from scipy.integrate import solve_ivp
 
 import pendpin as pp
 from pendpin import effects as fx
-from pendpin.dynamics.compiling import record, records_by_rod
+from pendpin.dynamics.compiling import EquationsOfMotion, records_by_rod
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects.joints import _asin_over_x
 from pendpin.graphics.run_drawing import plots_of
@@ -291,7 +291,9 @@ def test_the_work_of_bending_grows_with_the_number_of_rods() -> None:
     for n in (100, 1000):
         dynamics = bind(still(beam(n), fx.Gravity(), fx.Bending(stiffness=EI)))
         assert records_by_rod(dynamics.engine, dynamics.effects)
-        counts.append(len(record(dynamics.engine, dynamics.effects, 0.0, by_rod=True).tape.operations))
+        counts.append(
+            len(EquationsOfMotion(dynamics.engine, dynamics.effects, 0.0, by_rod=True).record().tape.operations)
+        )
     assert counts[0] == counts[1]
 
 

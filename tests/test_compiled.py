@@ -20,7 +20,7 @@ import pendpin as pp
 from effect_cases import EFFECTS, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
-from pendpin.dynamics.compiling import compilable, record
+from pendpin.dynamics.compiling import EquationsOfMotion, compilable
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Compiled
@@ -96,7 +96,7 @@ def test_two_threads_compile_once(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr("pendpin.engines.machine.llvm.Code", slow)
     engine = Dynamics(build(MODELS["one rod"]), (fx.Gravity(),), form="angles").engine
-    function = Function(lambda: record(engine, (fx.Gravity(),), 0.0))
+    function = Function(EquationsOfMotion(engine, (fx.Gravity(),), 0.0).record)
     with ThreadPoolExecutor(2) as pool:
         one, other = pool.map(lambda _: function.code(), range(2))
     assert one is other

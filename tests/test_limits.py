@@ -171,7 +171,7 @@ def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
         raise AssertionError
 
     monkeypatch.setattr(limits.Deadline, "wait_for", wait_for)
-    monkeypatch.setattr(compiling, "record", record)
+    monkeypatch.setattr(compiling.EquationsOfMotion, "record", record)
     monkeypatch.setattr(compiling, "_known", OrderedDict())
     for solver in (pp.Solver(engine="compiled", method="dop853"), pp.Solver()):
         with pytest.raises(Halted):

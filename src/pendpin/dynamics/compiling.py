@@ -7,7 +7,6 @@ structure is what remains of a scene when its numbers are taken out: joints, kin
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
-from functools import partial
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -41,14 +40,111 @@ _still = ThreadCache[tuple[int, ...]](MOST_KNOWN)  # by structure and zeros at t
 _lock = Lock()
 
 
-class Asked(NamedTuple):
-    """What the equations hold beside the motion."""
+class EquationsOfMotion(NamedTuple):
+    """What is written: y' of an engine's state with all effects, at times since `start` in s, and what beside."""
 
+    engine: Engine
+    effects: Sequence[Effect]
+    start: float
     accounts: Accounts | None = None  # whose work is integrated with the motion
     contacts: Contacts | None = None  # the inputs are then the held joints (nv,) and the ways (nv,) that joints slide
+    by_rod: bool = False  # for one rod of a chain, the same for any number of rods
+    still: tuple[int, ...] = ()  # places of the state that are 0 and no part of it
 
+    def parameters(self, masks: Sequence[Mask] | None = None) -> Parameters:
+        """The parameters of these equations, and their structure, without the equations."""
+        parameters = list_parameters(self.engine.model, self.by_rod, masks)
+        self.right_hand_side(parameters, np)
+        return parameters
 
-MOTION = Asked()
+    def record(self, masks: Sequence[Mask] | None = None) -> Recording:
+        """The equations on a tape, and the torques that hold joints; `masks` are those of the parameters.
+
+        Raises InputError for an effect that does not run on symbols.
+        """
+        engine, accounts = self.engine, self.accounts
+        tape, numbers, xp = begin_tape(engine.model, self.by_rod, masks)
+        right = self.right_hand_side(numbers, xp)
+        rods = engine.chain.n if isinstance(engine, Directions) else 0
+        if isinstance(numbers, RodParameters):
+            y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
+            results, more = right(tape.time(), y)
+            of_rod, others = results[: len(y)], results[len(y) :]
+            inputs = 2 * numbers.width if self.contacts else 0
+            return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
+        nv = len(engine.model.joints)
+        size = len(engine.pack(*np.zeros((2, nv)))) + (len(accounts.kinds) if accounts else 0)
+        y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), self.still)
+        y[moving] = tape.state(len(moving))
+        results, more = right(tape.time(), y)
+        if self.still:
+            results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
+        return Recording(tape, results, more, 2 * nv if self.contacts else 0, rods, width=len(moving))
+
+    def function(self) -> tuple[Function, Parameters]:
+        """The equations, known from before if there were some of the same structure, and the values of their parameters."""
+        if isinstance(self.engine, Moving):
+            return self._replace(engine=self.engine.base, still=self.engine.still).function()
+        parameters = self.parameters()
+        return look_up((parameters.structure, self.still), self.record, parameters), parameters
+
+    def right_hand_side(self, numbers: Parameters, xp: Any) -> Right:
+        """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; then the work."""
+        # A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
+        engine, model = self.engine, self.engine.model
+        names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
+        numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, self.accounts))
+        binding = Binding(model, self.effects, xp, self.start, numbers)
+        loads, powered = binding.loads, self.accounts and binding.powers(self.accounts)
+        if isinstance(engine, Directions):
+            return _record_directions(engine, loads, powered, numbers, xp)
+        assert isinstance(engine, AngleEngine)
+        rod = model.rods[0] if len(model.joints) == 2 and len(model.rods) == 1 else None
+        if rod is None or rod.inertia is None or any((loads.torque, loads.wrench, self.accounts, self.contacts)):
+            return self._tree(loads, powered, numbers, xp)
+        turn = np.array([rod.sign, 1.0])
+        for part in (turn, rod.base):
+            numbers.constant(part)
+        inertia = RodInertia(*map(numbers, rod.inertia))
+
+        def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
+            q, v = np.split(y, 2)
+            solution = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
+            return [*v, *(turn * np.array([solution.theta_dd, solution.phi_dd]))], []
+
+        return right
+
+    def _tree(self, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
+        """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
+        model, accounts, contacts = self.engine.model, self.accounts, self.contacts
+        tree = tree_with_numbers(model, numbers)
+        nv = len(tree.parents)
+        external = external_wrenches(model, loads, numbers, tree, xp)
+        held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
+        if contacts is not None:
+            holding, contacts = contacts.holding, contacts.with_numbers(numbers)
+            if numbers.by_rod:
+                holding = np.asarray(holding.reshape(-1, nv).any(0))
+                flags, ways = ([numbers.input(part, i) for i in range(nv)] for part in range(2))
+            else:
+                flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
+            numbers.constant(("contacts", holding.tobytes()))
+            held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
+
+        def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
+            q, v = y[:nv], y[nv : 2 * nv]
+            rubs = [] if contacts is None else contacts.rubbing(v, np.array(ways), xp)
+            taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
+            tau = sum(taus[1:], taus[0]) if taus else None
+            wrenches = external and external(t, q, v)
+            a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
+            work = powered(State(t, q, v, lambda: motion_in_links(model, loads, tree, q, v, xp))) if powered else []
+            if accounts:
+                for kind, torque in rubs:
+                    work[accounts.kinds.index(kind)] += total(torque * v, xp)
+            return [*v, *a, *work], list(holding) if contacts else []
+
+        return right
 
 
 def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
@@ -58,49 +154,16 @@ def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
     return model.alike and len(model.rods) > WRITTEN_OUT and plain_arithmetic(effects)
 
 
-def record(
-    engine: Engine,
-    effects: Sequence[Effect],
-    start: float,
-    still: Sequence[int] = (),
-    asked: Asked = MOTION,
-    by_rod: bool = False,
-    masks: Sequence[Mask] | None = None,
-) -> Recording:
-    """y' of an engine's state with all effects, at times since `start` in s, and the torques that hold joints.
-
-    The places `still` of the state are 0 and no part of it; `masks` are those of the parameters. `by_rod`: for one rod of a
-    chain, the same for any number of rods. Raises InputError for an effect that does not run on symbols.
-    """
-    tape, numbers, xp = begin_tape(engine.model, by_rod, masks)
-    right = _right_hand_side(engine, effects, start, asked, numbers, xp)
-    rods = engine.chain.n if isinstance(engine, Directions) else 0
-    if isinstance(numbers, RodParameters):
-        y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
-        results, more = right(tape.time(), y)
-        of_rod, others = results[: len(y)], results[len(y) :]
-        inputs = 2 * numbers.width if asked.contacts else 0
-        return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
-    nv = len(engine.model.joints)
-    size = len(engine.pack(*np.zeros((2, nv)))) + (len(asked.accounts.kinds) if asked.accounts else 0)
-    y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), still)
-    y[moving] = tape.state(len(moving))
-    results, more = right(tape.time(), y)
-    if still:
-        results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
-    return Recording(tape, results, more, 2 * nv if asked.contacts else 0, rods, width=len(moving))
-
-
-def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: Sequence[int]) -> tuple[int, ...]:
+def staying_zero(equations: EquationsOfMotion, zero: Sequence[int]) -> tuple[int, ...]:
     """Which of the places `zero` of a state stay 0 whatever the numbers of the scene: phi in a planar motion."""
     # Their rates are 0 by structure while they are 0 themselves.
-    still = tuple(zero)
+    model, still = equations.engine.model, tuple(zero)
     while still:
-        tape, numbers, xp = begin_tape(engine.model, False)
-        y = tape.state(len(engine.pack(*np.zeros((2, len(engine.model.joints))))))
+        tape, numbers, xp = begin_tape(model, False)
+        y = tape.state(len(equations.engine.pack(*np.zeros((2, len(model.joints))))))
         y[list(still)] = 0.0
         try:
-            rates, _ = _right_hand_side(engine, effects, start, MOTION, numbers, xp)(tape.time(), y)
+            rates, _ = equations.right_hand_side(numbers, xp)(tape.time(), y)
         except ArithmeticError:  # an effect that divides by one of them
             return ()
         left = tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)
@@ -108,83 +171,6 @@ def staying_zero(engine: Engine, effects: Sequence[Effect], start: float, zero: 
             break
         still = left
     return still
-
-
-def parameters_of(
-    engine: Engine,
-    effects: Sequence[Effect],
-    start: float,
-    asked: Asked = MOTION,
-    by_rod: bool = False,
-    masks: Sequence[Mask] | None = None,
-) -> Parameters:
-    """The parameters of these equations, and their structure, without the equations."""
-    parameters = list_parameters(engine.model, by_rod, masks)
-    _right_hand_side(engine, effects, start, asked, parameters, np)
-    return parameters
-
-
-def _right_hand_side(
-    engine: Engine, effects: Sequence[Effect], start: float, asked: Asked, numbers: Parameters, xp: Any
-) -> Right:
-    """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; then the work."""
-    # A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
-    model = engine.model
-    names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
-    numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, asked.accounts))
-    binding = Binding(model, effects, xp, start, numbers)
-    loads, powered = binding.loads, asked.accounts and binding.powers(asked.accounts)
-    if isinstance(engine, Directions):
-        return _record_directions(engine, loads, powered, numbers, xp)
-    assert isinstance(engine, AngleEngine)
-    rod = model.rods[0] if len(model.joints) == 2 and len(model.rods) == 1 else None
-    if rod is None or rod.inertia is None or any((loads.torque, loads.wrench, *asked)):
-        return _record_tree(model, loads, asked, powered, numbers, xp)
-    turn = np.array([rod.sign, 1.0])
-    for part in (turn, rod.base):
-        numbers.constant(part)
-    inertia = RodInertia(*map(numbers, rod.inertia))
-
-    def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
-        q, v = np.split(y, 2)
-        solution = newton_euler.solve(inertia, turn * q, turn * v, rod.base.T @ loads.field(t), xp)
-        return [*v, *(turn * np.array([solution.theta_dd, solution.phi_dd]))], []
-
-    return right
-
-
-def _record_tree(
-    model: Model, loads: Loads, asked: Asked, powered: Powered | None, numbers: Parameters, xp: Any
-) -> Right:
-    """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
-    tree, contacts = tree_with_numbers(model, numbers), asked.contacts
-    nv = len(tree.parents)
-    external = external_wrenches(model, loads, numbers, tree, xp)
-    held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
-    if contacts is not None:
-        holding, contacts = contacts.holding, contacts.with_numbers(numbers)
-        if numbers.by_rod:
-            holding = np.asarray(holding.reshape(-1, nv).any(0))
-            flags, ways = ([numbers.input(part, i) for i in range(nv)] for part in range(2))
-        else:
-            flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
-        numbers.constant(("contacts", holding.tobytes()))
-        held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
-
-    def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
-        q, v = y[:nv], y[nv : 2 * nv]
-        rubs = [] if contacts is None else contacts.rubbing(v, np.array(ways), xp)
-        taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
-        tau = sum(taus[1:], taus[0]) if taus else None
-        wrenches = external and external(t, q, v)
-        a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
-        work = powered(State(t, q, v, lambda: motion_in_links(model, loads, tree, q, v, xp))) if powered else []
-        if asked.accounts:
-            for kind, torque in rubs:
-                work[asked.accounts.kinds.index(kind)] += total(torque * v, xp)
-        return [*v, *a, *work], list(holding) if asked.contacts else []
-
-    return right
 
 
 def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
@@ -265,46 +251,40 @@ def compilable(model: Model, effects: Sequence[Effect]) -> bool:
     return few and plain_arithmetic(effects) and llvm.installed()
 
 
-def compile_engine(engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION) -> Compiled:
-    """An engine compiled, at times since `start` in s. Raises InputError for no symbols, MissingLibrary for no llvmlite."""
+def compile_engine(equations: EquationsOfMotion) -> Compiled:
+    """The engine of equations compiled. Raises InputError for no symbols, MissingLibrary for no llvmlite."""
     llvm.require('solver.engine: "compiled"')
-    for i, effect in enumerate(effects):
+    for i, effect in enumerate(equations.effects):
         if not effect.symbolic:
             raise InputError(
                 f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
                 'use solver.engine = "auto"'
             )
-    begin = time.thread_time()
-    by_rod = not isinstance(engine, Moving) and records_by_rod(engine, effects)
-    if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
+    begin, engine = time.thread_time(), equations.engine
+    if isinstance(engine, Moving):
+        equations = equations._replace(engine=engine.base, still=engine.still)
+    elif records_by_rod(engine, equations.effects):
+        equations = equations._replace(by_rod=True)
+    if not equations.by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects, on '
             "joints of one kind"
         )
-    equations, parameters = equations_of(engine, effects, start, asked, by_rod)
-    base, still = (engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())
-    return Compiled(base, still, equations, Values.of(parameters), time.thread_time() - begin)
+    function, parameters = equations.function()
+    values, took = Values.of(parameters), time.thread_time() - begin
+    return Compiled(equations.engine, equations.still, function, values, took)
 
 
-def drop_zeros(engine: Engine, effects: Sequence[Effect], start: float, q: Array, v: Array) -> Engine:
+def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:
     """The engine for motions from q, v (nv,): without the numbers of its state that stay 0, where there are such."""
+    engine = equations.engine
     y = engine.pack(q, v)
     zero = tuple(np.flatnonzero(y == 0).tolist())
-    if not zero or len(q) > MOST_SHORTENED or not plain_arithmetic(effects):
+    if not zero or len(q) > MOST_SHORTENED or not plain_arithmetic(equations.effects):
         return engine
-    key = parameters_of(engine, effects, start).structure, zero
-    still = _still.look_up(key, lambda: staying_zero(engine, effects, start, zero))
+    key = equations.parameters().structure, zero
+    still = _still.look_up(key, lambda: staying_zero(equations, zero))
     return Moving(engine, still) if 0 < len(still) < len(y) else engine  # where nothing moves, the whole state is kept
-
-
-def equations_of(
-    engine: Engine, effects: Sequence[Effect], start: float, asked: Asked = MOTION, by_rod: bool = False
-) -> tuple[Function, Parameters]:
-    """The equations of an engine's state, of one rod where they are `by_rod`, and the values of their parameters."""
-    engine, still = (engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())
-    parameters = parameters_of(engine, effects, start, asked, by_rod)
-    write = partial(record, engine, effects, start, still, asked, by_rod)
-    return look_up((parameters.structure, still), write, parameters), parameters
 
 
 def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> Function:

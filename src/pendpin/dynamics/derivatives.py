@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import acting, expand_as_written
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import MOTION, Asked, look_up, parameters_of, record, records_by_rod
+from pendpin.dynamics.compiling import EquationsOfMotion, look_up, records_by_rod
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.effects import ContactEffect, Effect, Idle
@@ -69,19 +69,19 @@ class Variational:
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         by_rod = not still and not touching and records_by_rod(engine, effects)
         self._vary(scene.model_copy(update={"effects": effects}), engine, by_rod)
-        effects, asked, parameters = self.effects, self._asked, self._parameters
+        equations, parameters, masks = self.of_motion, self._parameters, self._masks
         llvm.require("what takes derivatives")
-        directions, engine_of_numbers, masks = self.directions or (STATE,), self.engine, self._masks
+        directions = self.directions or (STATE,)
 
         def write() -> Recording:
-            return add_tangents(record(engine_of_numbers, effects, start, (), asked, by_rod, masks), directions)
+            return add_tangents(equations.record(masks), directions)
 
         places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
         key = ("derivatives", parameters.structure, len(parameters.values), places)
         self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
-        if asked.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
-            bound = bind_contacts(self.model, effects, engine)
+        if equations.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
+            bound = bind_contacts(self.model, equations.effects, engine)
             moving = np.isin(np.arange(len(bound.static)), still, invert=True)
             self.contacts = replace(bound, static=bound.static * moving, block=self.block)
         self.nv = len(self.model.joints)
@@ -93,18 +93,18 @@ class Variational:
         changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
         lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
         active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
-        cases: list[tuple[Any, ...]] = []  # the scene as it is, then with an imaginary part in each of its numbers
+        cases = list[EquationsOfMotion]()  # of the scene as it is, then with an imaginary part in each of its numbers
         for chain, given in [(None, scene.effects), *changes]:
             effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
-            own, asked = _engine_of(model, engine, chain), MOTION
+            own, contacts = _engine_of(model, engine, chain), None
             if any(isinstance(effect, ContactEffect) for effect in effects):
                 assert isinstance(own, AngleEngine)
-                asked = Asked(contacts=bind_contacts(model, effects, own))
-            cases.append((own, effects, scene.start.time, asked, by_rod))
-        first = [parameters_of(*case) for case in cases]
+                contacts = bind_contacts(model, effects, own)
+            cases.append(EquationsOfMotion(own, effects, scene.start.time, contacts=contacts, by_rod=by_rod))
+        first = [case.parameters() for case in cases]
         masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
         same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
-        base, *others = first if same else [parameters_of(*case, masks=masks) for case in cases]
+        base, *others = first if same else [case.parameters(masks) for case in cases]
         shared, rods = list(base.values), list(base.values_of_rods)
 
         def appended(values: list[Any], rates: Array) -> dict[int, int]:
@@ -117,14 +117,14 @@ class Variational:
             return out
 
         directions, static = [], []
-        changed = iter(zip(others, (asked for *_, asked, _ in cases[1:]), strict=True))
+        changed = iter(zip(others, (case.contacts for case in cases[1:]), strict=True))
         for key in places:
-            one, asked = (base, cases[0][3]) if key[0] == "start" else next(changed)
+            one, contacts = (base, cases[0].contacts) if key[0] == "start" else next(changed)
             rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
             time = 1.0 if key == ("start", "time") else 0.0
             directions.append(Direction(appended(shared, rates), appended(rods, of_rods), time))
-            static.append(np.imag(asked.contacts.static) / _STEP if asked.contacts else np.zeros(nv))
-        self.engine, self.effects, _, self._asked, _ = cases[0]  # effects that act, or would with other numbers
+            static.append(np.imag(contacts.static) / _STEP if contacts else np.zeros(nv))
+        self.of_motion = cases[0]  # with effects that act, or would with other numbers
         self._parameters, self._masks = base, masks  # with a place for each number that is not 0 or changes
         columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
         self._values = Values(shared, columns, base.tables)  # of the parameters, those of the rates behind them

@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import HeldTorque, acting, recall_outputs
 from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
-from pendpin.dynamics.compiling import Asked, compile_engine, drop_zeros
+from pendpin.dynamics.compiling import EquationsOfMotion, compile_engine, drop_zeros
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
 from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
@@ -68,7 +68,8 @@ class Dynamics:
 
     def compiled(self, accounts: Accounts | None = None) -> Engine:
         """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""
-        return compile_engine(self._in_directions, self.effects, self.start, Asked(accounts, self.contacts))
+        engine = self._in_directions
+        return compile_engine(EquationsOfMotion(engine, self.effects, self.start, accounts, self.contacts))
 
     @property
     def in_machine_code(self) -> "Dynamics":
@@ -90,10 +91,11 @@ class Dynamics:
 
         def make() -> Engine:
             base = self._in_directions if compiled else self.engine
-            moving = base if self.contacts else drop_zeros(base, self.effects, self.start, q, v)
+            equations = EquationsOfMotion(base, self.effects, self.start)
+            moving = base if self.contacts else drop_zeros(equations, q, v)
             if moving is base:
                 return self.in_machine_code.engine if compiled else self.engine
-            return compile_engine(moving, self.effects, self.start) if compiled else moving
+            return compile_engine(equations._replace(engine=moving)) if compiled else moving
 
         return self._on(((q == 0).tobytes(), (v == 0).tobytes(), compiled), make)
 

@@ -12,7 +12,7 @@ from weakref import WeakKeyDictionary
 
 import numpy as np
 
-from pendpin.dynamics.compiling import equations_of
+from pendpin.dynamics.compiling import EquationsOfMotion
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, Function, ProgressCallback
@@ -165,7 +165,7 @@ _known = WeakKeyDictionary[Engine, tuple[Function, list[float]]]()
 def equations_with_numbers(engine: Engine, effects: Sequence[Effect], start: float) -> tuple[Function, list[float]]:
     """The equations of an engine with the effects that it was bound with, and the series' parameters: kept as it is."""
     if (known := _known.get(engine)) is None:
-        equations, parameters = equations_of(engine, effects, start)
+        equations, parameters = EquationsOfMotion(engine, effects, start).function()
         known = _known[engine] = equations, run_time_parameters(equations.recording, parameters.values)
     return known
 

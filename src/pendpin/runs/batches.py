@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.acting import acting
-from pendpin.dynamics.compiling import drop_zeros, equations_of, parameters_of
+from pendpin.dynamics.compiling import EquationsOfMotion, drop_zeros
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.timing import timing
 from pendpin.engines import Engine, Moving
@@ -123,8 +123,9 @@ class Series:
         self.stopped, self.compile_seconds = Event(), 0.0
         self.dynamics = self.bound(self.scene)
         some = np.where(starts.any(0), np.random.default_rng(0).uniform(0.1, 1.0, starts.shape[1:]), 0.0)
-        self.engine: Engine = drop_zeros(self.dynamics.engine, self.dynamics.effects, scene.start.time, *some)
-        equations, parameters = equations_of(self.engine, self.dynamics.effects, scene.start.time)
+        whole = EquationsOfMotion(self.dynamics.engine, self.dynamics.effects, scene.start.time)
+        self.engine: Engine = drop_zeros(whole, *some)
+        equations, parameters = whole._replace(engine=self.engine).function()
         self._recording, self._structure = equations.recording, parameters.structure
         self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0
         self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
@@ -144,7 +145,8 @@ class Series:
         dynamics = self.dynamics if scene.model == self.scene.model else self.bound(scene)
         if scene.effects == self.scene.effects and dynamics is self.dynamics:
             return self.started(*(x[None] for x in start_state(dynamics.model, scene.start)))
-        parameters = parameters_of(dynamics.engine, acting(dynamics.model, scene.effects), scene.start.time)
+        effects = acting(dynamics.model, scene.effects)
+        parameters = EquationsOfMotion(dynamics.engine, effects, scene.start.time).parameters()
         if parameters.structure != self._structure:
             return None
         case = self._case(scene, dynamics, parameters.values)

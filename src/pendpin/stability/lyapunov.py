@@ -117,8 +117,7 @@ def lyapunov(
 def _places_in_plane(variations: Variations) -> Indices:
     """The places in the state (2 nv,) of the joints that move in the plane. Raises InputError where all move, or none."""
     equations, start, nv = variations.equations, variations.start, variations.nv
-    engine, effects = equations.engine, equations.effects
-    still = staying_zero(engine, effects, variations.scene.start.time, np.flatnonzero(start == 0).tolist())
+    still = staying_zero(equations.of_motion._replace(contacts=None), np.flatnonzero(start == 0).tolist())
     moving = np.array([i for i in range(nv) if not {i, nv + i} <= set(still)], int)
     tree = equations.model.tree
     frames = joint_poses(equations.model, np.zeros((1, nv)))[0, :, :3, :3]
