@@ -74,7 +74,6 @@ class HeldTorque(Torque):
         return Pace(corners, np.full(len(corners) + 1, np.inf))
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
-        """What is held at t in s, (k,) N m."""
         if self._current is not None:
             return self._current.copy()
         if self._values is None:
@@ -291,33 +290,31 @@ def name_errors(effect: Effect, where: str, xp: Any, function: Any) -> Any:
 def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
     """The effects with those that an as_written stands for: the damping, friction and limits that its URDF writes.
 
-    The first of them takes its place, the others come at the end: every other effect keeps its place in the list.
-    Raises InputError where the model has no file that could have written any.
+    There is one for each number, or pair of limits, that some of the joints share. The first of them takes its place, the
+    others come at the end: every other effect keeps its place in the list. Raises InputError where the model has no file
+    that could have written any.
     """
     out, more = list(effects), list[Effect]()
     for i, effect in enumerate(effects):
-        if isinstance(effect, AsWritten):
-            if model.written is None:
-                raise InputError(f"effects[{i}]: as_written is for a URDF; this model has no <dynamics> and no <limit>")
-            first, *rest = _effects_of(effect, model.written) or [Idle(kind=effect.kind)]
-            out[i] = first
-            more += rest
+        if not isinstance(effect, AsWritten):
+            continue
+        if model.written is None:
+            raise InputError(f"effects[{i}]: as_written is for a URDF; this model has no <dynamics> and no <limit>")
+        laws: list[tuple[bool, type[Effect], Callable[[WrittenJoint], dict[str, float]]]] = [
+            (effect.damping, Viscous, lambda joint: {"coefficient": joint.damping}),
+            (effect.friction, DryFriction, lambda joint: {"kinetic": joint.friction}),
+            (effect.limits, Stop, lambda joint: {"lower": joint.lower, "upper": joint.upper}),
+        ]
+        written = list[Effect]()
+        for acts, kind, says in laws:
+            names = dict[tuple[tuple[str, float], ...], list[str]]()  # of the joints, by their numbers
+            for joint in model.written if acts else ():
+                numbers = tuple(
+                    (name, x) for name, x in says(joint).items() if math.isfinite(x) and (x or kind is Stop)
+                )
+                if numbers:
+                    names.setdefault(numbers, []).append(joint.name)
+            written += [kind(**dict(numbers), joints=some) for numbers, some in names.items()]
+        out[i], *rest = written or [Idle(kind=effect.kind)]
+        more += rest
     return (*out, *more)
-
-
-def _effects_of(effect: AsWritten, joints: Sequence[WrittenJoint]) -> list[Effect]:
-    """One effect for each number, or pair of limits, that some of the joints share."""
-    laws: list[tuple[bool, type[Effect], Callable[[WrittenJoint], dict[str, float]]]] = [
-        (effect.damping, Viscous, lambda joint: {"coefficient": joint.damping}),
-        (effect.friction, DryFriction, lambda joint: {"kinetic": joint.friction}),
-        (effect.limits, Stop, lambda joint: {"lower": joint.lower, "upper": joint.upper}),
-    ]
-    effects = list[Effect]()
-    for acts, kind, written in laws:
-        names = dict[tuple[tuple[str, float], ...], list[str]]()  # of the joints, by their numbers
-        for joint in joints if acts else ():
-            numbers = tuple((name, x) for name, x in written(joint).items() if math.isfinite(x) and (x or kind is Stop))
-            if numbers:
-                names.setdefault(numbers, []).append(joint.name)
-        effects += [kind(**dict(numbers), joints=some) for numbers, some in names.items()]
-    return effects

@@ -297,7 +297,6 @@ class BoundTorque(Bound):
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
-        """That which the effect offers, J."""
         chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
         of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles))

@@ -139,7 +139,6 @@ class RodParameters(Parameters):
 
     @property
     def values_of_rods(self) -> Array:
-        """The columns of all rods, (k, n)."""
         return np.array(self.columns).reshape(-1, self.rods)
 
     def joints(self, x: Array) -> Array:

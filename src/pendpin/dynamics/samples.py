@@ -18,7 +18,6 @@ from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
 from pendpin.engines.chains import Thin
-from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations import recursion
 from pendpin.equations.trees import Tree, joints_at, outward, prepared, total
@@ -39,30 +38,12 @@ class RodSamples(NamedTuple):
     kinetic: Array  # (n,) J
 
 
+# at t (n,), q, v (n, nv) with further torques (n, nv) or None; None where a number is not finite
+Sampler = Callable[..., RodSamples | None]
 # of t, q, v and further torques (w,) of a rod, or of all, as terms: their numbers, and the kinetic energy of all rods
 Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]
 # of the same and the external wrenches (w, 6): accelerations (w,) and wrenches (w, 6)
 Equations = Callable[[Any, Array, Array, Array, Array | None], tuple[Array, Array]]
-
-
-class Sampler:
-    """Samples of rods in machine code, with one set of parameters."""
-
-    def __init__(self, model: Model, block: Block) -> None:
-        self._parts = len(model.rods) if _by_rod(model) else 1
-        self._joints, self._block = len(model.joints) // self._parts, block
-
-    def __call__(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
-        """The samples at t (n,), q, v (n, nv) with further torques (n, nv); None where a number is not finite."""
-        n, joints = len(t), self._joints
-        _, more = self._block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
-        if not np.isfinite(more).all():
-            return None
-        a, wrench, placed = np.split(more[:, :-1].reshape(n, self._parts, -1), [joints, 7 * joints], -1)
-        placed = placed.reshape(n, -1, 3, 4)
-        poses = np.zeros((*placed.shape[:2], 4, 4))
-        poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
-        return RodSamples(a.reshape(n, -1), wrench.reshape(n, -1, 6), poses, more[:, -1].copy())
 
 
 def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> Sampler | None:
@@ -85,7 +66,21 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
             return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
         return Recording(tape, [], [*rows, kinetic], width=state.size)
 
-    return Sampler(model, look_up(parameters.structure, record, parameters).block(Values.of(parameters)))
+    block = look_up(parameters.structure, record, parameters).block(Values.of(parameters))
+    parts = len(model.rods) if _by_rod(model) else 1
+    joints = len(model.joints) // parts
+
+    def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
+        _, more = block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
+        if not np.isfinite(more).all():
+            return None
+        a, wrench, placed = np.split(more[:, :-1].reshape(len(t), parts, -1), [joints, 7 * joints], -1)
+        placed = placed.reshape(len(t), -1, 3, 4)
+        poses = np.zeros((*placed.shape[:2], 4, 4))
+        poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
+        return RodSamples(a.reshape(len(t), -1), wrench.reshape(len(t), -1, 6), poses, more[:, -1].copy())
+
+    return sample
 
 
 def _by_rod(model: Model) -> bool:

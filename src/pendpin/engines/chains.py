@@ -53,7 +53,6 @@ class LongChain(AngleEngine):
         return count_calls(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of all rods from y = (q, v), (2 nv,)."""
         return self._motion(*split_by_rod(y.reshape(2, -1)))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
@@ -71,7 +70,6 @@ class LongChain(AngleEngine):
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
-        """q'' (nv,) rad/s² from one banded solve, with torques (nv,) added."""
         extra = None if torque is None else torque[None]
         return self._solve(np.array([t]), q[None], v[None], extra).acceleration.reshape(-1)
 
@@ -206,13 +204,11 @@ class Directions(Thin):
         return _joined(*thin.directions(split_by_rod(q), split_by_rod(v)))
 
     def directions(self, y: Array) -> tuple[Array, Array]:
-        """d and d' (k, n, 3) from states (k, 6 n)."""
         d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
         d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
         return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
 
     def project(self, y: Array) -> Array:
-        """The state (6 n,) with unit directions and omega normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -262,7 +258,6 @@ class Spherical(Thin):
         return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])
 
     def directions(self, y: Array) -> tuple[Array, Array]:
-        """d and d' (k, n, 3) from states (k, 7 n)."""
         R, omega = _absolute(y, self.chain.n)
         d = -R[..., 2]
         rate = cross(np.einsum("knij,knj->kni", R, omega), d)

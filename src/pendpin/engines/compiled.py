@@ -13,9 +13,10 @@ from pendpin.ground.arrays import Array
 
 
 class Moving(Engine):
-    """Another engine, its base, without the numbers of its state that stay 0 in a motion, as phi does in a plane."""
+    """Another engine, its base, without the numbers of its state that stay 0 in a motion, as phi does in a plane.
 
-    # Only motions that begin with these numbers 0 can be integrated.
+    Only motions that begin with these numbers 0 can be integrated. All else is computed by the base, on whole states.
+    """
 
     def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
         super().__init__(base.model, base.loads)
@@ -38,36 +39,28 @@ class Moving(Engine):
         return y[self.places]
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv) by the base engine."""
         return self.base.unpack(t, self.whole(y), near)
 
     def density(self, y: Array) -> float:
-        """The states per second that the base engine needs."""
         return self.base.density(self.whole(y))
 
     def project(self, y: Array) -> Array:
-        """What moves of the base engine's projection (size,)."""
         return self.base.project(self.whole(y))[self.places]
 
     def normalise(self, y: Array) -> None:
-        """The base engine's, of a whole state (size,)."""
         if not self.still:
             self.base.normalise(y)
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities by the base engine."""
         return self.base.motion(self.whole(y))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """Accelerations and wrenches by the base engine, not compiled."""
         return self.base.evaluate(t, q, v, torque)
 
     def accelerate(self, t: float, q: Array, v: Array) -> Array:
-        """q'' (nv,) by the base engine, not compiled."""
         return self.base.accelerate(t, q, v)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """y' by the base engine."""
         function, calls = self.base.derivative(progress)
         rates = np.empty(self._size)
 
@@ -103,7 +96,6 @@ class Compiled(Moving):
         return self.equations.fixed(self._values)
 
     def block(self) -> Block:
-        """The arguments of the function for one run."""
         return Block(self.equations, self._fixed, self._count_compiling)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:

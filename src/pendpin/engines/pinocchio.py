@@ -167,7 +167,6 @@ class Revolute(AngleEngine):
         return pinocchio().Data(self._pin_model)
 
     def canonical(self) -> CanonicalForm:
-        """The equations in positions and momenta."""
         return CanonicalForm(self.model, self.loads)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -212,7 +211,6 @@ class Revolute(AngleEngine):
         return Sample(a, wrench)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """Columns (nv, k) of Pinocchio's inverse mass matrix at q (nv,)."""
         return mirror_upper(pinocchio().computeMinverse(self._pin_model, self._data, q))[:, joints]
 
     def accelerate(

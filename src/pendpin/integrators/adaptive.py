@@ -68,7 +68,6 @@ class Adaptive(Integrator):
         return cls(method_of(scene.solver.method), scene.solver.tolerance, in_machine_code)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """The derivative of an engine, and a function that counts evaluations."""
         block = self.compiled_block(engine, progress)
         if block is None:
             return engine.derivative(progress)
@@ -127,8 +126,8 @@ class Adaptive(Integrator):
         return self.tolerance
 
     def first_step(self, rate: float) -> float:
-        """The first step in s for a motion with this rate in 1/s."""
-        return self.tolerance ** (1 / (self.method.restart_order + 1)) / rate
+        """The first step in s for a motion with this rate in 1/s; that of a multistep method is of order 1."""
+        return self.tolerance ** (1 / ((self.method.order or 1.0) + 1)) / rate
 
 
 @dataclass
@@ -245,7 +244,6 @@ class InMachineCode(Stepper):
             t, y = float(bounds[-1]), states[-1]
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
-        """The last state (size,), without an interpolation of the steps."""
         return self.call.solved(y, t, end).states(y)[-1] if end > t else y
 
 

@@ -78,7 +78,6 @@ class Taylor(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> SeriesMemory:
-        """The state (size,) of the series."""
         return SeriesMemory(y)
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:

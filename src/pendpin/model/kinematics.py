@@ -37,16 +37,7 @@ def joint_frame(model: Model, q: Array, joint: int) -> Array:
     """The pose (n, 4, 4) in W of what one joint moves, at its origin, from q (n, nv); W itself for joint -1."""
     if joint < 0:
         return np.tile(np.eye(4), (len(q), 1, 1))
-    if model.chain is None:
-        return joint_poses(model, q, [joint])[:, 0]
-    rod, is_phi = divmod(joint, 2)
-    pose = poses(model, q)[:, rod]
-    if is_phi:
-        return pose
-    cross, (c, s) = pose.copy(), (np.cos(q[:, joint + 1]), np.sin(q[:, joint + 1]))  # phi turned back, about +y
-    x, z = pose[:, :3, 0], pose[:, :3, 2]
-    cross[:, :3, 0], cross[:, :3, 2] = c[:, None] * x - s[:, None] * z, s[:, None] * x + c[:, None] * z
-    return cross
+    return joint_poses(model, q, [joint])[:, 0]
 
 
 def _chain_poses(frames: Array, chain_tips: Array) -> Array:

@@ -69,11 +69,6 @@ class Method:
         """Whether its steps can be searched for events: all adaptive methods but the series."""
         return bool(self.library_name)
 
-    @property
-    def restart_order(self) -> float:
-        """The order of its first step after a start or an event: a multistep method has no history there."""
-        return 1.0 if self.order is None else self.order
-
 
 def _adaptive(name: str, library_name: str, family: str, order: float | None, **facts: Any) -> Method:
     facts |= {"integrator": "adaptive:Adaptive", "setting": "tolerance", "machine_code": True}
