@@ -219,10 +219,10 @@ class SmoothLoop(IntegrationLoop):
             if begin and not (self.integrator.step or self.engine.on_angles):
                 y[:size] = self.engine.project(y[:size])
             y[:size] = self._shift("y", y[:size], part)
-            memory: Any = segment.memory
-            if hasattr(memory, "motion"):
-                memory = memory._replace(motion=self._shift("memory", memory.motion, part))
-            segment = self._integrate(y, times[begin : end + 1], first_step, memory)
+            kept: Any = segment.memory
+            if hasattr(kept, "motion"):
+                kept = kept._replace(motion=self._shift("memory", kept.motion, part))
+            segment = self._integrate(y, times[begin : end + 1], first_step, kept)
             rows.append(segment.y[1:])
             steps += segment.steps
             if segment.failure:
