@@ -205,7 +205,7 @@ class Bodies(NamedTuple):
         return Bodies(*(column[chosen] for column in self))
 
     def along(self, at: Any, absent: Array, xp: Any = np) -> Array:
-        """Points (n, 3) m in the link frames, `at` m from the joint towards the tip; `absent` where that is None."""
+        """Points (n, 3) m in the link frames, `at` m from the joint towards the tip, or `absent` if none is given."""
         return absent if at is None else self.tip * (at / xp.sqrt((self.tip**2).sum(-1, keepdims=True)))
 
 
