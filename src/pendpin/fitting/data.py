@@ -1,4 +1,4 @@
-"""Measured swings: read from a CSV as the scene's [data] table says, in pieces that are integrated side by side."""
+"""Measured swings: read from a CSV as the scene's [data] table says, in pieces, each with a start of its own."""
 
 import math
 from collections.abc import Mapping, Sequence

@@ -151,23 +151,19 @@ def natural_scale(samples: Regression, x: Array) -> Array:
 
 def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:
     """The unknowns (nx,) that explain the measured accelerations best: robust least squares, a tenth of a second."""
-    size, last = np.sqrt(np.mean(samples.measured**2)) or 1.0, {}
+    size = np.sqrt(np.mean(samples.measured**2)) or 1.0
 
-    def residuals(x: Array) -> Array:  # accelerations less the measured ones (n N,), over their size; the guess's pull
+    def evaluate(x: Array) -> tuple[Array, Array]:  # residuals: accelerations less the measured ones over their size
         a, J = samples.accelerations(np.where(still, prior, x))
         off = (a - samples.measured) / size
         fine = np.abs(off) < FAR_OFF  # nor is it NaN
-        last[x.tobytes()] = np.where(fine[:, None] & ~still, np.nan_to_num(J) / size, 0.0)
-        return np.concatenate([np.where(fine, off, FAR_OFF), PULL * (x - prior) / scale])
+        J = np.where(fine[:, None] & ~still, np.nan_to_num(J) / size, 0.0)
+        pull = PULL * (x - prior) / scale
+        return np.concatenate([np.where(fine, off, FAR_OFF), pull]), np.concatenate([J, np.diag(PULL / scale)])
 
-    def slopes(x: Array) -> Array:  # of the residuals, which were evaluated at the same unknowns just before
-        J = last[x.tobytes()]
-        last.clear()
-        return np.concatenate([J, np.diag(PULL / scale)])
-
-    jac: Any = slopes
-    options = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
-    best = least_squares(residuals, np.clip(prior, lower, upper), jac, bounds=(lower, upper), **options).x
+    options: Any = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
+    options |= {"jac": lambda x: evaluate(x)[1], "bounds": (lower, upper)}
+    best = least_squares(lambda x: evaluate(x)[0], np.clip(prior, lower, upper), **options).x
     return np.where(still, prior, best)
 
 
