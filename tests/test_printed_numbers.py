@@ -30,7 +30,7 @@ from pendpin.sweeps.significance import EffectRow, EffectsReport
 from pendpin.trajectory.columns import unit_of
 from pendpin.verification.agreement import AgreementReport, Comparison, published_cases, validate
 from pendpin.verification.hardcases import CASES, HardReport, Outcome, catalogue_report
-from pendpin.verification.work_precision.report import CostReport, CostRow, Curve, Point, draw_cost, row
+from pendpin.verification.work_precision.report import CostReport, CostRow, Curve, Point, cost_row, draw_cost
 
 UNITS = {"s": 1.0, "ms": 1e-3, "µs": 1e-6}
 MOST_EVENTS = 5  # in the list, here
@@ -320,7 +320,7 @@ COST = CostReport(
 
 def test_costs_in_print_are_what_was_measured() -> None:
     """Every time with its unit, every setting: a step has one, a tolerance has none."""
-    rows = tuple(row(COST.curves, accuracy, COST.error) for accuracy in (1e-3, 1e-6, 1e-12))
+    rows = tuple(cost_row(COST.curves, accuracy, COST.error) for accuracy in (1e-3, 1e-6, 1e-12))
     accuracies, methods = replace(COST, rows=rows).report().tables
     for shown, measured in zip(accuracies.rows, rows, strict=True):
         assert float(shown[0]) == measured.accuracy

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.motions.continuation import resolved
+from pendpin.motions.continuation import resolve
 from pendpin.motions.search import first_crossings
 from pendpin.scene import builtin_scene
 
@@ -101,7 +101,7 @@ def test_an_instant_takes_few_looks() -> None:
         return rows["theta"] - 0.1
 
     run = pp.simulate(SCENES["smooth"], samples=200)
-    (instant,) = first_crossings(resolved(run), [over])
+    (instant,) = first_crossings(resolve(run), [over])
     assert run.at([instant])["theta"] == pytest.approx([0.1], abs=1e-12)
     assert looks.count(1) <= 6
 

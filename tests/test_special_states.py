@@ -15,7 +15,7 @@ from laws import law
 from pendpin import effects as fx
 from pendpin.errors import Note
 from pendpin.ground.arrays import EPS, TINY
-from pendpin.motions.continuation import resolved
+from pendpin.motions.continuation import resolve
 from pendpin.motions.crosschecks.crosscheck import crosscheck_run
 from pendpin.motions.search import find_largest, sign_changes
 from test_crosschecks import RODS
@@ -140,7 +140,7 @@ def test_numbers_that_underflow_are_not_searched() -> None:
     """The moment of a thin rod with phi = -1e-300 is below the smallest normal double: its signs and sizes are rounding."""
     start = pp.Start(positions=(-UP, -1e-300), velocities=(-1.0, 0.0))
     scene = pp.Scene(duration=0.5, model=pp.Chain(rods=(RODS["thin"],)), start=start, effects=(fx.Gravity(),))
-    more, samples = resolved(pp.simulate(scene, method="gauss4", step=0.05, samples=7)), list[int]()
+    more, samples = resolve(pp.simulate(scene, method="gauss4", step=0.05, samples=7)), list[int]()
 
     def moment(rows: Any) -> np.ndarray:
         samples.append(len(rows.t))

@@ -10,7 +10,7 @@ import pytest
 from browser import Browser
 from pendpin.errors import InputError
 from pendpin.graphics.drawing import WORLD, Drawing, Shape
-from pendpin.graphics.page import compressed, contents, page, write_page
+from pendpin.graphics.page import compress, contents, page, write_page
 from swinging import BLUE, LEFT, ORANGE, RIGHT, of_color, pose, swinging, tip_side
 from test_view import run_python
 
@@ -64,7 +64,7 @@ def test_page_obeys_its_controls(tmp_path: Path, browser: Browser) -> None:
 def test_a_packed_page_unpacks_itself(tmp_path: Path, browser: Browser) -> None:
     """It is what the page is, in less than half its size, and asks for nothing either."""
     whole = page(swinging())
-    packed = compressed(whole)
+    packed = compress(whole)
     assert len(packed) < len(whole) / 2
     path = tmp_path / "packed.html"
     path.write_text(packed)

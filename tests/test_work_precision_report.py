@@ -17,7 +17,7 @@ from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.references import by_elliptic_functions
-from pendpin.verification.work_precision.report import CostReport, Curve, Point, row
+from pendpin.verification.work_precision.report import CostReport, Curve, Point, cost_row
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------
@@ -66,7 +66,7 @@ def test_the_words_say_what_the_numbers_say() -> None:
     assert "From 1e-01 to 1e-04 the cheapest is cheap." in words  # of the runs that were made: as the table
     assert "From 1e-05 to 1e-08 the cheapest is fine." in words
     for decade in REPORT.decades:
-        taken = row(REPORT.curves, decade, REPORT.error).method
+        taken = cost_row(REPORT.curves, decade, REPORT.error).method
         assert f"At {decade:.0e}: {taken} " in words or not taken
     assert "At 1e-04: cheap 10 ms, other 1 s, 100 times as long." in words
     assert "At 1e-06: fine" in words
@@ -77,8 +77,8 @@ def test_a_row_without_a_run_says_why() -> None:
     """What refused the methods, where none ran; the time, where one did."""
     refused = Curve("taylor", "", "tolerance", (), failures=("taylor takes no stops",))
     slow = curve("rk4", (1e-2, 1.0))
-    assert row([refused], 1e-3, 0.0).take == "taylor takes no stops"
-    assert row([refused, slow], 1e-3, 0.0).take == "no method reaches it in the time allowed"
+    assert cost_row([refused], 1e-3, 0.0).take == "taylor takes no stops"
+    assert cost_row([refused, slow], 1e-3, 0.0).take == "no method reaches it in the time allowed"
 
 
 def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
@@ -147,6 +147,6 @@ def test_no_point_is_advised_that_another_beats() -> None:
     for _ in range(200):
         curves = [curve(str(i), *map(tuple, 10.0 ** random.uniform(-9, 0, (6, 2)))) for i in range(3)]
         points = [point for one in curves for point in one.points]
-        found = row(curves, 1e-5, 0.0)
+        found = cost_row(curves, 1e-5, 0.0)
         meeting = [point for point in points if point.error <= 1e-5]
         assert found.seconds == (min(point.seconds for point in meeting) if meeting else None)

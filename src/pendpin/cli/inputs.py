@@ -119,7 +119,7 @@ def _change(text: str) -> tuple[str, Any]:
         return path.strip(), value.strip()
 
 
-def lasting(scene: "Scene", duration: float | None, samples: int | None) -> "Scene":
+def with_duration(scene: "Scene", duration: float | None, samples: int | None) -> "Scene":
     """A scene with the duration and samples of the options."""
     changes = {"duration": duration, "solver.samples": samples}
     for path, value in changes.items():

@@ -16,11 +16,11 @@ from pendpin.cli.inputs import (
     SceneInput,
     Tolerance,
     flag,
-    lasting,
     naming_options,
     on_scene,
     read_scene,
     refuse_alone,
+    with_duration,
 )
 from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import Halted, PendpinError, RunError, inside
@@ -67,7 +67,7 @@ def run(
     from pendpin.runs.checkpoint import EVERY, resumable
 
     refuse_alone(every is not None and checkpoint is None, "--every", "--checkpoint FILE, which it saves so often")
-    scene = lasting(chosen.scene, duration, samples)
+    scene = with_duration(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")

@@ -83,7 +83,7 @@ def sweep(
 
         where: dict[str, Any] = {"out": out, "workers": workers, "dask": dask, "progress": progress}
         dataset = run(chosen.scene, plan, tuple(measure or ("swing",)), **where, **settings)
-    files = [*([out] if out else []), *_written(dataset, csv, plot, None)]
+    files = [*([out] if out else []), *_write_files(dataset, csv, plot, None)]
     report = _show(dataset, files, json, (vary or [], seed) if sobol else None)
     if report.fault:
         raise PendpinError(report.fault)
@@ -102,7 +102,7 @@ def map_(
 
     refuse_outputs([], csv=csv, plot=plot)
     dataset = load(store)
-    _show(dataset, _written(dataset, csv, plot, chosen(dataset, measure)), json)
+    _show(dataset, _write_files(dataset, csv, plot, chosen(dataset, measure)), json)
 
 
 def _plan(
@@ -142,7 +142,7 @@ def _show(dataset: Any, files: list[Path], json: bool, sobol: tuple[list[str], i
     return report
 
 
-def _written(dataset: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
+def _write_files(dataset: Any, csv: Path | None, plot: Path | None, measure: str | None) -> list[Path]:
     from pendpin.sweeps.figure import save_map
     from pendpin.sweeps.store import write_table
 

@@ -13,12 +13,12 @@ from pendpin.cli.inputs import (
     Plot,
     SceneInput,
     flag,
-    lasting,
     naming_options,
     on_scene,
     once_each,
     refuse_alone,
     split_at_commas,
+    with_duration,
 )
 from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
 from pendpin.errors import InputError, PendpinError
@@ -133,7 +133,7 @@ def cost(
     refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
     refuse_outputs(chosen.files, plot=plot)
     options = {"accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
-    chosen = replace(chosen, scene=lasting(chosen.scene, duration, None))
+    chosen = replace(chosen, scene=with_duration(chosen.scene, duration, None))
     with limited(limit) as work:
         asked = naming_options("methods", "accuracy")
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:

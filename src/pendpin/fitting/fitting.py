@@ -156,21 +156,21 @@ def fixed_offsets(setting: Setting) -> Array:
 
 def solve(setting: Setting, progress: Progress) -> Solution:
     """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
-    problem = _problem(setting)
+    problem = _pose_problem(setting)
     progress("a start by equation error")
     p = _rescale(setting, problem, problem.prior)
     if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
         x = problem.prior
         return _finish(setting, problem, x, solve_starts(problem, x, _guess_starts(setting, problem, x), 0), 0)
     x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
-    whole, starts, misfit = _near(setting, problem, x)
-    if not misfit < SURE and (other := _near(setting, problem, problem.prior))[2] < misfit:
+    whole, starts, misfit = _try_whole_swings(setting, problem, x)
+    if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior))[2] < misfit:
         x, (whole, starts, misfit) = problem.prior, other  # noise spoils accelerations first
     if not misfit < 1:
         progress("short pieces")
         problem = _rescale(setting, problem, x)
         x, _, _ = search(problem, x, _guess_starts(setting, problem, x), FAR, COARSE)
-        whole, starts, _ = _near(setting, problem, x)
+        whole, starts, _ = _try_whole_swings(setting, problem, x)
     progress("whole swings")
     problem = _rescale(setting, replace(problem, batch=whole.batch), x)
     x, solved, _ = search(problem, x, starts, FAR, COARSE)
@@ -194,7 +194,7 @@ def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], long
     return np.array([np.concatenate([q - shift, rate]) for q, rate in states]).T
 
 
-def _problem(setting: Setting) -> Problem:
+def _pose_problem(setting: Setting) -> Problem:
     """The problem in short pieces, with the guesses as the prior."""
     count = len(setting.columns)
     many = count if setting.table.offsets == "free" else 0
@@ -220,7 +220,7 @@ def _guess_starts(setting: Setting, problem: Problem, x: Array) -> Array:
 
 def restart(setting: Setting, problem: Problem) -> Problem:
     """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
-    fresh, p = _problem(setting), problem
+    fresh, p = _pose_problem(setting), problem
     fresh = replace(fresh, still=np.zeros_like(fresh.still), batch=p.batch, weights=p.weights, share=p.share)
     return _rescale(setting, fresh, fresh.prior)
 
@@ -233,7 +233,7 @@ def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
     return replace(problem, scale=np.where(positive, np.minimum(scale, MOST_CHANGE), scale))
 
 
-def _near(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array, float]:
+def _try_whole_swings(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array, float]:
     """Whole swings at x (nx,), cut where they forget their starts (2n, P), and their misfit: 1 where a search can begin."""
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:

@@ -25,10 +25,10 @@ STARTS = 12  # of the search for angles, for each sample of tips
 
 def time_scale(swings: Sequence[Swing], noise: Array) -> float:
     """The time in s in which the fastest column moves by half its deviation; noise (columns,) is not a motion."""
-    return min(_moves(swing.t, swing.y[:, k], noise[k]) for swing in swings for k in range(swing.y.shape[1]))
+    return min(_time_to_move(swing.t, swing.y[:, k], noise[k]) for swing in swings for k in range(swing.y.shape[1]))
 
 
-def _moves(t: Array, y: Array, noise: float) -> float:
+def _time_to_move(t: Array, y: Array, noise: float) -> float:
     """The time in s in which a column y (m,) at t (m,) s moves by half its standard deviation, less its noise."""
     seen = ~np.isnan(y)
     t, y = t[seen], y[seen]

@@ -254,7 +254,7 @@ def _say_left_out(ax: Any, drawn: int, count: int, what: str) -> None:
 def draw_path(ax: Any, run: RunRecord, view: str) -> None:
     """Two coordinates of the last tip to one scale whatever the motion, a dot where it starts; from above with the pivot."""
     right, up = VIEWS[view]
-    said = relative(run)
+    said = support_note(run)
     if view == "above" and run.rod_reactions is not None:
         ax.plot([0], [0], "+", color=GREY, markersize=9)
     path = run.tips[:, -1]
@@ -271,7 +271,7 @@ def draw_path(ax: Any, run: RunRecord, view: str) -> None:
     ax.set_title(f"{whose if view == 'above' else ''}from {'' if view == 'above' else 'the '}{view}")
 
 
-def relative(run: RunRecord) -> str:
+def support_note(run: RunRecord) -> str:
     """What a figure says where the support moves, as all places are those in its frame."""
     if isinstance(run.source, Scene):
         moves = any(isinstance(effect, FrameEffect) for effect in run.source.effects)
@@ -329,7 +329,7 @@ def draw_offset(ax: Any, run: RunRecord) -> None:
     ax.plot(run.t, np.hypot(x, y), label="sideways", color=BLACK, linewidth=1.6)
     ax.plot(run.t, x, label="x", color=COLORS[0])
     ax.plot(run.t, y, label="y", color=COLORS[1])
-    if said := relative(run):
+    if said := support_note(run):
         ax.plot([], [], " ", label=said)
     ax.set_ylabel("tip's offset (m)")
 
@@ -364,7 +364,7 @@ def draw_shapes(ax: Any, run: RunRecord) -> None:
     if not slender:
         ax.set_aspect("equal", adjustable="datalim")
     ax.set(xlabel=with_unit("xy"[across] + ", drawn wider than z" * slender, "m"), ylabel="z (m)")
-    ax.set_title(f"shape of the rope{relative(run) and ', '}{relative(run)}")
+    ax.set_title(f"shape of the rope{support_note(run) and ', '}{support_note(run)}")
 
 
 def draw_tension_along(ax: Any, run: RunRecord) -> None:

@@ -72,7 +72,7 @@ def page(drawing: Drawing, report: str = "", *, live: bool = False) -> str:
     return fill_template("pendpin.graphics", "player/page.html", **parts)
 
 
-def compressed(text: str) -> str:
+def compress(text: str) -> str:
     """A page that unpacks itself in the browser: a third of its size, for notebooks, which hold many."""
     packed = base64_of(gzip.compress(text.encode(errors="replace"), mtime=0))
     return (
@@ -86,7 +86,7 @@ def compressed(text: str) -> str:
 
 def contents(drawing: Drawing) -> dict[str, Any]:
     """What the player reads, for JSON: meshcat's commands, key poses of the bodies that are seen, trails and curves."""
-    drawing = _lasting(drawing)
+    drawing = _stand_still(drawing)
     if not DRAWN[0] <= drawing.extent <= DRAWN[1]:
         drawing = drawing.scaled(1 / drawing.extent)
     motion, bodies, joints = _motion(drawing, drawing.t[0]), _bodies(drawing), []
@@ -95,7 +95,7 @@ def contents(drawing: Drawing) -> dict[str, Any]:
         places: dict[str, Any] = {"body": body, "above": above}
         joints.append(joint._asdict() | places | {"axes": joint.axes.tolist(), "base": joint.base.tolist()})
     ghosts = [
-        _motion(_lasting(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
+        _motion(_stand_still(other), drawing.t[0]) | {"solids": solids(other, _bodies(other), color)}
         for other, color in zip(drawing.others, GHOSTS, strict=False)
     ]
     # meshcat's commands that set the stage and put the shapes on it, those of bodies[i] in a group named body_i
@@ -167,7 +167,7 @@ def _levels(quantity: Quantity, rows: NDArray[np.intp]) -> dict[str, Any]:
     return {"name": quantity.name, "unit": quantity.unit, "low": low, "high": high, "data": base64_of(data)}
 
 
-def _lasting(drawing: Drawing) -> Drawing:
+def _stand_still(drawing: Drawing) -> Drawing:
     """The drawing, or, of a single pose, one that stands still for a second."""
     if len(drawing.t) > 1:
         return drawing
@@ -225,7 +225,7 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
         look = {"color": tone, "specular": 0x202020, "shininess": 40, "side": 2}  # both: meshes may be turned about
         material = materials.setdefault(tone, {"uuid": f"color_{tone:06x}", "type": "MeshPhongMaterial"} | look)
         solid = {"type": "Mesh", "geometry": geometries[key]["uuid"], "material": material["uuid"]}
-        matrix = [round(float(x), 9) for x in placed(shape).T.flat]
+        matrix = [round(float(x), 9) for x in placement_of(shape).T.flat]
         groups[shape.body].append(solid | {"castShadow": shadows, "matrix": matrix})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
     children = [{"type": "Group", "uuid": names[b], "name": names[b], "children": x} for b, x in groups.items()]
@@ -237,7 +237,7 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
     }
 
 
-def placed(shape: Shape) -> Array:
+def placement_of(shape: Shape) -> Array:
     """The placement (4, 4) of three.js's solid: its cylinders lie along y, its meshes get their scale here."""
     if shape.geometry == "cylinder":
         return shape.placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])

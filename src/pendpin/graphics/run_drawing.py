@@ -44,7 +44,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
     model = model_of(trajectory)
     leaves = bool(leaving(trajectory))
     extent = float(np.linalg.norm(trajectory.tips[: 1 if leaves else None], axis=-1).max()) or 1.0
-    position, velocity = (_of_pivot(scene, name, trajectory.t) for name in ("position", "velocity"))
+    position, velocity = (_pivot_motion(scene, name, trajectory.t) for name in ("position", "velocity"))
     joints, shapes = _shapes(scene, model, extent, trajectory.q)
     as_rods = joints is not None
     poses = kinematics.poses(model, trajectory.q) if as_rods else kinematics.joint_poses(model, trajectory.q)
@@ -81,7 +81,7 @@ def ends_of(run: RunRecord) -> Array:
     """Both ends of every body over the ground, (n, bodies, 2, 3) m. Raises InputError as `drawing_of`."""
     scene, _ = _scene(run)
     joints = kinematics.poses(model_of(run), run.q)[..., :3, 3]
-    return np.stack([joints, run.tips], 2) + _of_pivot(scene, "position", run.t)[:, None, None]
+    return np.stack([joints, run.tips], 2) + _pivot_motion(scene, "position", run.t)[:, None, None]
 
 
 def _scene(trajectory: RunRecord) -> tuple[Scene, bool]:
@@ -93,7 +93,7 @@ def _scene(trajectory: RunRecord) -> tuple[Scene, bool]:
         return Scene(model=trajectory.scene.get("model")), "support" not in kinds
 
 
-def _of_pivot(scene: Scene, quantity: str, t: Array) -> Array:
+def _pivot_motion(scene: Scene, quantity: str, t: Array) -> Array:
     """The position or velocity of the pivot at t (n,) s: (n, 3) m or m/s. InputError for times that a csv does not cover."""
     total = np.zeros((len(t), 3))
     for effect in scene.effects:
@@ -224,7 +224,7 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
     if model.chain is None:
         others = {rod.phi for rod in model.rods if rod.kind == "universal"} | set(np.flatnonzero(model.slides).tolist())
         hinges = {joint: axis for joint, axis in enumerate(model.tree.axes) if joint not in others}
-    yield Shape("box", (12 * thick, 12 * thick, thick), _at((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
+    yield Shape("box", (12 * thick, 12 * thick, thick), _placement((0, 0, 3.5 * thick)), STEEL, len(model.bodies))
     for index, (body, payload) in enumerate(zip(model.bodies, payloads, strict=True)):
         radius = max(body.radius, thick * (0.4 if many else 1.0))
         long = any(body.tip)  # a rotor about its own centre is not
@@ -238,7 +238,7 @@ def rod_shapes(model: Model, extent: float, payloads: Sequence[float]) -> Iterat
         if payload or index == len(model.bodies) - 1:
             ball = min((3 * payload / (4 * math.pi * DENSITY)) ** (1 / 3), math.hypot(*body.tip) / 6)  # m, of steel
             ball = body.payload_radius or max(1.5 * thick, ball)
-            yield Shape("sphere", (ball,), _at(body.tip), STEEL, index)
+            yield Shape("sphere", (ball,), _placement(body.tip), STEEL, index)
 
 
 def bracket_shapes(model: Model, extent: float, q: Array) -> Iterator[Shape]:
@@ -264,11 +264,11 @@ def _stick(start: Array, end: Array, radius: float, color: int, body: int) -> Sh
     length = math.hypot(*(end - start))  # the norm of a tiny vector is 0
     z = (end - start) / length
     x = across(z)
-    placement = _at((start + end) / 2, np.stack([x, cross(z, x), z], -1))
+    placement = _placement((start + end) / 2, np.stack([x, cross(z, x), z], -1))
     return Shape("cylinder", (radius, length), placement, color, body)
 
 
-def _at(place: Any, rotation: Array | None = None) -> Array:
+def _placement(place: Any, rotation: Array | None = None) -> Array:
     """A placement (4, 4) at a place (3,) in m, with a rotation (3, 3) if there is one."""
     placement = np.eye(4)
     placement[:3, 3] = place
@@ -305,7 +305,7 @@ def _origin(origin: Any) -> Array:
     if origin is None:
         return np.eye(4)
     rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
-    return _at(_numbers(origin.get("xyz", "0 0 0")), rotation)
+    return _placement(_numbers(origin.get("xyz", "0 0 0")), rotation)
 
 
 def _color(visual: Any, materials: dict[str, Any], other: int) -> int:

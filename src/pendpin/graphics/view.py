@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.errors import InputError, MissingLibrary, shown
 from pendpin.graphics.drawing import Drawing, Runs, labels_of, runs_of, smooth_trail
 from pendpin.graphics.page import FRAMES_PER_SECOND as PAGE_RATE
-from pendpin.graphics.page import compressed, page, pick, placed, write_page
+from pendpin.graphics.page import compress, page, pick, placement_of, write_page
 from pendpin.graphics.report import Check, page_report
 from pendpin.graphics.run_drawing import compared_drawing, drawing_of, ends_of
 from pendpin.graphics.style import COLORS, plain_name
@@ -67,7 +67,7 @@ def frame_of(*runs: RunRecord) -> str:
     if not len(runs[0].t):
         return ""
     try:
-        content = compressed(page(compared_drawing(runs)))
+        content = compress(page(compared_drawing(runs)))
     except (InputError, MissingLibrary) as error:
         return f"<p>{html.escape(str(error))}</p>"
     return (
@@ -116,8 +116,8 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     times, path = run.t, run.tips[:, -1]
     if len(times) > 1:
         times, path = smooth_trail(drawing_of(run), PATH_RATE, PATH_POINTS)
-    path = _seen(path)
-    all_ends, lines = [_seen(ends_of(one)) for one in runs], []
+    path = _project(path)
+    all_ends, lines = [_project(ends_of(one)) for one in runs], []
     for ends in all_ends:  # (n, bodies, 2, 2) as the points of one line (n, 3 bodies, 2) with gaps: bodies are separate
         gaps = np.full((*ends.shape[:2], 1, 2), np.nan)
         lines.append(np.concatenate([ends, gaps], axis=2).reshape(len(ends), -1, 2))
@@ -151,7 +151,7 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     return figure, draw, len(rows)
 
 
-def _seen(points: Array) -> Array:
+def _project(points: Array) -> Array:
     """Points (..., 3) in W as the eye sees them, (..., 2) to the right and up, without perspective."""
     x, y, z = np.moveaxis(points, -1, 0)
     right, depth = np.cos(AZIMUTH) * x + np.sin(AZIMUTH) * y, -np.sin(AZIMUTH) * x + np.cos(AZIMUTH) * y
@@ -279,7 +279,7 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     for place, shape in enumerate(drawing.shapes):
         node = group[name_of(shape.body)][f"shape_{place}"]
         node.set_object(*_object(shape))
-        node.set_transform(placed(shape))
+        node.set_transform(placement_of(shape))
     farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
     distance = AWAY * (float(farthest) or 1.0)  # of the camera, which looks at the origin and sees all of it
     for name, value in (("position", [distance * x for x in FROM]), ("near", distance / 100), ("far", 100 * distance)):

@@ -1,6 +1,6 @@
 """Continues a run from any of its samples: to other times, beyond its end, and to samples that show how it moved.
 
-Samples show that if positions follow from rates and rates from accelerations; where they do not, `resolved` takes more.
+Samples show that if positions follow from rates and rates from accelerations; where they do not, resolved takes more.
 """
 
 from copy import copy
@@ -46,7 +46,7 @@ class Continuation:
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
 
-    def beside(self, run: RunRecord) -> "Continuation":
+    def with_run(self, run: RunRecord) -> "Continuation":
         """The same, from other samples of the run."""
         other = copy(self)
         other.run = run
@@ -162,14 +162,14 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
 # --- samples that show how a run moved ------------------------------------------------------------------------------
 
 
-def resolved(run: RunRecord) -> Continuation:
+def resolve(run: RunRecord) -> Continuation:
     """The run; where its samples do not tell how it moved between them, with more. InputError if these would be too many."""
     dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
     most = np.inf
     events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
     events = events[np.isin(_intervals_of(run, events), find_coarse(run))]
     beside = np.clip(np.concatenate([events - margin, events + margin]), run.t[0], run.t[-1])
-    more = _sampled_too(Continuation(run), beside)
+    more = _add_samples(Continuation(run), beside)
     for _ in range(LEVELS):
         if not 0 < len(coarse := find_coarse(more.run)) <= most:
             break
@@ -183,11 +183,11 @@ def resolved(run: RunRecord) -> Continuation:
             )
         cuts = np.ones(len(more.run.t) - 1, int)
         cuts[coarse] = parts
-        more, dense = _sampled_too(more, subdivided(more.run.t, cuts)), 0.0
+        more, dense = _add_samples(more, subdivided(more.run.t, cuts)), 0.0
     return more
 
 
-def _sampled_too(more: Continuation, times: Array) -> Continuation:
+def _add_samples(more: Continuation, times: Array) -> Continuation:
     """The run with samples at some times (k,) as well."""
     run = more.run
     if (step := more.scene.solver.step) is not None:
@@ -200,7 +200,7 @@ def _sampled_too(more: Continuation, times: Array) -> Continuation:
     if not len(times):
         return more
     whole = joined([run, more.at(times)])
-    return more.beside(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
+    return more.with_run(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
 
 
 def _intervals_of(run: RunRecord, t: Array) -> Indices:

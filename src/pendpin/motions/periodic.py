@@ -128,7 +128,7 @@ def periodic_orbit(
     except RunError:
         if free or guess is not None:  # what is free would end as a rest, which has any period
             raise
-        for other in sorted(hanging_or_upright(scene), key=lambda q: float(np.abs(turned(q - state[: len(q)])).max())):
+        for other in sorted(hanging_or_upright(scene), key=lambda q: float(np.abs(wrap(q - state[: len(q)])).max())):
             with suppress(RunError):
                 return close_orbit(scene, np.append(other, 0 * other), float(first), free)
         raise
@@ -149,7 +149,7 @@ def hanging_or_upright(scene: Scene) -> list[Array]:
     return starts
 
 
-def turned(angle: Array) -> Array:
+def wrap(angle: Array) -> Array:
     """Angles in rad from -pi to pi, without whole turns."""
     return (angle + np.pi) % (2 * np.pi) - np.pi
 
@@ -158,7 +158,7 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
     """The orbit next to a state y (2 nv,) by Newton's method; a period that is `free` is found too. RunError if none is."""
     turns, best, patience = None, None, 3
     for _ in range(STEPS):
-        now = over_a_period(scene, y, period)
+        now = integrate_period(scene, y, period)
         turns = now.turns if turns is None else turns
         gap = now.end - y - turns
         size = float(np.abs(gap).max())
@@ -196,7 +196,7 @@ class Return(NamedTuple):
     turns: Array  # (2 nv,) rad, the whole turns of the angles
 
 
-def over_a_period(scene: Scene, y: Array, period: float, key: str | None = None) -> Return:
+def integrate_period(scene: Scene, y: Array, period: float, key: str | None = None) -> Return:
     """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
     refuse_contacts(scene)
     size = len(y)

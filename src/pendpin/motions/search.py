@@ -15,7 +15,7 @@ from numpy.polynomial import chebyshev
 from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
-from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolved, times_of_events
+from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolve, times_of_events
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT
 
@@ -85,7 +85,7 @@ def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRec
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
     run[name]  # an unknown name is refused before anything is integrated
 
-    more, offset = resolved(run), lambda rows: rows[name] - level
+    more, offset = resolve(run), lambda rows: rows[name] - level
     changes = sign_changes(more, offset, abs(level))
     chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
     instants = np.unique(find_instants(more, offset, Changes(*(x[chosen] for x in changes))))
@@ -95,7 +95,7 @@ def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRec
 
 
 def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array:
-    """The first instant in s at which each of k quantities of a run that is `resolved` changes its sign, (k,); else NaN."""
+    """The first instant in s at which each of k quantities of a run that is resolved changes its sign, (k,); else NaN."""
     first = np.full(len(quantities), np.nan)
     for i, quantity in enumerate(quantities):
         changes = Changes(*(x[:1] for x in sign_changes(more, quantity)))
@@ -105,7 +105,7 @@ def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array
 
 
 def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> Changes:
-    """All sign changes of a quantity, of numbers up to `size`, of a `resolved` run; 0 counts to where it comes from."""
+    """All sign changes of a quantity, of numbers up to `size`, of a resolved run; 0 counts to where it comes from."""
     times, values = more.run.t, quantity(more.run)
     tiny = max(ROUNDING * max(size, float(np.abs(values).max(initial=0.0))), TINY)  # what underflows is rounding too
     known, every = [(times, values)], np.arange(len(times) - 1)
@@ -141,7 +141,7 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
 
 
 def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf) -> tuple[float, float, int, int]:
-    """The largest value of a quantity (n, m) of a `resolved` run from `first` s on; when, in which column, of how many."""
+    """The largest value of a quantity (n, m) of a resolved run from `first` s on; when, in which column, of how many."""
     run = more.run if first <= more.run.t[0] else samples_of(more.run, more.run.t >= first)
     times, values, events = run.t, quantity(run), times_of_events(run)
     t, x = times, values
@@ -188,11 +188,11 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
         raise InputError(f"{name}: this run does not have it, so it has no largest value")
     if name == DRIFT:
         raise InputError(f"{DRIFT} is known at the samples alone: it is the error of the run; ask for energy")
-    more = resolved(run)
+    more = resolve(run)
     value, t, *_ = find_largest(more, lambda rows: sign * rows[name][:, None])
     if t in run.t:
         return Extreme(sign * value, t)
-    return Extreme(float(more.beside(run).at(np.array([t]))[name][0]), t)
+    return Extreme(float(more.with_run(run).at(np.array([t]))[name][0]), t)
 
 
 def impacts(run: RunRecord) -> int:

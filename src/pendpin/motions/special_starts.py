@@ -47,7 +47,7 @@ def at_rest(scene: Scene) -> StartRecord:
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
     if not hangs:
         stiffness = _stiffness(scene)
-        rest = _relaxed(pull, q, dynamics.model, stiffness)
+        rest = _relax(pull, q, dynamics.model, stiffness)
         for _ in range(AGAIN):  # a small change along which an unstable rest is left
             if stiffness is None or not np.isfinite(slopes := stiffness(0.0, rest)).all():
                 break
@@ -56,10 +56,10 @@ def at_rest(scene: Scene) -> StartRecord:
             if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
                 break
             way = np.real(vectors[:, first])
-            rest = _relaxed(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
+            rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
     lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
     if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
-        raise _no_rest(dynamics.model, rest - q)
+        raise _no_rest_error(dynamics.model, rest - q)
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
@@ -67,7 +67,7 @@ def at_rest(scene: Scene) -> StartRecord:
     return StartRecord(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
 
-def _no_rest(model: Model, moved: Array) -> InputError:
+def _no_rest_error(model: Model, moved: Array) -> InputError:
     """The error that names the slide that moved (nv,) without end, if one did."""
     ways = np.where(model.slides, np.abs(moved), 0.0)
     if ways.max(initial=0.0) > FAR:
@@ -77,7 +77,7 @@ def _no_rest(model: Model, moved: Array) -> InputError:
     return InputError(f"start: there is no equilibrium near start.positions; {remedy}")
 
 
-def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
+def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
     """Where q (nv,) comes to rest if its speed is its acceleration. Raises InputError for what falls without end."""
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
@@ -88,7 +88,7 @@ def _relaxed(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Arra
         nonlocal calls
         calls += 1
         if calls > MOST or np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
-            raise _no_rest(model, now - q)
+            raise _no_rest_error(model, now - q)
         return pull(time, now)
 
     def far(_: float, now: Array) -> float:

@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import swings_of
-from pendpin.motions.continuation import Continuation, find_coarse, resolved
+from pendpin.motions.continuation import Continuation, find_coarse, resolve
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import UNITS, is_chain, swing
@@ -72,7 +72,7 @@ def summary(run: Any) -> Summary:
         again = run.stats.evaluations * len(find_coarse(run)) / intervals + EVALUATIONS_OF_EVENT * len(run.events)
         if again * len(run.joints) > MOST_AGAIN or not run.stats.evaluations:
             raise InputError("a search between them would take long; run.maximum(name) does it")
-        rows, remark = _extremes(run, resolved(run)), ""
+        rows, remark = _extremes(run, resolve(run)), ""
     except (PendpinError, np.linalg.LinAlgError) as error:
         rows, remark = _extremes(run, None), f"those of the {len(run.t)} samples: {error}"
     if not remark and (count := impacts(run)) and run.rod_reactions is not None:

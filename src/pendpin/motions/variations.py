@@ -236,7 +236,7 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
     keys = [keys] if isinstance(keys, str) else list(keys)
     if not keys:
         raise InputError('keys: none is given; name a number of the scene, as "model.rods[0].length"')
-    name, statistic = _parts(run, of) if of is not None else ("", "")
+    name, statistic = _quantity_and_statistic(run, of) if of is not None else ("", "")
     variations = Variations(scene_of(run), keys)
     if of is not None and variations.equations.contacts and run.places[name][0] not in OF_STATES:
         reason = f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
@@ -269,7 +269,7 @@ def up_to_extreme(run: RunRecord, of: str | None, name: str, sign: float) -> Run
     return joined([samples_of(run, (run.t < t) | (np.arange(len(run.t)) == 0)), at(run, [t])])
 
 
-def _parts(run: RunRecord, of: str) -> tuple[str, str]:
+def _quantity_and_statistic(run: RunRecord, of: str) -> tuple[str, str]:
     """The quantity and the statistic, "" for none, that `of` names. Raises InputError."""
     if not isinstance(of, str):
         raise InputError(f"of: {shown(of)} is not the name of a quantity, such as R3_1.max")

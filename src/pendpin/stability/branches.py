@@ -16,7 +16,7 @@ from pendpin.graphics.style import BESIDE, PALE, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, number_at, parsed
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result
-from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, over_a_period
+from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, integrate_period
 from pendpin.scene import Scene, unit_of_key
 
 FIRST, LONGEST, SHORTEST = 0.02, 0.05, 1e-7  # steps along the curve, where the way to the end of the number is about 1
@@ -122,7 +122,7 @@ def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled", "
     scene, y, tuned = orbit.scene, _state(orbit), _is_tuned(orbit.scene, key)
     if tuned and to * first <= 0:
         raise InputError(f"to: at {key} = 0 the drive has no period; give a number on the side of {first:g}")
-    turns = over_a_period(scene, y, orbit.period).turns
+    turns = integrate_period(scene, y, orbit.period).turns
     curve = _Curve(scene, key, first, float(to) - first, orbit.period, orbit.free, tuned, turns)
     points, orbits = [np.concatenate([y, [1.0] * orbit.free, [0.0]])], [orbit]
     tangent = curve.tangent(points[0], np.eye(len(points[0]))[-1])
@@ -192,7 +192,7 @@ class _Curve(NamedTuple):
     def gap(self, u: Array) -> tuple[Array, Array]:
         """By how much the motion misses its start, (2 nv,), and the derivative by u."""
         scene, y, period = self.at(u)
-        over_period = over_a_period(scene, y, period, self.key)
+        over_period = integrate_period(scene, y, period, self.key)
         by_number = over_period.by_number - (over_period.rate * period / self.number(u) if self.tuned else 0.0)
         columns = [over_period.transition - np.eye(len(y)), by_number[:, None] * self.way]
         if self.free:
@@ -277,7 +277,7 @@ def _change_at(value: float, orbit: PeriodicOrbit, at_fold: bool) -> Change:
 
 def _half_gap(orbit: PeriodicOrbit, sign: float) -> float:
     """How far half a period later an orbit is from its own mirror image (sign 1), or from its start (-1), but for turns."""
-    y, half = _state(orbit), over_a_period(orbit.scene, _state(orbit), orbit.period / 2)
+    y, half = _state(orbit), integrate_period(orbit.scene, _state(orbit), orbit.period / 2)
     apart, size = half.end + sign * y, len(y) // 2
     apart[:size] -= 2 * np.pi * np.round(apart[:size] / (2 * np.pi))
     return float(np.abs(apart).max())

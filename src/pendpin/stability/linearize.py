@@ -19,7 +19,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import Model, build, start_state
-from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, hanging_or_upright, periodic_orbit, rest_of, turned
+from pendpin.motions.periodic import PeriodicOrbit, frequencies_of, hanging_or_upright, periodic_orbit, rest_of, wrap
 from pendpin.scene import Scene, Start, chosen_scene
 
 ZERO = 1e-9  # degrees or m: what is less is 0 in words
@@ -28,7 +28,7 @@ REST = 1e-9  # of the accelerations that unit changes of the state cause: a resi
 MOST_ROWS = 24  # eigenvalues that are printed
 
 
-def place_of(model: Model, q: Array) -> str:
+def positions_in_words(model: Model, q: Array) -> str:
     """Positions (nv,) in rad or m in words: the first that are not 0."""
     places = zip(model.joints, np.where(model.slides, q, np.degrees(q)), model.slides, strict=True)
     parts = [f"{name} {x:.5g}{' m' if slides else '°'}" for name, x, slides in places if abs(x) > ZERO]
@@ -205,12 +205,12 @@ class Stability(Result):
         notes = [f"note: {note}" for note in self.notes]
         if self.orbit is not None:
             motion, (q, _) = self.orbit.report(), start_state(self.model, self.orbit.scene.start)
-            return Report((*motion.parts, f"It begins at {place_of(self.model, q)}.", *notes), motion.data)
+            return Report((*motion.parts, f"It begins at {positions_in_words(self.model, q)}.", *notes), motion.data)
         cells = []
         for rest, row in zip(self.rests, self.rows(), strict=True):
             swing = "" if row["slowest"] is None else f"{row['slowest']:.6g}"
             verdict = "neutral" if rest.neutral else "stable" if row["stable"] else "unstable"
-            cells.append((place_of(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
+            cells.append((positions_in_words(self.model, rest.q), verdict, f"{row['growth']:.6g}", swing))
         head = ("rest", "", "fastest growth (1/s)", "slowest swing (rad/s)")
         return Report((Table(head, cells), *notes), {"rests": self.rows(), "notes": list(self.notes)})
 
@@ -246,7 +246,7 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
         if not any(isinstance(effect, Spring) for effect in scene.effects):  # which tell a turn from none
             q = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
         rest = linearize(scene, at=Start(time=scene.start.time, positions=tuple(q.tolist())))
-        if not any(np.abs(turned(rest.q - other.q)).max() < SAME for other in rests):
+        if not any(np.abs(wrap(rest.q - other.q)).max() < SAME for other in rests):
             rests.append(rest)
     return Stability(model, tuple(rests), None, notes)
 

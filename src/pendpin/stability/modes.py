@@ -25,7 +25,7 @@ from pendpin.motions.periodic import small_motions
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.run import fill_in
 from pendpin.scene import Scene, chosen_scene
-from pendpin.stability.linearize import place_of, remarks
+from pendpin.stability.linearize import positions_in_words, remarks
 
 EQUAL = 1e-9  # of a frequency: two that are closer are one line of the table
 NO_FREQUENCY = 1e-7  # of the largest: its square is rounding of the stiffness
@@ -126,7 +126,8 @@ class Modes(Result):
         if self.stable and self.neutral:
             some = f"{self.neutral} of {len(self.omega)} modes"
             verdict = f"is neutral: {some} have no frequency, nothing brings them back."
-        words = [f"The rest ({place_of(self._engine.model, self.q)}) {verdict}", *(f"note: {x}" for x in self.notes)]
+        where = positions_in_words(self._engine.model, self.q)
+        words = [f"The rest ({where}) {verdict}", *(f"note: {x}" for x in self.notes)]
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}
         head = ("mode", "rad/s", "Hz", "damping", "directions", "moves most")
@@ -152,7 +153,7 @@ class Modes(Result):
         return figure
 
     def _draw_shape(self, ax: Any, place: int) -> None:
-        rest, moved, extent, size = self._displaced(place)
+        rest, moved, extent, size = self._displacement(place)
         axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / (size or 1.0)
         for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
             for body in ends:
@@ -164,7 +165,7 @@ class Modes(Result):
         ax.set(aspect="equal", xlim=(middle - half, middle + half))
         ax.locator_params(axis="x", nbins=3)
 
-    def _displaced(self, place: int) -> tuple[Array, Array, float, float]:
+    def _displacement(self, place: int) -> tuple[Array, Array, float, float]:
         """Both ends of every body at the rest, how they move to first order with a shape, (bodies, 2, 3) m; the sizes."""
         model, small = build(self.scene.model), 1e-6
         poses = kinematics.poses(model, self.q + np.array([[0.0], [small], [-small]]) * np.real(self.shapes[place]))
@@ -184,7 +185,7 @@ class Modes(Result):
         """
         place = self.place(k)
         model, omega, shape = build(self.scene.model), self.omega[place] or 1.0, self.shapes[place]
-        *_, extent, size = self._displaced(place)  # some body moves by a share of the extent, no joint turns far
+        *_, extent, size = self._displacement(place)  # some body moves by a share of the extent, no joint turns far
         amplitude = min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(shape).max()))
         phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
         moving = shape * amplitude * np.exp(1j * phase)

@@ -19,7 +19,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
-from pendpin.motions.continuation import Continuation, resolved, strays
+from pendpin.motions.continuation import Continuation, resolve, strays
 from pendpin.motions.periodic import drive_of, largest_multiplier, small_motions
 from pendpin.motions.periodic import stable as is_stable
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
@@ -219,7 +219,7 @@ def swing(run: Trajectory) -> float:
     plane = None if model_of(run).chain is None else _turns_in_plane(run.q[None], run.v[None])
     if plane and np.abs(plane[0]).max() >= np.pi:
         return math.pi
-    return find_largest(resolved(run), lambda rows: swings_of(rows)[:, None])[0]
+    return find_largest(resolve(run), lambda rows: swings_of(rows)[:, None])[0]
 
 
 def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
@@ -271,7 +271,7 @@ def settling_time(run: Trajectory) -> float:
 
     NaN for a motion that gets there only in the last tenth of the run: it may not settle.
     """
-    return _settled(resolved(run))
+    return _settled(resolve(run))
 
 
 def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
@@ -280,7 +280,7 @@ def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
     A swing that just reaches, or just misses, the 2 % moves the settling time by half a period, however small the error.
     So the distances, each of two angles, may be off by as much as both runs ever differ, and by the tolerance at least.
     """
-    more = resolved(run)
+    more = resolve(run)
     apart = max(float(np.abs(more.run.q - looser.at(more.run.t).q).max()), run.stats.tolerance or 0.0)
     early, time, late = (_settled(more, side * 2 * (1 + SETTLED) * apart) for side in (1.0, 0.0, -1.0))
     if math.isnan(early):
@@ -289,7 +289,7 @@ def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
 
 
 def _settled(more: Continuation, wider: float = 0.0) -> float:
-    """The settling time of a run that is `resolved`, in s, where the 2 % are wider by so many rad."""
+    """The settling time of a run that is resolved, in s, where the 2 % are wider by so many rad."""
     run, end = more.run, more.run.q[-1]
 
     def away(rows: RunRecord) -> Array:
@@ -310,7 +310,7 @@ def flip_time(run: Trajectory) -> float:
     A rod is over the top where the sum of the theta angles, or of the phi angles, from the support down to it passes an
     odd multiple of pi, either way.
     """
-    return _first_passage(resolved(run), lambda t: np.zeros(len(t))) - float(run.t[0])
+    return _first_passage(resolve(run), lambda t: np.zeros(len(t))) - float(run.t[0])
 
 
 def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
@@ -320,7 +320,7 @@ def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
     of angles may be off by as much as they have differed so far: a rod may be over the top as soon as it is so near, and
     is there once it is so far beyond. They are off by the tolerance at least: the first steps of both runs are the same.
     """
-    more = resolved(run)
+    more = resolve(run)
     t, other = more.run.t, looser.at(more.run.t)
     apart = more.run.q - other.q
     sums = np.stack([apart[:, places].sum(1) for places in accumulated(more.dynamics.model)])

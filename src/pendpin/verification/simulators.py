@@ -145,7 +145,7 @@ def task_of(scene: Scene) -> PeerTask:
     q, v = start_state(model, scene.start)
     at, rates = np.sin(1.0 + np.arange(2 * len(model.joints))).reshape(2, -1)  # any state will do
     probe = (at, rates, dynamics.acceleration(0.0, at, rates))
-    return PeerTask(*_same_for_all(scene.model), model.joints, q, v, gravity, scene.times, probe)
+    return PeerTask(*_shared_urdf(scene.model), model.joints, q, v, gravity, scene.times, probe)
 
 
 @contextmanager
@@ -162,7 +162,7 @@ def _loading(library: str) -> Iterator[None]:
 LEAST = 1e-15  # kg and kg m² of a moving body: what MuJoCo takes
 
 
-def _same_for_all(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
+def _shared_urdf(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     """The model that pendpin simulates, without what is only drawn and what it leaves out, and the link it hangs on.
 
     MuJoCo gives every massless body the least that it takes. Where such a link is fixed to another and carries none, it

@@ -222,19 +222,19 @@ def compare(
         raise InputError("no cross-check: masses or lengths differ too much for a mass matrix in doubles") from None
 
     states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
-    rows = [row for pair in combinations(answers, 2) for row in _rows(pair, answers, states)]
+    rows = [row for pair in combinations(answers, 2) for row in _compare_pair(pair, answers, states)]
     if in_50_digits:  # the states at which routes differ most, half of these, and the first ones
         worst = np.zeros(len(q))
         for one, other in combinations(answers.values(), 2):
             for name in one.keys() & other.keys():
-                worst = np.fmax(worst, _relative(one[name], other[name], sizes[name]).max(-1))
+                worst = np.fmax(worst, _relative_difference(one[name], other[name], sizes[name]).max(-1))
         first = range(min(len(q), in_50_digits - in_50_digits // 2))
         chosen = np.unique([*np.argsort(worst)[-max(1, in_50_digits // 2) :], *first])
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
         answers |= {REFERENCE: dict(recursion_route(dynamics, exact(50))(q[chosen], v[chosen]))}
         sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
         states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
-        rows += [row for name in routes for row in _rows((name, REFERENCE), answers, states)]
+        rows += [row for name in routes for row in _compare_pair((name, REFERENCE), answers, states)]
     return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
 
 
@@ -272,19 +272,19 @@ def _places(dynamics: Dynamics) -> dict[str, list[str]]:
     return places | {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
 
 
-def _relative(first: Array, second: Array, size: Array) -> Array:
+def _relative_difference(first: Array, second: Array, size: Array) -> Array:
     """Differences over rounding scales (n, places); the numbers may be of the reference route."""
     with np.errstate(invalid="ignore"):  # NaN is an answer too, and a broken one
         return np.abs(first - second).astype(float) / np.maximum(size, TINY)
 
 
-def _rows(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[CheckRow]:
+def _compare_pair(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[CheckRow]:
     """The largest difference of two routes in each quantity that both give."""
     one, other = (answers[name] for name in pair)
     rows = []
     for quantity in (name for name in one if name in other):
         size = states.sizes[quantity]
-        relative = _relative(one[quantity], other[quantity], size)
+        relative = _relative_difference(one[quantity], other[quantity], size)
         i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
         ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
         where = int(states.indices[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist())

@@ -73,14 +73,14 @@ def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: C
     for what, function in (("accelerations", accelerations), ("reactions", reactions)):
         if function is None:
             continue
-        ours = _sampled(partial(_answer, function, what), q, rates)
-        right = _sampled(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, rates)
+        ours = _sample(partial(_answer, function, what), q, rates)
+        right = _sample(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, rates)
         for name, true in right.items():
             if ours[name].shape != true.shape:
                 raise InputError(f"{what}: the function returns shape {ours[name].shape[2:]}, not {true.shape[2:]}")
             rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
             places = rods if name in REACTIONS else dynamics.model.joints
-            rows += [_row(name, places, i, ours[name][..., i], true) for i in range(len(places))]
+            rows += [_compare_quantity(name, places, i, ours[name][..., i], true) for i in range(len(places))]
     return Comparison(tuple(rows))
 
 
@@ -130,7 +130,7 @@ def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...], q: Array, v:
     return {name: getattr(reactions, name)[0] for name in names}
 
 
-def _sampled(function: Callable[[Array, Array], Answer], q: Array, v: Array) -> dict[str, Array]:
+def _sample(function: Callable[[Array, Array], Answer], q: Array, v: Array) -> dict[str, Array]:
     """Each quantity (parts, n, places) at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
     answers = [[function(a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
     shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
@@ -141,7 +141,7 @@ def _sampled(function: Callable[[Array, Array], Answer], q: Array, v: Array) -> 
     return {name: np.array([[answer[name] for answer in part] for part in answers]) for name in shapes[0]}
 
 
-def _row(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Array) -> Row:
+def _compare_quantity(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Array) -> Row:
     """How one quantity (parts, n) at place i differs from the true ones (parts, n, places)."""
     true = right[..., i]
     if not np.isfinite(ours).all():

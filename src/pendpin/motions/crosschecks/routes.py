@@ -31,7 +31,7 @@ def engine_routes(dynamics: Dynamics) -> dict[str, Route]:
     model = dynamics.model
 
     def by(engine: Revolute | LongChain) -> Route:
-        return lambda q, v: _named(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
+        return lambda q, v: _name_quantities(dynamics, q, *engine.evaluate(np.zeros(len(q)), q, v))
 
     routes = {"pinocchio": by(Revolute(model, dynamics.loads))}
     if model.chain is not None:
@@ -54,7 +54,7 @@ def _tree_route(dynamics: Dynamics, tree: RodTree) -> Route:
             moment = moment - cross(tree.h[:, None] * np.array([0.0, 0.0, 1.0]), force)
         solved, wrench = rod_tree.solve(tree, q, v, field, tau, force, moment), np.zeros((*q.shape, 6))
         wrench[:, last] = np.concatenate([solved.force * SIGNS, solved.moment * SIGNS], -1)
-        return _named(dynamics, q, solved.acceleration, wrench)
+        return _name_quantities(dynamics, q, solved.acceleration, wrench)
 
     return route
 
@@ -68,12 +68,12 @@ def recursion_route(dynamics: Dynamics, xp) -> Route:
         tau, external = (None if x is None else xp.asarray(x) for x in loads_at(dynamics, q, v))
         a = recursion.accelerations(tree, q_, v_, g, tau, external, xp=xp)
         wrench = recursion.wrenches(tree, q_, v_, a, g, external, xp=xp)
-        return _named(dynamics, q_, a, wrench, xp)
+        return _name_quantities(dynamics, q_, a, wrench, xp)
 
     return route
 
 
-def _named(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answer:
+def _name_quantities(dynamics: Dynamics, q: Array, a: Array, wrench: Array, xp=np) -> Answer:
     """Accelerations (n, nv) by joint; reactions by rod at universal joints, else forces and moments by joint."""
     model = dynamics.model
     if len(model.joints) == 2 and len(model.rods) == 1:

@@ -15,7 +15,7 @@ from pendpin.ground.arguments import axes, numbers
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
-from pendpin.motions.periodic import turned
+from pendpin.motions.periodic import wrap
 from pendpin.runs.batches import Level, Series, takes
 from pendpin.scene import Scene, Start, chosen_scene, unit_of_key
 from pendpin.stability.sections.points import PATIENCE, Crossing, Section
@@ -74,7 +74,7 @@ class Portrait(Result):
     def _shown(self) -> Array:
         """The values (starts, count, len(of)) with angles from -pi to pi."""
         angles = [self.units[name] == "rad" for name in self.section.of]
-        return np.where(angles, turned(self.values), self.values)
+        return np.where(angles, wrap(self.values), self.values)
 
 
 def portrait(
@@ -210,7 +210,7 @@ class Bifurcation(Result):
         ax = axes("ax", ax) or new_figure(7.0, 4.5).subplots()
         name, size = self.section.of[0], float(np.clip(300 / len(self.at), 1.5, 5.0))
         for rows, colour, label in ((self.down, COLORS[1], "down"), (self.up, COLORS[0], "up")):
-            y = turned(rows[..., 0]) if self.units[name] == "rad" else rows[..., 0]
+            y = wrap(rows[..., 0]) if self.units[name] == "rad" else rows[..., 0]
             ax.plot(np.repeat(self.at, y.shape[1]), y.ravel(), ".", ms=size, mew=0, color=colour, label=label)
         ax.set(xlabel=with_unit(self.key, self.units[self.key]), ylabel=with_unit(name, self.units[name]))
         ax.legend(**BESIDE, markerscale=9 / size)

@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array
-from pendpin.motions.continuation import resolved
+from pendpin.motions.continuation import resolve
 from pendpin.motions.periodic import drive_of
 from pendpin.motions.search import find_instants, sign_changes
 from pendpin.motions.trajectory import Trajectory
@@ -114,14 +114,14 @@ class Crossing(Section):
             rows.append(self.values(here))
             points += len(here.t)
             if points >= wanted:
-                return np.concatenate(rows)[self.skip : wanted], _start_at(run)
+                return np.concatenate(rows)[self.skip : wanted], _end_as_start(run)
             since = 0.0 if len(here.t) else since + float(run.t[-1] - run.t[0])
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
                 rests = "; the motion has come to rest" if np.ptp(run.q, 0).max() < STILL else ""
                 found = f"{points} of {wanted} points, none in the last {since:.4g} s{rests}"
                 raise RunError(f"{self.name} {how} {self.level:g}: {found}")
-            scene = scene.model_copy(update={"start": _start_at(run)})
+            scene = scene.model_copy(update={"start": _end_as_start(run)})
             longer = min(2 * longer, LONGEST * scene.duration)
 
     def crossings(self, run: RunRecord) -> RunRecord:
@@ -132,7 +132,7 @@ class Crossing(Section):
             off = rows[self.name] - self.level
             return np.sin(off) if angle else off  # 0 half a turn away too: these are left out below
 
-        more = resolved(run)
+        more = resolve(run)
         changes = sign_changes(more, offset, 1.0 if angle else abs(self.level))
         instants, places = np.unique(find_instants(more, offset, changes), return_index=True)
         chosen = np.isin(np.sign(changes.after[places]), [self.direction] if self.direction else [-1, 1])
@@ -163,7 +163,7 @@ class Strobe(Section):
             period = 2 * np.pi / frequency
         times = scene.start.time + period * np.arange(self.skip + 1, self.skip + self.count + 1)
         run = run_to_setting(varied(scene, None, None, times, {}))
-        return self.values(samples_of(run, slice(-self.count, None))), _start_at(run)
+        return self.values(samples_of(run, slice(-self.count, None))), _end_as_start(run)
 
 
 def crossing(
@@ -217,6 +217,6 @@ def _lasting(scene: Scene, duration: float) -> Scene:
     return scene.model_copy(update={"duration": duration, "solver": solver})
 
 
-def _start_at(run: RunRecord) -> Start:
+def _end_as_start(run: RunRecord) -> Start:
     """The last state of a run as a start."""
     return Start(time=float(run.t[-1]), positions=tuple(run.q[-1].tolist()), velocities=tuple(run.v[-1].tolist()))

@@ -62,7 +62,7 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     }
     for name, write in writers.items():
         try:
-            texts[name] = write(_carried(scene.effects, model))
+            texts[name] = write(_damping_by_joint(scene.effects, model))
         except PendpinError as error:
             left_out[name] = str(error)
     states, state_bounds = reference_states(dynamics, np.random.default_rng(seed))
@@ -101,7 +101,7 @@ def write_reference(scene: Scene | str | Path, out: str | Path, seed: int = 0) -
     return Report(words, {"path": str(path), "files": files, "left_out": left_out})
 
 
-def _carried(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
+def _damping_by_joint(effects: tuple[Effect, ...], model: Model) -> dict[str, float]:
     """The viscous damping of joints by name. Raises InputError for effects that a model file cannot carry."""
     damping: dict[str, float] = {}
     for i, effect in enumerate(effects):

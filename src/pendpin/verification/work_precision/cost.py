@@ -30,7 +30,7 @@ from pendpin.verification.work_precision.references import (
     reference,
     refuse_other_equations,
 )
-from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, row
+from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
 SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
@@ -125,8 +125,8 @@ def cost(
     scene = chosen_scene(scene)
     methods = [methods] if isinstance(methods, str) else methods
     for method in methods or ():
-        if method not in _compared():
-            raise InputError(f"methods: {not_one_of(method, _compared())}")
+        if method not in _all_methods():
+            raise InputError(f"methods: {not_one_of(method, _all_methods())}")
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     if KNOWN * accuracy < EPS:
@@ -140,15 +140,16 @@ def cost(
     progress("the reference")
     if "taylor" in (methods or METHODS):
         start_compiler()  # apart from the reference's series, as a first run of any series needs it
-    bench = _bench(scene, accuracy, thorough, repetitions, budget, progress)
-    series = [_method(bench, method) for method in methods or _suited(bench)]
-    others = [_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
+    bench = _prepare_bench(scene, accuracy, thorough, repetitions, budget, progress)
+    series = [_series_of_method(bench, method) for method in methods or _suitable_methods(bench)]
+    others = [_series_of_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     contested, interrupted = list[float](), False
     try:
-        contested.extend(_run_contests(bench, series, others, accuracy, limit))  # keeps what came before Ctrl-C
+        # keeps what came before Ctrl-C
+        contested.extend(_compare_at_accuracies(bench, series, others, accuracy, limit))
         for one in series + others if thorough else ():
-            bench.climb(one, bench.known.error, budget, limit)
+            bench.refine(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
     libraries = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
@@ -165,7 +166,7 @@ def cost(
         thorough=thorough,
         interrupted=interrupted,
         missing=simulators.missing() if peers else (),
-        rows=tuple(row(curves, error, known.error) for error in contested),  # of all points: a later one may be better
+        rows=tuple(cost_row(curves, error, known.error) for error in contested),  # a later point may be better
         **same,
     )
 
@@ -184,7 +185,7 @@ class _Bench:
     budget: float  # s: a method whose run takes longer has ended
     progress: Callable[[str], None]
 
-    def climb(self, series: Series, error: float, worth: float, limit: Budget) -> None:
+    def refine(self, series: Series, error: float, worth: float, limit: Budget) -> None:
         """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left."""
         while not series.ended and series.first_at(error) is None and series.expected <= worth and limit.left > 0:
             setting = None
@@ -211,18 +212,18 @@ class _Bench:
             counts = (trial.steps, trial.evaluations, trial.compile_seconds)
             series.points.append(Point(setting, off, min(times, default=trial.seconds), *counts))
 
-    def contest(self, series: Iterable[Series], error: float, limit: Budget) -> None:
+    def compare(self, series: Iterable[Series], error: float, limit: Budget) -> None:
         """Every series up to one error, as far as it is worth it beside the cheapest of them."""
         if error < self.known.error:
             return
         best, (least, times) = np.inf, WORTH
         for one in series:
             worth = self.budget if self.thorough else min(max(least, times * best), self.budget)
-            self.climb(one, error, worth, limit)
+            self.refine(one, error, worth, limit)
             best = min(best, one.first_at(error) or np.inf)
 
 
-def _bench(
+def _prepare_bench(
     scene: Scene, accuracy: float, thorough: bool, repetitions: int, budget: float, progress: Callable[[str], None]
 ) -> _Bench:
     samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
@@ -239,29 +240,29 @@ def _bench(
     return _Bench(scene, known, build(scene.model), first_step, compiles, thorough, repetitions, budget, progress)
 
 
-def _run_contests(
+def _compare_at_accuracies(
     bench: _Bench, series: list[Series], others: list[Series], accuracy: float, limit: Budget
 ) -> Iterator[float]:
     """Every series up to each accuracy, from coarse to fine; the time left is shared among those that can be answered."""
     accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
     for i, error in enumerate(accuracies):
         asked = max(sum(other >= least for other in accuracies[i:]), 1)
-        bench.contest(series, error, Budget(limit.left / asked / (2 if others else 1)))
-        bench.contest(others, error, Budget(limit.left / (2 * asked - 1)))
+        bench.compare(series, error, Budget(limit.left / asked / (2 if others else 1)))
+        bench.compare(others, error, Budget(limit.left / (2 * asked - 1)))
         yield error
 
 
-def _compared() -> tuple[str, ...]:
+def _all_methods() -> tuple[str, ...]:
     """All methods, as `simulate` runs them, those that are most often the cheapest first; then without compiling."""
     ranked = sorted(METHODS.values(), key=lambda method: method.price_rank)
     compiled = [method.name for method in ranked if method.machine_code and not method.damps]
     return (*(method.name for method in ranked), *(f"{name}{UNCOMPILED}" for name in compiled))
 
 
-def _suited(bench: _Bench) -> Iterator[str]:
+def _suitable_methods(bench: _Bench) -> Iterator[str]:
     """All methods; unless thorough, without those that take minutes on so many joints before anything can stop them."""
     joints = len(bench.model.joints)
-    for name in _compared():
+    for name in _all_methods():
         method = METHODS[name.removesuffix(UNCOMPILED)]
         slow = (name == "taylor" and joints > FEW_JOINTS) or (method.implicit and joints > LARGE)
         twice = name != method.name and not bench.compiles
@@ -269,7 +270,7 @@ def _suited(bench: _Bench) -> Iterator[str]:
             yield name
 
 
-def _method(bench: _Bench, method: str) -> Series:
+def _series_of_method(bench: _Bench, method: str) -> Series:
     """The series of a method of pendpin."""
     name = method.removesuffix(UNCOMPILED)
     fixed = name in fixed_methods()
@@ -305,7 +306,7 @@ def _compiled_in(scene: Scene) -> float:
     return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
 
 
-def _peer(bench: _Bench, peer: Peer) -> Series:
+def _series_of_peer(bench: _Bench, peer: Peer) -> Series:
     """The series of a method of another simulator."""
 
     def run(setting: float, stop: float) -> Trial:

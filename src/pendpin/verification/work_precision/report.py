@@ -106,7 +106,7 @@ class CostRow:
     @property
     def take(self) -> str:
         """The method and its setting in words."""
-        return _taken(self.method, self.kind, self.setting) if self.setting else self.why
+        return _method_in_words(self.method, self.kind, self.setting) if self.setting else self.why
 
     @property
     def ratio(self) -> float | None:
@@ -114,11 +114,11 @@ class CostRow:
         return self.peer_seconds / self.seconds if self.peer_seconds and self.seconds else None
 
 
-def _taken(name: str, kind: str, setting: float) -> str:
+def _method_in_words(name: str, kind: str, setting: float) -> str:
     return f"{name}, {kind} {setting:.1e} s" if kind == "step" else f"{name}, {kind} {setting:.0e}"
 
 
-def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
+def cost_row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
     """The answer for an accuracy from what was measured against a reference with the error `least`."""
     if accuracy < least:
         return CostRow(accuracy, why=f"the reference is accurate to {least:.0e} only")
@@ -134,7 +134,7 @@ def row(curves: Sequence[Curve], accuracy: float, least: float) -> CostRow:
     curve, best = min(own, key=lambda pair: pair[1].seconds)
     other, once = min(own, key=lambda pair: pair[1].first_seconds)
     if once.first_seconds * ONCE <= best.first_seconds:
-        more |= {"once": _taken(other.name, other.kind, once.setting), "once_seconds": once.first_seconds}
+        more |= {"once": _method_in_words(other.name, other.kind, once.setting), "once_seconds": once.first_seconds}
     return CostRow(accuracy, curve.name, curve.kind, best.setting, best.first_seconds, best.seconds, **more)
 
 
@@ -237,7 +237,7 @@ def _words(report: CostReport) -> Iterator[str]:
         finer = next(curve for curve in report.curves if curve.name == name).seconds_at(accuracy / 10)
         more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
         yield f"{accuracy:g} costs {time_text(seconds)} with {name}{more}."
-    rows = [row(report.curves, decade, error) for decade in report.decades]
+    rows = [cost_row(report.curves, decade, error) for decade in report.decades]
     for name, group in groupby((one for one in rows if one.method), key=lambda one: one.method):
         decades = [one.accuracy for one in group]
         first, last = decades[0], decades[-1]
