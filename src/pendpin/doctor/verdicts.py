@@ -59,6 +59,11 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     return answers
 
 
+def _left(one: Printed) -> Written | None:
+    """The name that stands alone on the left side of an equation."""
+    return one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None
+
+
 def _unless(finding: Finding, words: str) -> Finding:
     """A finding that is no accusation if words say why."""
     return replace(finding, verdict="not checked", remark=words, mends=(), proved=False) if words else finding
@@ -94,7 +99,7 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
     said, answers = dict[Written, tuple[str, Node]](), list[Finding]()
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         equation = finding.equation if finding.verdict == "holds" else None
-        left = one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None
+        left = _left(one)
         inside = {part.written for part in parts(equation.sides)} - {left} if equation and said else set()
         for name in inside & said.keys() if equation else ():
             place, meaning = said[name]
@@ -200,7 +205,7 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
     written = {
         name for f, spec in zip(findings, specs, strict=True) if f.equation for name in _quantities(f.equation, spec)
     }
-    lone = [one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None for one in found.equations]
+    lone = [_left(one) for one in found.equations]
     given = {name for f, name in zip(findings, lone, strict=True) if f.verdict in HOLDING and name}
     named = lambda one: one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
     pairs = zip(findings, found.equations, lone, strict=True)
@@ -263,7 +268,7 @@ def _turned_axes(findings: list[Finding], found: Recognition) -> list[Finding]:
     turned: dict[str, list[int]] = defaultdict(list)
     right = set[str]()
     for i, (finding, one, reading) in enumerate(zip(findings, found.equations, found.chosen, strict=True)):
-        name = one.sides[0].written if one.sides and one.sides[0].kind == "symbol" else None
+        name = _left(one)
         if name and finding.verdict in HOLDING:
             right.add(name.letter)
         elif name and finding.verdict == "fails" and _turns_an_axis(finding, reading.system.spec):
