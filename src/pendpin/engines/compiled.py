@@ -2,13 +2,12 @@
 
 import time
 from collections.abc import Callable
-from functools import cached_property
 
 import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
-from pendpin.engines.machine.llvm import Block, Fixed, Function, Values
+from pendpin.engines.machine.llvm import Block, Function, Values
 from pendpin.ground.arrays import Array
 
 
@@ -88,15 +87,11 @@ class Compiled(Moving):
     def _count_compiling(self, seconds: float) -> None:
         self.compile_seconds += seconds
 
-    @cached_property
-    def _fixed(self) -> Fixed:
+    def block(self) -> Block:
         begin = time.thread_time()
         _ = self.equations.text  # recorded here, the first time
         self._count_compiling(time.thread_time() - begin)
-        return self.equations.fixed(self._values)
-
-    def block(self) -> Block:
-        return Block(self.equations, self._fixed, self._count_compiling)
+        return Block(self.equations, self._values, self._count_compiling)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """y' by machine code, which is compiled here."""

@@ -7,7 +7,6 @@ then q += h sum_j b_j V_j, p += h sum_j b_j F_j. After E. Hairer, C. Lubich, G. 
 """
 
 from collections.abc import Callable
-from copy import copy
 from functools import cache
 from typing import NamedTuple
 
@@ -99,64 +98,70 @@ class Gauss(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
     def memory(self, y: Array) -> GaussMemory:
-        """Positions, momenta, their rounding errors and the last stages, from y (size,); where the steps end."""
-        return self._start_at(y).memory(GridPlace(), np.array(y[2 * self._nv :]))
-
-    def _start_at(self, y: Array) -> "_State":
-        """A state without rounding errors and past stages."""
+        """Positions and momenta at y (size,), without rounding errors and stages so far."""
         q, v = y[: self._nv], y[self._nv : 2 * self._nv]
-        both = np.array([q, self._form.momentum(q, v)])
-        return _State(both, np.zeros_like(both), np.zeros((0, len(self.rule.b), self._nv)))
+        motion, stages = np.array([q, self._form.momentum(q, v)]), np.zeros((STEPS, len(self.rule.b), self._nv))
+        return GaussMemory(motion, np.zeros_like(motion), stages, 0, GridPlace(), np.array(y[2 * self._nv :]))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
         assert isinstance(memory, GaussMemory)
-        grid, known = StepGrid(self.setting, memory.place, t, plan), memory.stages[STEPS - memory.known :]
-        self._state = self._start_at(y) if plan.anew and grid.inside else _State(memory.motion, memory.lost, known)
-        others = memory.others if grid.inside and not plan.anew else y[2 * self._nv :]
+        grid = StepGrid(self.setting, memory.place, t, plan)
+        if plan.anew and grid.inside:
+            memory = self.memory(y)
+        elif plan.anew or not grid.inside:
+            memory = memory._replace(others=y[2 * self._nv :])
         states, steps = [np.array(y)], 0
         for t in times[1:].tolist():
             way = grid.go_to(t)
             for t_step, step in ((start + i * h, h) for start, count, h in way.blocks for i in range(count)):
                 if not steps % CALLBACK_STEPS:
                     self._progress(t_step)
-                advanced = self._advanced(derivative, t_step, step, others)
+                advanced = self._advanced(derivative, t_step, step, memory)
                 if advanced is None:
                     return Segment(np.array(states), steps, UNSOLVED.format(t_step))
-                (self._state, others), steps = advanced, steps + 1
-            shown = self._state, others
+                memory, steps = advanced, steps + 1
+            sample = memory
             if way.left:
-                shown = self._advanced(derivative, way.start, way.left, others, False)
-            if shown is None:
+                sample = self._advanced(derivative, way.start, way.left, memory, extrapolates=False)
+            if sample is None:
                 return Segment(np.array(states), steps, UNSOLVED.format(way.start))
-            q = shown[0].q
-            states.append(np.concatenate([q, self._form.velocity(q, shown[0].p), shown[1]]))
-        return Segment(np.array(states), steps, None, self._state.memory(grid.place, others))
+            q, p = sample.motion
+            states.append(np.concatenate([q, self._form.velocity(q, p), sample.others]))
+        return Segment(np.array(states), steps, None, memory._replace(place=grid.place))
 
     def _advanced(
-        self, derivative: Derivative, t: float, h: float, others: Array, extrapolates: bool = True
-    ) -> "tuple[_State, Array] | None":
-        """The state and the others (k,) one step of h from t later, in s; None without convergence of its stages."""
-        past, s, stages = self._state.past, len(self.rule.b), None
-        if extrapolates and len(past):
-            stages = self._iterated(t, h, extrapolation(s, len(past)) @ past.reshape(-1, self._nv))
-        stages = stages or self._iterated(t, h, np.tile(self._form.velocity(self._state.q, self._state.p), (s, 1)))
+        self, derivative: Derivative, t: float, h: float, memory: GaussMemory, extrapolates: bool = True
+    ) -> GaussMemory | None:
+        """The memory one step h from t later, in s; None without convergence of its stages."""
+        (motion, lost, past, known, _, others), s, stages = memory, len(self.rule.b), None
+        if extrapolates and known:
+            V = extrapolation(s, known) @ past[STEPS - known :].reshape(-1, self._nv)
+            stages = self._iterated(t, h, motion, V)
+        stages = stages or self._iterated(t, h, motion, np.tile(self._form.velocity(*motion), (s, 1)))
         if stages is None:
             return None
+        Q, V, F = stages
         if len(others):  # by their mean rates over the step
             rates = np.empty((s, 2 * self._nv + len(others)))
-            for rate, time, q, v in zip(rates, t + h * self.rule.c, stages.position, stages.velocity, strict=True):
+            for rate, time, q, v in zip(rates, t + h * self.rule.c, Q, V, strict=True):
                 derivative(rate, time, np.concatenate([q, v, others]))
             others = others + h * (self.rule.b @ rates[:, 2 * self._nv :])
-        state = copy(self._state)
-        state.advance(h * (self.rule.b @ stages.velocity), h * (self.rule.b @ stages.force), stages)
-        return state, others
+        due = np.array([h * (self.rule.b @ V), h * (self.rule.b @ F)]) + lost  # W. Kahan's summation
+        moved = motion + due
+        return memory._replace(
+            motion=moved,
+            lost=due - (moved - motion),
+            stages=np.concatenate([past[1:], V[None]]),
+            known=min(known + 1, STEPS),
+            others=others,
+        )
 
     @np.errstate(over="ignore", invalid="ignore")  # an iteration that diverges ends where it overflows
-    def _iterated(self, t: float, h: float, V: Array) -> "_Stages | None":
-        """Newton's iteration from velocities V (s, nv) at the stages."""
-        q, p, times, factors, before = self._state.q, self._state.p, t + h * self.rule.c, None, np.inf
+    def _iterated(self, t: float, h: float, motion: Array, V: Array) -> tuple[Array, Array, Array] | None:
+        """Positions, velocities and forces (s, nv) at the stages, by Newton's iteration from velocities V (s, nv)."""
+        (q, p), times, factors, before = motion, t + h * self.rule.c, None, np.inf
         for i in range(MOST_ITERATIONS):
             Q = q + h * self.rule.within(V)
             self._calls += len(times)
@@ -175,7 +180,7 @@ class Gauss(Integrator):
                 return None
             ratio = min(size / before, 1.0) if np.isfinite(before) else 1.0
             if size * ratio < EPS / 8 * scale or (size < 1e-9 * scale and size >= before / 2):
-                return _Stages(Q, V, F)
+                return Q, V, F
             before = size
         return None
 
@@ -187,39 +192,3 @@ class Gauss(Integrator):
         J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
         J[np.arange(s), :, np.arange(s)] += M
         return J.reshape(s * nv, s * nv)
-
-
-class _Stages(NamedTuple):
-    position: Array  # (s, nv)
-    velocity: Array  # (s, nv)
-    force: Array  # (s, nv)
-
-
-class _State:
-    """Positions and momenta (nv,), the rounding errors of their sums so far, and the stages of the last steps."""
-
-    def __init__(self, both: Array, lost: Array, past: Array) -> None:
-        self._both, self._lost, self.past = both, lost, past
-
-    def memory(self, place: GridPlace, others: Array) -> GaussMemory:
-        """What restores this state, with the place in the steps and further quantities (k,)."""
-        known, *shape = self.past.shape
-        stages = np.concatenate([np.zeros((STEPS - known, *shape)), self.past])
-        return GaussMemory(self._both, self._lost, stages, known, place, others)
-
-    @property
-    def q(self) -> Array:
-        """Positions (nv,)."""
-        return self._both[0]
-
-    @property
-    def p(self) -> Array:
-        """Momenta (nv,)."""
-        return self._both[1]
-
-    def advance(self, dq: Array, dp: Array, stages: _Stages) -> None:
-        """Add dq, dp (nv,) with what was lost before (W. Kahan's summation)."""
-        due = np.array([dq, dp]) + self._lost
-        total = self._both + due
-        self._both, self._lost = total, due - (total - self._both)
-        self.past = np.concatenate([self.past[1 - STEPS :], stages.velocity[None]])

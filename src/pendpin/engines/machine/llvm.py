@@ -191,14 +191,6 @@ class Values(NamedTuple):
         return cls(parameters.values, parameters.values_of_rods, parameters.tables)
 
 
-class Fixed(NamedTuple):
-    """What operations on parameters alone come to, and tables: several blocks may share them."""
-
-    numbers: Sequence[float]
-    of_rods: Array  # (n, k), those of each of the n rods
-    tables: Sequence[Table]
-
-
 class Function:
     """The equations of one structure as machine code; it may be used from several threads, with a block for each."""
 
@@ -235,18 +227,18 @@ class Function:
                 self.compile_seconds += time.thread_time() - begin
             return self._code
 
-    def fixed(self, parameters: Values) -> Fixed:
-        """What does not change in a run with one set of parameters."""
+    def evaluate_fixed(self, parameters: Values) -> tuple[list[float], Array]:
+        """What operations on parameters alone come to: numbers, and (n, k) those of each of the n rods."""
         text, tape, rods = self.text, self.recording.tape, parameters.of_rods.shape[1]
         values = tape.values([*text.fixed, *text.fixed_of_rod], parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in text.fixed_of_rod]
         of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
         numbers = [x for place in text.fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]
-        return Fixed(numbers, of_rods, parameters.tables)
+        return numbers, of_rods
 
     def block(self, parameters: Values) -> "Block":
         """A block for one set of parameters."""
-        return Block(self, self.fixed(parameters))
+        return Block(self, parameters)
 
 
 class Block:
@@ -255,10 +247,11 @@ class Block:
     # `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
 
     def __init__(
-        self, function: Function, fixed: Fixed, compiled: Callable[[float], None] = lambda seconds: None
+        self, function: Function, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None
     ) -> None:
         self.function, self._compiled, self._code = function, compiled, None
-        (numbers, of_rods, tables), text, recording = fixed, function.text, function.recording
+        (numbers, of_rods), tables = function.evaluate_fixed(parameters), parameters.tables
+        text, recording = function.text, function.recording
         rods, units = len(of_rods), len(of_rods) if recording.parts else 1
         self.size = recording.size_of(rods)  # how many numbers a state has
         self.more = len(text.more) + rods * len(text.more_of_rod)  # how many further results there are
