@@ -173,7 +173,7 @@ def test_what_stays_equal_is_carried_once() -> None:
     """A matrix that stays symmetric has six cells, one that stays diagonal three, and what never changes none."""
     tape = Tape()
     xp, x = recorded_by_rod(tape), tape.state_of_rod(1, 3)
-    inward(lambda i, M: (M, None), [np.outer(x, x)], np.add, [-1], xp)
+    inward(lambda i, M: (M, None), [np.outer(x, x)], [-1], xp)
     outward(lambda i, M: (M + np.diag(x), None), np.eye(3), [-1], xp)
     outward(lambda i, a: (a, a), np.ones(3), [-1], xp)
     assert [len(one.cells) for one in tape.passes] == [6, 3, 0]
@@ -184,7 +184,7 @@ def test_passes_of_numbers() -> None:
     """Outward sums from the base, inward ones from the tips, on a tree with two branches."""
     parents = [-1, 0, 1, 0]
     assert outward(lambda i, above: (above + i, above), 10, parents) == [10, 10, 11, 10]
-    assert inward(lambda i, hanging: (hanging, hanging), [1, 2, 3, 4], lambda a, b: a + b, parents) == [10, 5, 3, 4]
+    assert inward(lambda i, hanging: (hanging, hanging), [1, 2, 3, 4], parents) == [10, 5, 3, 4]
     assert total(np.arange(4)) == 6
 
 

@@ -224,7 +224,7 @@ def test_an_impact_takes_the_energy_that_is_lost(rate, restitution, others) -> N
     inertia = 1 / contacts.engine.compliance(q, np.array([0]))[0, 0]
     lost = -(1 - restitution**2) / 2 * inertia * rate**2
     after = contacts.strike(q, v, 0.0)
-    work = contacts.taken(q, v, after)
+    work = contacts.work_of_impacts(q, v, after)
     assert list(work) == ["stop"]
     assert work["stop"] == pytest.approx(lost, rel=1e-12, abs=4e-16 * inertia * rate**2)
 
@@ -245,7 +245,7 @@ def test_two_kinds_of_stops_take_their_own_work() -> None:
     assert contacts is not None
     q, v = np.array([0.4, -0.2]), np.array([2.0, -3.0])
     inertia = 1 / np.diag(contacts.engine.compliance(q, np.arange(2)))
-    work = contacts.taken(q, v, contacts.strike(q, v, 0.0))
+    work = contacts.work_of_impacts(q, v, contacts.strike(q, v, 0.0))
     assert work["stop"] == pytest.approx(-(1 - 0.6**2) / 2 * inertia[0] * 2.0**2, rel=1e-14)
     assert work["bumper"] == pytest.approx(-(1 - 0.3**2) / 2 * inertia[1] * 3.0**2, rel=1e-14)
 

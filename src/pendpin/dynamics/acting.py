@@ -250,7 +250,7 @@ def _copy(part: Any) -> Any:
     return part.copy() if isinstance(part, np.ndarray) else part
 
 
-def since(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
+def shift_time(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
     """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
     # A sinusoid begins at the time at which it first has the phase that it has at `start`.
     if not start:

@@ -12,7 +12,15 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, name_errors, plain_arithmetic, since
+from pendpin.dynamics.acting import (
+    chosen_bodies,
+    chosen_joints,
+    in_order,
+    law,
+    name_errors,
+    plain_arithmetic,
+    shift_time,
+)
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
 from pendpin.engines import Loads
@@ -152,7 +160,7 @@ class Binding:
         """A function of time of a field, by its name, as a function t -> (3,)."""
         moved, early = effect.since(self.start)
         function = law(moved, name, self.xp, self.numbers)
-        return since(self.start, effect, function, self.numbers) if early else function
+        return shift_time(self.start, effect, function, self.numbers) if early else function
 
     @cached_property
     def complete(self) -> Callable[[Any, Motion], Motion]:
@@ -196,7 +204,7 @@ class Bound(ABC):
     def _timed(self, function: Any) -> Any:
         """A law of its own time as one of the time since the start; its faults name the effect."""
         binding, effect = self._binding, self.effect
-        timed = since(binding.start, effect, function, binding.numbers)
+        timed = shift_time(binding.start, effect, function, binding.numbers)
         return name_errors(effect, self._where, binding.xp, timed)
 
     @abstractmethod

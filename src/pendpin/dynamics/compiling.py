@@ -133,7 +133,7 @@ class EquationsOfMotion(NamedTuple):
 
         def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
             q, v = y[:nv], y[nv : 2 * nv]
-            rubs = [] if contacts is None else contacts.rubbing(v, np.array(ways), xp)
+            rubs = [] if contacts is None else contacts.friction_by_kind(v, np.array(ways), xp)
             taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
             tau = sum(taus[1:], taus[0]) if taus else None
             wrenches = external and external(t, q, v)

@@ -71,9 +71,9 @@ class Contacts:
 
     def friction(self, v: Array, mode: Mode) -> Array:
         """The torques of sliding friction (..., nv) at rates v (..., nv)."""
-        return sum((torque for _, torque in self.rubbing(v, mode.sign)), np.zeros_like(v))
+        return sum((torque for _, torque in self.friction_by_kind(v, mode.sign)), np.zeros_like(v))
 
-    def rubbing(self, v: Array, sign: Array, xp: Any = np) -> list[tuple[str, Array]]:
+    def friction_by_kind(self, v: Array, sign: Array, xp: Any = np) -> list[tuple[str, Array]]:
         """The torques of sliding friction (..., nv) by kind of effect, where joints slide in the ways `sign` (nv,)."""
         sizes = list(self.sliding)
         for share, effect in self.falling:
@@ -108,7 +108,7 @@ class Contacts:
         if mode.holds:
             held = np.flatnonzero(mode.held)
             columns = self.engine.compliance(q, held)
-            holding[held] = -_solved(columns[held], a[held])
+            holding[held] = -_solve(columns[held], a[held])
             a = a + columns @ holding[held]
             a[held] = 0.0
         return a, holding
@@ -135,7 +135,7 @@ class Contacts:
         assert self.block
         self.block.inputs[: len(mode.held)], self.block.inputs[len(mode.held) :] = mode.held, mode.sign
 
-    def range(self, q: Array) -> tuple[Array, Array]:
+    def holding_range(self, q: Array) -> tuple[Array, Array]:
         """The least and the largest torque (nv,) that friction and stops can hold with, at positions q."""
         return np.where(q >= self.upper, -np.inf, -self.static), np.where(q <= self.lower, np.inf, self.static)
 
@@ -165,23 +165,23 @@ class Contacts:
             if (self.length[joints] * away).min() >= -ROUNDING * fastest:
                 break
             touching = away <= 0
-            v = _impact(v, columns[:, touching], joints[touching], side[touching], back[touching])
+            v = _strike_once(v, columns[:, touching], joints[touching], side[touching], back[touching])
         else:
             if (back == 1).all():
                 raise RunError(f"{t:g} s after the start, simultaneous impacts on several stops do not end")
-        return _impact(v, columns, joints, side, np.zeros(len(joints)))
+        return _strike_once(v, columns, joints, side, np.zeros(len(joints)))
 
     def rest(self, q: Array, v: Array, joints: Indices) -> Array:
         """The rates (nv,) after impulses on k joints (k,) that end their rates; the others follow by the mass matrix."""
         columns = self.engine.compliance(q, joints)
-        after = v - columns @ _solved(columns[joints], v[joints])
+        after = v - columns @ _solve(columns[joints], v[joints])
         after[joints] = 0.0
         return after
 
-    def taken(self, q: Array, before: Array, after: Array) -> dict[str, float]:
+    def work_of_impacts(self, q: Array, before: Array, after: Array) -> dict[str, float]:
         """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
         joints, _ = self.at_stops(q)
-        impulse = _solved(self.engine.compliance(q, joints)[joints], (after - before)[joints])
+        impulse = _solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
         work = impulse * (before + after)[joints] / 2
         kinds = self.stopping[(q >= self.upper).astype(int), range(len(q))]
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
@@ -203,7 +203,7 @@ class Contacts:
                 # rounding is relative to the torques that act: those of other joints act on a joint too, compared per length
                 size = scales.torque + np.abs(holding)
                 size = size + _OTHERS * (size * self.length).max(initial=0.0) / self.length
-                mode, (least, most), off = Mode(held, sign, size), self.range(q), rounding * size
+                mode, (least, most), off = Mode(held, sign, size), self.holding_range(q), rounding * size
                 unfit = held & ((holding > most + off) | (holding < least - off))
                 # joints at rest that would start against their acceleration
                 if (backwards := resting & ~held & (a * sign < 0)).any():
@@ -234,24 +234,24 @@ class Contacts:
         return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))
 
 
-def _solved(A: Array, b: Array) -> Array:
+def _solve(A: Array, b: Array) -> Array:
     """The solution (k,) of A x = b for A (k, k): of one equation without LAPACK, which takes ten times as long."""
     return b / A[0] if len(b) == 1 else np.linalg.solve(A, b)
 
 
-def _impact(v: Array, columns: Array, joints: Indices, side: Array, back: Array) -> Array:
+def _strike_once(v: Array, columns: Array, joints: Indices, side: Array, back: Array) -> Array:
     """The rates (nv,) after one simultaneous impact, from v (nv,): the stops push k joints to their sides (k,)."""
     # By impulses p >= 0, with the columns (nv, k) of the compliance. A joint that is pushed leaves with its rate before
     # times `back` (k,), the restitution; one that is not pushed, because the others carry it away, leaves faster.
     away = side * v[joints]
     bounce = back * np.maximum(-away, 0.0)
-    impulse = _pushes(side[:, None] * columns[joints] * side, bounce - away)
+    impulse = _find_pushes(side[:, None] * columns[joints] * side, bounce - away)
     after = v + columns @ (side * impulse)
     after[joints] = side * np.where(impulse > 0, bounce, np.maximum(side * after[joints], bounce)) + 0.0
     return after
 
 
-def _pushes(A: Array, b: Array) -> Array:
+def _find_pushes(A: Array, b: Array) -> Array:
     """The p >= 0 (k,) with A p >= b for which only those rows are equal whose p is above 0; A (k, k) positive definite."""
     # Block principal pivoting: all that do not fit change, or one of them where that does not help (L. Portugal, J. Júdice,
     # L. Vicente, Math. Comp. 63 (1994), 625).
@@ -263,7 +263,7 @@ def _pushes(A: Array, b: Array) -> Array:
     for _ in range(50 + 10 * len(b) ** 2):
         p = np.zeros(len(b))
         if pushing.any():
-            p[pushing] = _solved(A[pushing][:, pushing], b[pushing])
+            p[pushing] = _solve(A[pushing][:, pushing], b[pushing])
         unfit = np.where(pushing, p < -ROUNDING * np.abs(p).max(), A @ p < b - ROUNDING * np.abs(b).max())
         count = int(unfit.sum())
         if not count:

@@ -172,7 +172,7 @@ class Guards:
 
 def guards_of(contacts: Contacts, q: Array, mode: Mode, scales: Scales, tolerance: float) -> Guards:
     """The guards of a mode from positions q (nv,) on."""
-    (least, most), upper, lower = contacts.range(q), contacts.upper, contacts.lower
+    (least, most), upper, lower = contacts.holding_range(q), contacts.upper, contacts.lower
     offsets = np.array([np.zeros(len(q)), upper, -lower, most, -least])
     there = np.isfinite(offsets) & (mode.held == _WHERE_HELD)
     there[RATE] &= (mode.sign != 0) & (contacts.static > 0)

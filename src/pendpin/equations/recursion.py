@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.equations.chain.kinematics import ChainInertia
-from pendpin.equations.trees import Joint, Tree, inward, joined, joints_at, outward, prepared
+from pendpin.equations.trees import Joint, Tree, inward, joints_at, outward, prepared
 from pendpin.ground.arrays import (
     Array,
     applied,
@@ -87,7 +87,7 @@ def wrenches(
         moment = applied(joints[i].R, wrench.moment) + cross(joints[i].r, force)
         return _Wrench(force, moment), np.concatenate(wrench, -1)
 
-    return np.stack(inward(pass_on, needed, joined, tree.parents, xp), -2)
+    return np.stack(inward(pass_on, needed, tree.parents, xp), -2)
 
 
 def accelerations(
@@ -131,7 +131,7 @@ def accelerate_or_hold(
             rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(body, rest, strict=True)))
         return _seen_from_parent(joints[i], rest), answer
 
-    a, holding = _outward(tree, joints, inward(release, bodies, joined, tree.parents, xp), held, xp)
+    a, holding = _outward(tree, joints, inward(release, bodies, tree.parents, xp), held, xp)
     return signs * a, signs * holding
 
 
@@ -312,7 +312,7 @@ def thin_turning(
         return a + chain.l[i] * (applied(P, u) - inward_part), (cross(d[i], u), applied(A, a) + b)
 
     parents, nothing = range(-1, len(d) - 1), _Hanging(np.zeros((3, 3)), np.zeros(3))
-    answers = inward(release, [nothing] * len(d), joined, parents, xp)
+    answers = inward(release, [nothing] * len(d), parents, xp)
     turned, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
     return np.stack(turned), np.stack(forces)
 

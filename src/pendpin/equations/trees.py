@@ -27,31 +27,25 @@ def outward_steps(step: Step, base: Any, parents: Sequence[int]) -> list[tuple[A
     return done
 
 
-def inward(
-    step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int], xp: Any = np
-) -> list[Any]:
-    """The results of a step at every joint, from its `own` joined with what its children pass on."""
+def inward(step: Step, own: Sequence[Any], parents: Sequence[int], xp: Any = np) -> list[Any]:
+    """The results of a step at every joint, from the sum of its `own` and of what its children pass on."""
     recorded = getattr(xp, "inward", None)
-    if recorded:
-        return recorded(step, own, join, parents)
-    return [result for _, result in inward_steps(step, own, join, parents)]
+    return recorded(step, own, parents) if recorded else [result for _, result in inward_steps(step, own, parents)]
 
 
-def inward_steps(
-    step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]
-) -> list[tuple[Any, Any]]:
+def inward_steps(step: Step, own: Sequence[Any], parents: Sequence[int]) -> list[tuple[Any, Any]]:
     """What each joint passes on, and its result."""
     arriving, done = list(own), list[Any](own)
     for i in reversed(range(len(arriving))):
         done[i] = step(i, arriving[i])
         if parents[i] >= 0:
-            arriving[parents[i]] = join(arriving[parents[i]], done[i][0])
+            arriving[parents[i]] = add(arriving[parents[i]], done[i][0])
     return done
 
 
-def joined(one: Any, other: Any) -> Any:
-    """The sum of two named tuples, number by number: what arrives from two children, for `inward`."""
-    return one._make(x + y for x, y in zip(one, other, strict=True))
+def add(one: Any, other: Any) -> Any:
+    """The sum of two numbers or arrays, or of two named tuples of them: what arrives from two children."""
+    return one._make(x + y for x, y in zip(one, other, strict=True)) if hasattr(one, "_make") else one + other
 
 
 def total(x: Array, xp: Any = np) -> Any:

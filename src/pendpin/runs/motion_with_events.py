@@ -152,7 +152,7 @@ class LoopWithEvents(IntegrationLoop):
         if self.balance is not None and not np.array_equal(after, v):
             before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
             # By stops, or by friction that ends what is left of a rate; with rounding, and bounces too small to count.
-            taken = self.contacts.taken(q, v, after) or {kind: 0.0 for kind, _ in self.contacts.sliding[:1]}
+            taken = self.contacts.work_of_impacts(q, v, after) or {kind: 0.0 for kind, _ in self.contacts.sliding[:1]}
             taken[next(iter(taken))] += then - before - sum(taken.values())
             for kind, work in taken.items():
                 y[2 * self.nv + self.balance.kinds.index(kind)] += work
@@ -173,7 +173,7 @@ class LoopWithEvents(IntegrationLoop):
             if balance is not None:
                 dy[2 * nv :] = balance.powers(t, y[: 2 * nv])
                 if rubs:
-                    for kind, torque in contacts.rubbing(v, mode.sign):
+                    for kind, torque in contacts.friction_by_kind(v, mode.sign):
                         dy[accounts[kind]] += torque @ v
 
         return derivative

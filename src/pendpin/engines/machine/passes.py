@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.engines.machine.tape import LEAVES, Cell, Pass, Tape, Term, recorded
-from pendpin.equations.trees import Step, inward_steps, outward_steps
+from pendpin.equations.trees import Step, add, inward_steps, outward_steps
 from pendpin.ground.arrays import Array
 
 Body = Callable[[Any], Any]  # what arrives at a rod -> what it passes on
@@ -34,15 +34,15 @@ def recorded_by_rod(tape: Tape) -> Any:
         _record(tape, False, body, base, body(base))
         return [result for _, result in done]
 
-    def inward(step: Step, own: Sequence[Any], join: Callable[[Any, Any], Any], parents: Sequence[int]) -> list[Any]:
+    def inward(step: Step, own: Sequence[Any], parents: Sequence[int]) -> list[Any]:
         """The results of a step inward; nothing hangs on the last rod of the chain."""
         done: list[tuple[Any, Any]] = []
 
         def body(arriving: Any) -> Any:
-            done[:] = inward_steps(step, [*own[:-1], join(own[-1], arriving)], join, parents)
+            done[:] = inward_steps(step, [*own[:-1], add(own[-1], arriving)], parents)
             return done[0][0]
 
-        passed = inward_steps(step, own, join, parents)[0][0]
+        passed = inward_steps(step, own, parents)[0][0]
         _record(tape, True, body, _rebuilt(passed, [0.0] * len(_entries(passed))), passed)
         return [result for _, result in done]
 
