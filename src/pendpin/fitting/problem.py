@@ -13,7 +13,7 @@ import numpy as np
 from scipy.optimize import lsq_linear
 
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import staying_zero
+from pendpin.dynamics.compiling import EquationsOfMotion, staying_zero
 from pendpin.dynamics.contacts import Mode
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
@@ -150,7 +150,8 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     present = substitute(moved, free.keys, [float(x) or 1.0 for x in free.guess], replace_unchecked)  # none is 0
     effects, some = differentiable(present), build(present.model)
     engine = choose_engine(some, Binding(some, effects, start=begin).loads, "auto", "angles")
-    still = staying_zero(engine, effects, begin, [part * len(q) + j for part in range(2) for j in resting])
+    equations = EquationsOfMotion(engine, effects, begin)
+    still = staying_zero(equations, [part * len(q) + j for part in range(2) for j in resting])
     moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)
     return Pendulum(moved, free, sensors, moving, pace)
 

@@ -77,25 +77,21 @@ class Prepared:
         """
 
         def anew() -> Prepared:
-            return cls._choose_and_bind(scene, energy_balance, bound or bind_for_run(scene))
+            """Its method and engine chosen, bound again where the method integrates another form of state."""
+            chosen, dynamics = scene, bound or bind_for_run(scene)
+            q, v = start_state(dynamics.model, scene.start)
+            if dynamics.contacts is not None:
+                check_start(dynamics.contacts, dynamics.model, q)
+            method, engine = choose_method_and_engine(scene, dynamics, q, v, energy_balance)
+            if (method, engine) != (scene.solver.method, scene.solver.engine):
+                chosen = scene.with_solver(method=method, engine=engine)
+                if _form_of(method, dynamics.model) != _form_of(scene.solver.method, dynamics.model):
+                    dynamics = bind_for_run(chosen)
+            return cls._from_start(chosen, energy_balance, dynamics, q, v)
 
         if isinstance(scene.model, PinModel):
             return anew()
         return known_runs.look_up((build(scene.model), scene, energy_balance), anew, partial(_runs_again, scene))
-
-    @classmethod
-    def _choose_and_bind(cls, scene: Scene, energy_balance: bool, bound: Dynamics) -> "Prepared":
-        """The scene with its method and engine chosen, bound again where the method integrates another form of state."""
-        q, v = start_state(bound.model, scene.start)
-        if bound.contacts is not None:
-            check_start(bound.contacts, bound.model, q)
-        method, engine = choose_method_and_engine(scene, bound, q, v, energy_balance)
-        chosen = scene
-        if (method, engine) != (scene.solver.method, scene.solver.engine):
-            chosen = scene.with_solver(method=method, engine=engine)
-            if _form_of(method, bound.model) != _form_of(scene.solver.method, bound.model):
-                bound = bind_for_run(chosen)
-        return cls._from_start(chosen, energy_balance, bound, q, v)
 
     @classmethod
     def _from_start(cls, scene: Scene, energy_balance: bool, bound: Dynamics, q: Array, v: Array) -> "Prepared":

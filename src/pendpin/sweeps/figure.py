@@ -162,7 +162,11 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
     bar = figure.colorbar(mesh, ax=axes, label=label(name, dataset), shrink=0.9)
     if 0 < len(kinds) <= len(COLORS):
         bar.set_ticks(range(1, len(kinds) + 1), labels=kinds)
-    patches = _legend(panels, Patch, describe_empty_cells(name, dataset))
+    patches, hatched = list[Any](), "two tolerances disagree"
+    if any(doubtful.any() for _, doubtful, _ in panels):
+        patches.append(Patch(facecolor=SHADE, hatch="////", edgecolor=GREY, label=hatched))
+    if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
+        patches.append(Patch(facecolor=SHADE, label=describe_empty_cells(name, dataset)))
     if patches:
         figure.legend(handles=patches, loc="outside lower center", ncols=len(patches))
     return figure
@@ -195,13 +199,3 @@ def _colours(arrays: list[Array], kinds: int) -> dict[str, Any]:
     if low > 0 and high > DECADES * low:
         return {"cmap": "viridis", "norm": LogNorm(low, high)}
     return {"cmap": "viridis", "vmin": low, "vmax": high if high > low else low + 1.0}
-
-
-def _legend(panels: list[tuple[Array, Mask, str]], patch: Any, none: str) -> list[Any]:
-    """What the hatches and the empty cells of panels (values (m, n), doubtful (m, n), title) mean."""
-    entries = []
-    if any(doubtful.any() for _, doubtful, _ in panels):
-        entries.append(patch(facecolor=SHADE, hatch="////", edgecolor=GREY, label="two tolerances disagree"))
-    if any((np.isnan(values) & ~doubtful).any() for values, doubtful, _ in panels):
-        entries.append(patch(facecolor=SHADE, label=none))
-    return entries

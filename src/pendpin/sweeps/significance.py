@@ -122,9 +122,15 @@ def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Sce
 
     for i, effect in enumerate(scene.effects):
         yield effect.kind, True, effect, with_effects(*scene.effects[:i], *scene.effects[i + 1 :])
-    kinds = {effect.kind for effect in scene.effects}
-    for name, effect in _list_candidates(scene):
-        if effect.kind not in kinds:
+    bodies, candidates = bind(scene).model.bodies, list[tuple[str, Effect]]()
+    if any(body.radius > 0 for body in bodies):
+        candidates.append(("drag in still air", Drag()))
+    candidates.append((f"Earth's rotation, for example at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)))
+    damping = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
+    if damping:  # 0 for bodies on their axes
+        candidates.append((f"viscous joints, for example {damping:.2g} N m s/rad", Viscous(coefficient=damping)))
+    for name, effect in candidates:
+        if effect.kind not in {own.kind for own in scene.effects}:
             yield name, False, effect, with_effects(*scene.effects, effect)
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
         thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
@@ -132,16 +138,6 @@ def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Sce
         dragged = any(isinstance(effect, Drag) and effect.diameter is None for effect in scene.effects)
         name = "thickness of the rods, with their drag" if dragged else "thickness of the rods"
         yield name, True, None, scene.model_copy(update={"model": model})
-
-
-def _list_candidates(scene: Scene) -> Iterator[tuple[str, Effect]]:
-    bodies = bind(scene).model.bodies
-    if any(body.radius > 0 for body in bodies):
-        yield "drag in still air", Drag()
-    yield f"Earth's rotation, for example at {LATITUDE:g} degrees", Rotation(latitude=LATITUDE)
-    coefficient = SMALL_DAMPING * max(body.mass * 9.81 * float(np.linalg.norm(body.com)) for body in bodies)
-    if coefficient:  # 0 for bodies on their axes
-        yield f"viscous joints, for example {coefficient:.2g} N m s/rad", Viscous(coefficient=coefficient)
 
 
 def _compute_added_time(other: RunRecord, base: RunRecord, listed: bool) -> float:
