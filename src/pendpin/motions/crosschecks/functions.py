@@ -2,12 +2,11 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import asdict, dataclass
-from functools import partial
 from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.dynamics.dynamics import bind
 from pendpin.dynamics.dynamics import reactions as reactions_of
 from pendpin.errors import InputError, not_one_of, one_line, shown
 from pendpin.ground.arrays import Array
@@ -21,7 +20,7 @@ PARTS = ("at rest", "one joint turning", "all joints turning")
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 REACTIONS = ("R1", "R2", "R3", "M3", "Mc")
 
-Answer = dict[str, Array]  # quantities by name, one number a joint or rod (places,)
+Answer = dict[str, Array]  # quantities by name, the last axis of each with a number a joint or rod
 
 
 @dataclass(frozen=True)
@@ -69,18 +68,24 @@ def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: C
     q, v = random.uniform(-1.2, 1.2, shape), random.uniform(-LARGEST_RATE, LARGEST_RATE, shape)
     alone = np.where(np.arange(shape[1]) == np.arange(STATES)[:, None] % shape[1], v, 0.0)
     rates = np.array([np.zeros_like(v), alone, v])  # of no joint, of one at a time, of all
+    # the scene's own quantities at all of these states
+    states = np.broadcast_to(q, rates.shape).reshape(-1, shape[1])
+    exact = dynamics.engine.evaluate(np.zeros(len(states)), states, rates.reshape(-1, shape[1]))
+    of_rods = reactions_of(dynamics.model, states, exact.wrench)
+    truth = {"acceleration": exact.acceleration} | dict(zip(WRENCH, np.moveaxis(exact.wrench, -1, 0), strict=True))
+    truth |= {} if of_rods is None else of_rods._asdict()
+
     rows: list[Row] = []
     for what, function in (("accelerations", accelerations), ("reactions", reactions)):
-        if function is None:
-            continue
-        ours = _sample(partial(_answer, function, what), q, rates)
-        right = _sample(partial(_truth, dynamics, scene.start.time, tuple(ours)), q, rates)
-        for name, true in right.items():
-            if ours[name].shape != true.shape:
-                raise InputError(f"{what}: the function returns shape {ours[name].shape[2:]}, not {true.shape[2:]}")
+        for name, ours in ({} if function is None else _sample(function, what, q, rates)).items():
+            if name not in truth:
+                raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
+            true = truth[name].reshape(*rates.shape[:2], -1)
+            if ours.shape != true.shape:
+                raise InputError(f"{what}: the function returns shape {ours.shape[2:]}, not {true.shape[2:]}")
             rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
             places = rods if name in REACTIONS else dynamics.model.joints
-            rows += [_compare_quantity(name, places, i, ours[name][..., i], true) for i in range(len(places))]
+            rows += [_compare_quantity(name, places, i, ours[..., i], true) for i in range(len(places))]
     return Comparison(tuple(rows))
 
 
@@ -117,22 +122,9 @@ def _array(value: Any, what: str) -> Array:
         raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
 
 
-def _truth(dynamics: Dynamics, time: float, names: tuple[str, ...], q: Array, v: Array) -> Answer:
-    """The scene's own quantities of these names. Raises InputError for reactions where no joint is universal."""
-    if names == ("acceleration",):
-        return {"acceleration": dynamics.acceleration(time, q, v)}
-    wrenches = np.asarray(dynamics.wrenches(time, q, v))
-    if names == WRENCH:
-        return dict(zip(WRENCH, wrenches.T, strict=True))
-    reactions = reactions_of(dynamics.model, q[None], wrenches[None])
-    if reactions is None:
-        raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
-    return {name: getattr(reactions, name)[0] for name in names}
-
-
-def _sample(function: Callable[[Array, Array], Answer], q: Array, v: Array) -> dict[str, Array]:
-    """Each quantity (parts, n, places) at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
-    answers = [[function(a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
+def _sample(function: Callable[..., Any], what: str, q: Array, v: Array) -> Answer:
+    """What a function returns, (parts, n, places) by name, at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
+    answers = [[_answer(function, what, a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
     shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
     if any(shape != shapes[0] for shape in shapes):
         raise InputError("the function returns other names or shapes at other states")
