@@ -198,8 +198,8 @@ class Modes(Result):
             "start": self.scene.start.model_copy(update={"time": 0.0}),
         }
         scene = self.scene.model_copy(update=changes)
-        run = Run(t, q, v, None, np.zeros((len(t), 0)), 0, 0, 0, 0.0, "", "")
-        return Animation(Trajectory.of(fill_in(scene, Dynamics(model, scene.effects, form="angles"), None, run)))
+        dynamics = Dynamics(model, scene.effects, form="angles")
+        return Animation(Trajectory.of(fill_in(scene, dynamics, None, Run.at_states(t, q, v))))
 
     def place(self, k: int) -> int:
         """The place from 0 of mode k, from 1. Raises InputError for another number."""
