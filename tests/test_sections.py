@@ -6,8 +6,8 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
+from pendpin.model.bodies import mass_matrix
 from pendpin.stability import sections
-from pendpin.stability.sections.diagrams import mass_matrix
 
 GRAVITY = fx.Gravity()
 PLANAR = pp.Scene(
@@ -78,7 +78,7 @@ def test_the_map_of_a_double_pendulum_keeps_areas() -> None:
     energy, moving, level = -8.0, np.array([0, 2]), 0.2
 
     def mass(q: np.ndarray) -> np.ndarray:
-        return mass_matrix(model, q, moving)
+        return mass_matrix(model.model.pin, q)[np.ix_(moving, moving)]
 
     def mapped(x: np.ndarray, count: int) -> np.ndarray:
         """(theta_2, p_2) after some crossings, from those at a start on the section."""

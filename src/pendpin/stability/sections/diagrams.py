@@ -14,6 +14,7 @@ from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, numbers
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
+from pendpin.model.bodies import mass_matrix
 from pendpin.model.build import build, start_state
 from pendpin.motions.periodic import wrap
 from pendpin.runs.batches import Level, Series, takes
@@ -151,6 +152,10 @@ def _draw_starts(
         raise InputError(f"at: {section.name} is not the angle of a joint; starts of one energy are drawn on one")
     if not dynamics.conservative:
         raise InputError("energy: effects of this scene have no potential energy; give starts of your own in a sweep")
+    if model.pin is None:
+        raise InputError(
+            f"energy: {len(model.joints)} joints are too many for starts of one energy; give a single start"
+        )
     # the joints that do not stay at 0 in the scene's own motion
     on_angles = Dynamics(dynamics.model, dynamics.effects, form="angles", start=dynamics.start)
     engine, nv = on_angles.in_motion(q0, v0, False).engine, len(q0)
@@ -170,26 +175,13 @@ def _draw_starts(
         if not len(good):
             raise InputError(f"energy: {energy:g} J is too little: on the section at least {least:.6g} J are potential")
         for place in good:
-            v, L = np.zeros(len(q0)), np.linalg.cholesky(mass_matrix(dynamics, q[place], moving))
+            v, L = np.zeros(len(q0)), np.linalg.cholesky(mass_matrix(model.pin, q[place])[np.ix_(moving, moving)])
             way = rng.normal(size=len(moving))
             speed = np.sqrt(2 * (energy - potential[place]) / (way @ way))
             v[moving] = speed * np.linalg.solve(L.T, way)
             v *= -1.0 if v[at] * section.direction < 0 else 1.0
             starts.append(Start(time=dynamics.start, positions=tuple(q[place].tolist()), velocities=tuple(v.tolist())))
     return starts
-
-
-def mass_matrix(dynamics: Dynamics, q: Array, moving: Array) -> Array:
-    """The mass matrix (k, k) of k joints at q (nv,), from kinetic energies: twice T is a quadratic form of the rates."""
-    k = len(moving)
-    rates = np.zeros((k, k, len(q)))
-    for i in range(k):
-        rates[i, :, moving[i]] += 1.0
-        rates[:, i, moving[i]] += 1.0
-    kinetic, _ = dynamics.energies(np.tile(q, (k * k, 1)), rates.reshape(k * k, -1))
-    pairs = kinetic.reshape(k, k)  # T(e_i + e_j); T(2 e_i) on the diagonal
-    own = np.diag(pairs) / 4  # T(e_i)
-    return pairs - own[:, None] - own[None]
 
 
 @dataclass(frozen=True, eq=False, repr=False)
