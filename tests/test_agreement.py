@@ -13,7 +13,7 @@ import pendpin as pp
 from pendpin.cli import main
 from pendpin.scene import METHODS
 from pendpin.verification import agreement as module
-from pendpin.verification.agreement import TO_ACCURACY, USUAL, page, published_cases, validate
+from pendpin.verification.agreement import TO_ACCURACY, USUAL, agreement_page, published_cases, validate
 
 CASES = published_cases()
 QUICK = ("dop853", "rk4")
@@ -183,7 +183,7 @@ def test_the_list_names_every_case_with_its_source(monkeypatch, capfd) -> None:
 def test_the_page_holds_tables_sources_and_pictures() -> None:
     """One file without links to a network."""
     report = validate(["drake-rod", "adams-3"], ["dop853"])
-    text = page(report)
+    text = agreement_page(report)
     assert all(name in text for name in ("drake-rod", "adams-3", "<svg", "projectchrono/chrono"))
     assert "<script" not in text
 

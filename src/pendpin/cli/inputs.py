@@ -192,7 +192,7 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 # --- the options that several commands share ------------------------------------------------------------------------
 
 
-def flag(*names: str, **options: Any) -> Any:
+def switch(*names: str, **options: Any) -> Any:
     """An option without a value; newer typers would call it <bool> in the help."""
     return Option(*names, metavar="", **options)
 
@@ -215,12 +215,12 @@ Changes = Annotated[
 Lock = Annotated[list[str] | None, Option(metavar="NAME=POSITION", help="Freeze a joint of the URDF; in rad or m.")]
 Mimic = Annotated[str | None, Option(metavar="free|locked", help="Joints of the URDF with <mimic>.")]
 AsWritten = Annotated[
-    bool, flag("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
+    bool, switch("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
 ]
-Strict = Annotated[bool, flag("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
+Strict = Annotated[bool, switch("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
 Method = Annotated[str | None, Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, Option(help="Relative and absolute tolerance of a step.")]
 Accuracy = Annotated[float | None, Option(help="Target accuracy: largest tip error divided by the chain's length.")]
 Plot = Annotated[Path | None, Option(help="Figure: .png, .pdf or .svg.")]
 Limit = Annotated[float | None, Option(min=0, help="Stop after this time in s, and say what it was doing.")]
-Json = Annotated[bool, flag("--json", help="Print JSON instead of a table.")]
+Json = Annotated[bool, switch("--json", help="Print JSON instead of a table.")]

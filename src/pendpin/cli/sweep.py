@@ -14,12 +14,12 @@ from pendpin.cli.inputs import (
     SceneInput,
     Tolerance,
     files_of,
-    flag,
     naming_options,
     on_scene,
     print_notes,
     read_scene,
     refuse_alone,
+    switch,
 )
 from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import InputError, PendpinError, inside
@@ -39,7 +39,7 @@ def sweep(
     chosen: SceneInput,
     vary: Annotated[list[str] | None, Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, Option(help=MEASURE)] = None,
-    listed: Annotated[bool, flag("--list", help="List the measures and run nothing.")] = False,
+    listed: Annotated[bool, switch("--list", help="List the measures and run nothing.")] = False,
     out: Annotated[Path | None, Option(help="Zarr store of the results. If it exists, the sweep continues it.")] = None,
     csv: Annotated[Path | None, Option(help="Table of all cases, for small sweeps.")] = None,
     plot: Annotated[Path | None, Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
@@ -47,7 +47,7 @@ def sweep(
         Path | None, Option(help="CSV of cases: keys in the first line, a case in each further line.")
     ] = None,
     in_pairs: Annotated[
-        bool, flag("--zip", help="Vary all keys together: the first values, the second values, ...")
+        bool, switch("--zip", help="Vary all keys together: the first values, the second values, ...")
     ] = False,
     sample: Annotated[int | None, Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str | None, Option(help="latin, sobol or random; latin if absent.")] = None,
@@ -164,9 +164,10 @@ def fit(
         Option(help="Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."),
     ] = None,
     explain_residual: Annotated[
-        bool, flag("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks.")
+        bool,
+        switch("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
     ] = False,
-    robust: Annotated[bool, flag("--robust", help="Give outliers less weight.")] = False,
+    robust: Annotated[bool, switch("--robust", help="Give outliers less weight.")] = False,
     out: Annotated[Path | None, Option(help="Where to write the fitted scene (TOML).")] = None,
     csv: Annotated[
         Path | None, Option(help="Table of samples: measured, fitted or predicted, residual, interval.")

@@ -12,12 +12,12 @@ from pendpin.cli.inputs import (
     Limit,
     Plot,
     SceneInput,
-    flag,
     naming_options,
     on_scene,
     once_each,
     refuse_alone,
     split_at_commas,
+    switch,
     with_duration,
 )
 from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
@@ -30,7 +30,7 @@ def check(
     chosen: SceneInput,
     states: Annotated[int, Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
-    every_row: Annotated[bool, flag("--all", help="Print every pair of routes in every quantity too.")] = False,
+    every_row: Annotated[bool, switch("--all", help="Print every pair of routes in every quantity too.")] = False,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -49,9 +49,9 @@ def check(
 
 def hard(
     cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, flag("--list", help="List the cases and run none.")] = False,
-    short: Annotated[bool, flag("--short", help="Run the short forms, as the tests do.")] = False,
-    peers: Annotated[bool, flag("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
+    listed: Annotated[bool, switch("--list", help="List the cases and run none.")] = False,
+    short: Annotated[bool, switch("--short", help="Run the short forms, as the tests do.")] = False,
+    peers: Annotated[bool, switch("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
     limit: Limit = None,
     json: Json = False,
 ) -> None:
@@ -74,7 +74,7 @@ def hard(
 
 def validate(
     cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, flag("--list", help="List the cases with their sources and run none.")] = False,
+    listed: Annotated[bool, switch("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
         list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
@@ -86,7 +86,7 @@ def validate(
 
     The table has a line for each published quantity, with the method that differs most.
     """
-    from pendpin.verification.agreement import page, sources_report
+    from pendpin.verification.agreement import agreement_page, sources_report
     from pendpin.verification.agreement import validate as compare
 
     if listed:
@@ -98,7 +98,7 @@ def validate(
             report = compare(cases or (), chosen, progress)
         print_report(report.report(), json)
     if html is not None:
-        print_files([write_whole(html, lambda file: file.write(page(report).encode()))], json)
+        print_files([write_whole(html, lambda file: file.write(agreement_page(report).encode()))], json)
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:
@@ -113,16 +113,16 @@ def cost(
         list[str] | None, Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
     ] = None,
     accuracy: Annotated[float, Option(help="Accuracy of interest: tip error divided by the chain's length.")] = 1e-9,
-    peers: Annotated[bool, flag("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
+    peers: Annotated[bool, switch("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
-        bool, flag("--thorough", help="Measure all methods at all settings, over the full duration.")
+        bool, switch("--thorough", help="Measure all methods at all settings, over the full duration.")
     ] = False,
     budget: Annotated[
         float, Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: Plot = None,
     short: Annotated[
-        bool, flag("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
+        bool, switch("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
     ] = False,
     limit: Limit = None,
     json: Json = False,
@@ -203,10 +203,10 @@ def doctor(
 def stability(
     chosen: SceneInput,
     lyapunov: Annotated[
-        bool, flag("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
+        bool, switch("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
     planar: Annotated[
-        bool, flag("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
+        bool, switch("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
     ] = False,
     period: Annotated[float | None, Option(help="Period in s of the motion; that of the drive if absent.")] = None,
     limit: Limit = None,
@@ -244,7 +244,7 @@ def _conclude(result: Any, plot: Path | None, json: bool) -> None:
 @on_scene
 def modes(
     chosen: SceneInput,
-    every: Annotated[bool, flag("--all", help="Print every mode, not the lowest alone.")] = False,
+    every: Annotated[bool, switch("--all", help="Print every mode, not the lowest alone.")] = False,
     plot: Plot = None,
     html: Annotated[Path | None, Option(help="Animation of a mode as one HTML page.")] = None,
     mode: Annotated[int | None, Option(min=1, help="Which mode the page plays; the lowest, 1, if absent.")] = None,
@@ -277,7 +277,7 @@ def effects(
         float, Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
     thorough: Annotated[
-        bool, flag("--thorough", help="Compare over the full duration, however long that takes.")
+        bool, switch("--thorough", help="Compare over the full duration, however long that takes.")
     ] = False,
     limit: Limit = None,
     json: Json = False,

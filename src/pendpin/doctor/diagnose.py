@@ -55,9 +55,9 @@ def diagnose(
         MissingLibrary: without sympy.
     """
     if isinstance(equations, Scene):
-        from pendpin.motions.crosschecks.functions import compare
+        from pendpin.motions.crosschecks.functions import compare_functions
 
-        return compare(equations, accelerations, reactions)
+        return compare_functions(equations, accelerations, reactions)
     if accelerations is not None or reactions is not None:
         raise InputError("accelerations and reactions are compared with a Scene: give one as the first argument")
     need_sympy()

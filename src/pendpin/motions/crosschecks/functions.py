@@ -59,7 +59,9 @@ class Comparison(Result):
         return Report([str(row) for row in self.rows], [asdict(row) | {"ok": row.ok} for row in self.rows], fault)
 
 
-def compare(scene: Scene, accelerations: Callable[..., Any] | None, reactions: Callable[..., Any] | None) -> Comparison:
+def compare_functions(
+    scene: Scene, accelerations: Callable[..., Any] | None, reactions: Callable[..., Any] | None
+) -> Comparison:
     """Compare functions of (q, v), each (nv,) in model order, with the scene at random states (diagnose). InputError."""
     if accelerations is None and reactions is None:
         raise InputError("diagnose: give accelerations, reactions or both, functions of (q, v)")

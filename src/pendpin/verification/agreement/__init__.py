@@ -319,7 +319,7 @@ SHOWN = 10.0  # s, of a longer motion: later swings lie on top of the first
 SAMPLES, COLUMNS = 1001, 4  # of each path; of the figure
 
 
-def page(report: AgreementReport) -> str:
+def agreement_page(report: AgreementReport) -> str:
     """The report as HTML that needs no network: the worst method of each quantity, then sources and motions."""
     cases = {row.case: published_cases()[row.case] for row in report.comparisons}
     motions = StringIO()
