@@ -30,7 +30,7 @@ SMALL = {
     "hard_cases": "hard.json peers.json .",
     "instants": "3 1 0",
     "interrupts": "'run dop853' 'sweep in vectors' --after 1",
-    "maxima": "2 0",
+    "maxima": "2 1",
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
     "long_runs": "--swings 100",
