@@ -173,6 +173,8 @@ def test_lines_of_wrong_usage_name_the_option_once(capfd: pytest.CaptureFixture)
         (("cost", "--methods", "foo"), "pendpin: Invalid value for --methods: 'foo' is not one of"),
         (("cost", "--accuracy", "2"), "pendpin: Invalid value for --accuracy: 2 is not between"),
         (("effects", "--accuracy", "-1"), "pendpin: Invalid value for --accuracy: -1 is not between"),
+        (("run", "--set", "model.rods[0].mass=2"), "pendpin: Invalid value for --set: the built-in rod is a URDF"),
+        (("run", "--html"), "pendpin: Option '--html' requires an argument; see pendpin run --help"),
         (("run", ""), "pendpin: Invalid value for 'SCENE': the name of the scene file is empty"),
         (("plot", "run.csv"), "pendpin: run.csv: a table, not a run"),
     ]:

@@ -90,7 +90,8 @@ def main() -> None:
     except UsageError as error:
         if len(sys.argv) < 2:
             sys.exit(2)  # the help has been printed
-        command = error.ctx.command_path if error.ctx else "pendpin"
+        known = {command.name or command.callback.__name__ for command in app.registered_commands if command.callback}
+        command = error.ctx.command_path if error.ctx else " ".join(["pendpin", *known.intersection(sys.argv[1:2])])
         said = error.format_message().replace("Input should be", "it must be")  # as newer typers say it
         said = said if said.endswith("...") else said.removesuffix(".")
         _fail(f"{said}; see {command} --help", 2)

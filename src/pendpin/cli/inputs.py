@@ -71,7 +71,11 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
             chosen = chosen.replace(effects=(*chosen.effects, AsWritten()))
         if lock or mimic is not None:
             chosen = _lock_joints(chosen, lock or (), mimic)
-        chosen = chosen.replace(once_each(map(_change, changes or ()), "--set"))
+        values = once_each(map(_change, changes or ()), "--set")
+        if scene is None and urdf is None and any(path.startswith("model.rods") for path in values):
+            said = "the built-in rod is a URDF; `pendpin new > rod.toml` writes it as a scene with model.rods"
+            raise BadParameter(said, param_hint="--set")
+        chosen = chosen.replace(values)
         command(SceneInput(chosen, scene, urdf, strict), **options)
 
     *shared, _ = signature(run).parameters.values()

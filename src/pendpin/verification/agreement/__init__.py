@@ -237,7 +237,8 @@ class AgreementReport(Result):
             rows.append((name, r.quantity, f"{r.bound:.1e} {r.unit}", difference, r.method, r.verdict))
         words = [f"{row.case} by {row.method}: {row.failure}" for row in self.comparisons if row.failure]
         words += [f"left out: {line}" for line in self.left_out]
-        words += [f"{len(self.comparisons)} comparisons, {len(self.broken)} beyond their bounds"]
+        count = len(self.comparisons)
+        words += [f"{count} comparison{'s' if count != 1 else ''}, {len(self.broken)} beyond the bound"]
         data = [asdict(row) | {"holds": row.ok} for row in self.comparisons]
         data = [{"difference": row.pop("measured")} | row for row in data]
         head = ("case", "quantity", "bound", "largest difference", "by", "")

@@ -76,7 +76,10 @@ class HardReport(Result):
             rows.append((name, o.method, measured, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"))
         words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
         if claims := [o for o in self.outcomes if o.claimed]:
-            words.append(f"{len(claims)} claims, {len(self.broken)} broken, {sum(o.seconds for o in claims):.0f} s")
+            plural = "s" if len(claims) != 1 else ""
+            words.append(
+                f"{len(claims)} claim{plural}, {len(self.broken)} broken, {sum(o.seconds for o in claims):.0f} s"
+            )
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
         described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
         data = {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": described}
