@@ -238,7 +238,7 @@ class Function:
 
     def block(self, parameters: Values) -> "Block":
         """A block for one set of parameters."""
-        return Block(self, parameters)
+        return Block(self, self.evaluate_fixed(parameters), parameters.tables)
 
 
 class Block:
@@ -247,11 +247,14 @@ class Block:
     # `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
 
     def __init__(
-        self, function: Function, parameters: Values, compiled: Callable[[float], None] = lambda seconds: None
+        self,
+        function: Function,
+        fixed: tuple[list[float], Array],
+        tables: Sequence[Table],
+        compiled: Callable[[float], None] = lambda seconds: None,
     ) -> None:
         self.function, self._compiled, self._code = function, compiled, None
-        (numbers, of_rods), tables = function.evaluate_fixed(parameters), parameters.tables
-        text, recording = function.text, function.recording
+        (numbers, of_rods), text, recording = fixed, function.text, function.recording
         rods, units = len(of_rods), len(of_rods) if recording.parts else 1
         self.size = recording.size_of(rods)  # how many numbers a state has
         self.more = len(text.more) + rods * len(text.more_of_rod)  # how many further results there are
