@@ -4,15 +4,15 @@
     python benchmarks/one_run.py --walk docs/contributing/walk.md    # the way of one call through the house, as a page
     python benchmarks/one_run.py --rows planar start mass many sweep --page   # the table of docs/accuracy.md
 
-Times are of the processor, the least of the repetitions, each call warmed up. heyoka by hand is the planar double
-pendulum by Lagrange's equations in absolute angles, at pendpin's tolerance, compiled before it is timed.
+Times are of the processor, the least of the repetitions, each call warmed up, and its peer's by turns. heyoka by hand is the
+planar double pendulum by Lagrange's equations in absolute angles, at pendpin's tolerance, compiled before it is timed.
 """
 
 import argparse
 import sys
 import time
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from itertools import cycle
 from pathlib import Path
 from typing import Any
@@ -205,14 +205,16 @@ def rows(count: int) -> dict[str, Callable[[], tuple[str, Callable[[], Any], str
     }
 
 
-def seconds(call: Callable[[], Any], repetitions: int) -> float:
-    """The least processor time of a call, after one that warms up."""
-    call()
-    best = np.inf
-    for _ in range(repetitions):
-        begin = time.process_time()
+def seconds(calls: Sequence[Callable[[], Any]], repetitions: int) -> list[float]:
+    """The least processor time of each call, made by turns, so that a busy machine slows all of them; after one each."""
+    for call in calls:
         call()
-        best = min(best, time.process_time() - begin)
+    best = [np.inf] * len(calls)
+    for _ in range(repetitions):
+        for i, call in enumerate(calls):
+            begin = time.process_time()
+            call()
+            best[i] = min(best[i], time.process_time() - begin)
     return best
 
 
@@ -288,7 +290,7 @@ def main() -> None:
                 if name in ("many", "sweep", "accuracy 100", "fit")
                 else given.repetitions
             )
-            own, peer = seconds(call, few), seconds(other, few)
+            own, peer = seconds((call, other), few)
             ratios[name] = own, own / peer
             ratio = f"{own / peer:6.1f} times" if name != "short" else ""
             print(f"{work:32} {own * 1e3:9.2f} ms   {beside}: {peer * 1e3:.3g} ms {ratio}")
