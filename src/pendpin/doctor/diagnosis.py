@@ -23,7 +23,7 @@ from pendpin.doctor.checking.conditions import (
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
-from pendpin.doctor.letters import MOST_LOADS, answers, bare, in_use
+from pendpin.doctor.letters import MOST_LOADS, bare, in_use
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import (
     Mend,
@@ -34,7 +34,7 @@ from pendpin.doctor.mending.mends import (
     styles_of,
 )
 from pendpin.doctor.mending.writing import Writer
-from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
+from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of, quantity_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, Written, bound
 from pendpin.doctor.reading.tokens import is_latex
@@ -129,7 +129,7 @@ class _Doctor:
         general = any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS))
         if general or self._names_energies(one):
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
-        if one.defines and (quantity := answers(one, self.system)):
+        if quantity := quantity_of(one, self.system):
             words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
             equation = Equation((one.sides[1], one.sides[1]), definitions=one.definitions)
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []

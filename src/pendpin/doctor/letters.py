@@ -12,13 +12,10 @@ from dataclasses import replace
 from functools import lru_cache
 from itertools import islice, permutations
 
-import numpy as np
-
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
-from pendpin.doctor.printed import Printed, holding
+from pendpin.doctor.printed import Printed, holding, quantity_of
 from pendpin.doctor.reading.names import Vocabulary, Written
 from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states
@@ -72,46 +69,11 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
         equation = holding(one, system)
     if equation is not None:
         return weight(equation, system.spec)
-    if one.defines and not small:
-        quantity = answers(one, system)
-        return 0.0 if not quantity else ANSWER if quantity in system.spec.unknowns else NAMED
+    if not small and (quantity := quantity_of(one, system)):
+        return ANSWER if quantity in (*system.spec.unknowns, "ddq") else NAMED
     if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
         return float(any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant(system.spec)))
     return 0.0
-
-
-def answers(one: Printed, system: System) -> str:
-    """The quantity of the system that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det; empty for none.
-
-    A short one comes to it by chance, unless it is named like it: xs = L*sin(theta), with X1 or pos_x for x1 and x.
-    """
-    spec = system.spec
-    if len(one.sides) != 2 or one.sides[0].value != one.defines or one.statement.name:
-        return ""
-    size, word, quantities = sum(1 for _ in walk(one.sides[1])), one.defines.lstrip("?"), random_states(system)
-    names, indices = set[str](), re.sub(r"\D", "", word)
-    for name in spec.formulas if size >= SHORT else ():
-        if match := re.fullmatch(r"([A-Za-z])[pG]?(\d*)", name):
-            begins = word[:1].lower() == match[1].lower() or re.search(rf"_{match[1]}(?![a-z])", word)
-            names |= {name} if begins and (indices == match[2] or not (indices and match[2])) else set()
-    called = size >= SHORT and re.search(r"acc|dd|ddot|alpha", one.defines)
-    names |= {*spec.unknowns} if size >= LONG or called else set()
-    for equation in one.meant(spec)[:1] if names else ():
-        try:
-            with np.errstate(all="ignore"):
-                value = evaluate(one.sides[1], equation.context(quantities))
-        except (Unread, KeyError):
-            return ""
-        if value.ndim != 1 or not np.isfinite(value).all():
-            return ""
-        known = {name: quantities[name] for name in sorted(names)}
-        if size >= LONG and "weight" in spec.formulas and len(quantities["weight"]) == len(spec.coordinates):
-            moments = zip(spec.coordinates, quantities["weight"], strict=True)
-            known |= {f"the moment of the weight on {name}": moment for name, moment in moments}
-        for name, other in known.items():
-            if other.ndim == 1 and np.abs(value - other).max() <= TOLERANCE * np.abs(other).max():
-                return name
-    return ""
 
 
 def settled(equations: list[Printed], system: System, again: Again, inside: Sequence[bool]) -> list[Printed]:
@@ -261,7 +223,8 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
     uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
     twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
     for equation in filter(None, (holding(one, system) for one in equations if one.ways)):
-        written = [(node.written, equation.meaning(str(node.value))) for node in parts(equation.sides) if node.written]
+        nodes = [node for node in parts(equation.sides) if node.written and not node.written.styled]
+        written = [(node.written, equation.meaning(str(node.value))) for node in nodes]
         used = {(w.letter, w.index): meaning[w.dots :] for w, meaning in written}
         for (letter, index), meaning in used.items():
             uses[letter, index][meaning] += 1
@@ -288,7 +251,7 @@ def in_use(equations: list[Printed], systems: list[System]) -> set[str]:
 
     What comes to a quantity of the system is used as an equation is.
     """
-    laws = [bool(one.ways) and bool(answers(one, system)) for one, system in zip(equations, systems, strict=True)]
+    laws = [bool(one.ways) and bool(quantity_of(one, system)) for one, system in zip(equations, systems, strict=True)]
     used, before = set[str](), -1
     while len(used) > before:
         before = len(used)

@@ -116,7 +116,9 @@ class Reading:
         A system of more coordinates counts a little more, and a rod on a joint, of which this is about.
         """
         kinds = self.system.kind.split()
-        family = {"acrobot": "double"}.get(kinds[0], "rod" if kinds[0] in RODS else kinds[0])
+        family = {"acrobot": "double", "cart-double": "cart-pole"}.get(
+            kinds[0], "rod" if kinds[0] in RODS else kinds[0]
+        )
         said = {name for name, words in WORDS.items() if words.search(text)}
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
@@ -460,9 +462,12 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
         yield from (_with_rates(renamed, letters) for renamed in named)
     else:
-        for first, second in permutations(angles, 2):
-            if not (first[0] == second[0] and first[1] > second[1]):
-                yield _with_rates({first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}, letters)
+        carts = [{name: Written("x")} for name in slides if not name[1]] if family == "cart-double" else [{}]
+        for (first, second), cart in product(permutations(angles, 2), carts):
+            several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
+            if not several and not (first[0] == second[0] and first[1] > second[1]):
+                renamed = {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
+                yield _with_rates(renamed | cart, letters)
 
 
 def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
@@ -502,7 +507,7 @@ def read_symbols(
 ) -> tuple[Vocabulary, dict[str, Node]]:
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
-    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named))
+    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
     _say(words, spec, text)
     found: dict[str, Node] = {}
     for name, meaning in table.items():

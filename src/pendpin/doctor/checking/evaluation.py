@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Quantities, Values, cross, dot
+from pendpin.doctor.systems.base import Quantities, Values, cross, dot, inverse
 from pendpin.doctor.systems.rod import AXES, turned
 
 LARGEST = 12  # rows and columns of a matrix
@@ -124,6 +124,9 @@ def _derivative(node: Node, context: Context) -> Values:
             momenta = {f"p{coordinate}", f"p{index}" if index else "", "p" if len(spec.coordinates) == 1 else ""}
             if name in momenta - {""} and name in spec.formulas:
                 return quantities[f"d{coordinate}"]
+    if name in ("q", "dq") and "q" in spec.formulas:  # of a number by all coordinates, or all rates
+        by = (replace(node, value=one) for one in (spec.coordinates if name == "q" else spec.rates))
+        return np.stack([_derivative(one, context) for one in by])
     if name not in ("t", *spec.state):
         raise Unread(f"a derivative by {name.lstrip('?')} is not read", node.span[0])
     if all(context.means_constant(part) for part in walk(below) if part.kind in ("symbol", "derivative")):
@@ -178,6 +181,8 @@ def _multiply(a: Values, b: Values, operator: str, place: int) -> Values:
 
 def _power(base: Values, exponent: Fraction, place: int, quantities: Quantities) -> Values:
     """A power; the square of a vector is that of its length. Raises Unread."""
+    if base.ndim == 3 and exponent == -1:
+        return inverse(base, quantities)
     if base.ndim > 1:
         if exponent != 2 or base.ndim != 2:
             raise Mismatch("a power of a vector", place)
@@ -194,6 +199,8 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
     """A function of a number. Raises Unread for a vector."""
     if name == "transpose":
         return x.swapaxes(0, 1) if x.ndim == 3 else x
+    if name == "det" and x.ndim == 3 and x.shape[:2] == (2, 2):
+        return x[0, 0] * x[1, 1] - x[0, 1] * x[1, 0]
     if name == "norm" and x.ndim <= 2:
         x, name = (dot(x, x) if x.ndim == 2 else x * x), "sqrt"
     if x.ndim != 1:
@@ -226,6 +233,8 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
         components = zip(parts, axes, strict=True)
         return sum((part * quantities[axis] for part, axis in components), start=quantities.number(0))
     if node.value == (3, 1) and vectors and not context.tensors:
+        return np.stack(parts)
+    if rows == 1 and columns <= LARGEST and scalars:  # a row before a matrix or column
         return np.stack(parts)
     if 1 < rows <= LARGEST and columns <= LARGEST and scalars:
         lines = [np.stack(parts[i * columns : (i + 1) * columns]) for i in range(rows)]

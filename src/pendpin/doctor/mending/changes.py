@@ -134,6 +134,8 @@ class Patient:
             yield self._removed(part, 1.25)
         if part.role in ("factor", "divisor"):
             yield self._removed(part, 1.2)
+        if part.whole or part.role == "factor":
+            yield from self._brackets(part)
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
@@ -143,6 +145,40 @@ class Patient:
             base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15)
             raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
+
+    def _brackets(self, part: Part) -> Iterator[Change]:
+        """A bracket that ends too late, m (a + b), or that is missing in m a + b."""
+        node, positive = part.node, part.role != "term" or part.parents[-1].value[part.index] > 0
+        if node.kind == "product" and part.whole and positive and node.children[-1].bracketed and not node.fraction:
+            inside, (_, end) = node.children[-1], node.children[-1].bracketed or (0, 0)
+            for i in range(1, len(inside.children)) if inside.kind == "sum" and {*node.value[1:]} <= {"*"} else ():
+                first = replace(inside, value=inside.value[:i], children=inside.children[:i])
+                first = replace(node, children=(*node.children[:-1], first))
+                moved = Node("sum", node.span, (1, *inside.value[i:]), (first, *inside.children[i:]))
+                cut = inside.children[i - 1].outer[1]
+                rest = self.writer.of((cut, end - 1))
+                yield Change(
+                    ((cut, cut, ")"), (end - 1, end, "")),
+                    1.2,
+                    f"{rest} belongs behind the bracket",
+                    rest,
+                    rest,
+                    {id(node): moved},
+                )
+        if (
+            node.kind == "sum"
+            and node.value[0] > 0
+            and node.children[0].kind == "product"
+            and not node.marks[0][1] > node.span[0]
+        ):
+            head = node.children[0]
+            for i in range(1, len(head.children)) if {*head.value[1:]} <= {"*"} and not head.bracketed else ():
+                rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
+                total = replace(node, children=(rest, *node.children[1:]))
+                moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
+                start, end = head.children[i].outer[0], node.children[-1].outer[1]
+                words = f"a bracket is missing around {self.writer.of((start, end))}"
+                yield Change(((start, start, "("), (end, end, ")")), 1.2, words, "", "( )", {id(node): moved})
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""

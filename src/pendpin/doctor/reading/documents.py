@@ -24,7 +24,8 @@ _OPENERS = re.compile(
 )
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```", ":math:`": "`"}
 _PICTURE = re.compile(
-    r'!?(?:\[[^\n]*?\]\()?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?(?P<formula>[^\s"\'<>]+)'
+    r'!?(?:\[[^\n]*?\]\()?(?P<quoted>"?)https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
+    r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
 )
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
@@ -44,11 +45,18 @@ _NO_EQUATION = re.compile(
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _TYPED = re.compile(
-    r"\s*(?:(?:parameter|constant|const|let|var|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
+    r"\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
     re.I,
 )
+_ADDED = re.compile(
+    r"\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$"
+)  # a value to those of a quantity
+_RETURNED = re.compile(r"\s*return\s+(?![\[({]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$")
+_NAMING = re.compile(r"\s*[#%!]+\s*[A-Za-z]\w*[(\[]\d[)\]]\s*=\s*\w{1,12}'?\s*$")
+_DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
+_GOES_ON = re.compile(r"(?:\s|\\displaystyle\b|&)*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
@@ -213,8 +221,12 @@ def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
     """Formulas, where a display that may go on with the sum or the chain of the one before it is a row of that."""
     found: list[Formula] = []
     for start, end, begin, formula in formulas:
-        if found and text[start : start + 2] in ("$$", r"\[", r"\b", "``"):
+        beside = bool(_GOES_ON.match(formula))  # $x$ $= a$
+        if found and (beside or text[start : start + 2] in ("$$", r"\[", r"\b", "``")):
             first, ended, at, before = found[-1]
+            if beside and "=" not in before and not text[ended:start].strip():
+                found[-1] = (first, end, at, before + " " * (begin - at - len(before)) + formula)
+                continue
             goes_on = _ENDS_OPEN.search(before) or formula.lstrip(" &\n")[:1] in ("+", "-")
             if goes_on and not re.search(r"\w", text[ended:start]):
                 between = "\f" + re.sub(r"[^\n]", " ", text[at + len(before) + 1 : begin])
@@ -237,7 +249,13 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
             span = next(spans)
         begin, start = start if open_from < 0 else open_from, end + 1
         whole, open_from = text[begin:end], -1
+        if added := _ADDED.match(whole):
+            whole = f"{added[1] or added[2]} = {added[3]}"
+        elif (returned := _RETURNED.match(whole)) and (function := _DEFINED.findall(text, 0, begin)):
+            whole = f"{function[-1]} = {returned[1]}"
         comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
+        if comment and _NAMING.match(whole):  # % X(1) = q1
+            whole, comment = re.sub("[#%!]", " ", whole), False
         if span[0] < end or len(whole) > 20_000 or comment or "=" not in whole:
             continue
         bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", whole)

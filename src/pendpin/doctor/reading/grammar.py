@@ -11,6 +11,7 @@ from fractions import Fraction
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word, unknown
 from pendpin.doctor.reading.tokens import (
     ACCENTS,
+    CALLED,
     CLOSING,
     MATRICES,
     MOST_TOKENS,
@@ -26,7 +27,8 @@ OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
 ENDS = {"close", "relation", "other relation", "condition", "over", "end", *SEPARATORS}
 POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
-OF_CODE = {"der", "diff", "Derivative", "D", "diag", *POWERS, *LISTS}
+PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
+OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
 FRAMES = set("ABINOWG")
 OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 TIME = Written("t")
@@ -46,7 +48,7 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
                 pieces[-1] += piece
             else:
                 pieces.append(piece)
-        equations = [_named_matrices(Parser(piece, latex, tight).sides()) for piece in pieces]
+        equations = [Parser(piece, latex, tight).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -170,6 +172,8 @@ class Parser:
                 operator = "/"
             elif token.kind == "open" and token.start == self.end and self._is_long(name):
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
+            if operator == "∖":  # A\\b
+                factors[-1], operator = Node("power", name.outer, Fraction(-1), (name,), (mark,)), "*"
             factors.append(self.power())
             if mark[0] == mark[1] and self._is_long(name) and self._is_long(factors[-1]):
                 both = " ".join(factor.value.lstrip("?") for factor in factors[-2:])
@@ -366,6 +370,13 @@ class Parser:
         inside = parts[0]
         if name in LISTS:
             return replace(inner, bracketed=span)
+        if name == "inv" and len(parts) <= 2:
+            return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
+        if name in PRODUCTS and len(parts) == 2:
+            first = (
+                Node("power", inside.span, Fraction(-1), (inside,), ((start, start),)) if name == "solve" else inside
+            )
+            return Node("product", span, ("*", PRODUCTS[name]), (first, parts[1]), ((start, start),) * 2)
         if name == "diag":
             zero = Node("number", (start, start), Fraction(0))
             return _matrix([[one if i == j else zero for j in range(len(parts))] for i, one in enumerate(parts)], span)
@@ -383,7 +394,7 @@ class Parser:
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \underbrace, \sum, \dv and \pdv."""
+        r"""\sqrt, \frac, \underbrace, \det, \sum, \dv and \pdv."""
         token = self.peek()
         if token.text == "sqrt":
             return self.function()
@@ -397,6 +408,9 @@ class Parser:
                 if self.peek().kind in ("_", "^"):
                     self.take()
                 return node
+            case "det":
+                inner = self.group() if self.peek().kind == "open" else self.atom()
+                return Node("function", (token.start, inner.outer[1]), "det", (inner,), ((token.start, token.end),))
             case "dv" | "pdv":
                 order = self.atom().value if self.peek().text == "[" else 1
                 inside = self.atom()
@@ -494,16 +508,6 @@ class Parser:
         if self.peek().kind == "_":
             self.take()
         return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
-
-
-def _named_matrices(sides: list[Node]) -> list[Node]:
-    """The sides of an equation; a capital that is equal to a matrix or column for two coordinates is one, as if bold."""
-    if not any(side.kind == "matrix" and side.value in ((2, 2), (2, 1)) for side in sides):
-        return sides
-    for i, side in enumerate(sides):
-        if side.kind == "symbol" and side.written and side.written.letter.isupper() and not side.written.index:
-            sides[i] = replace(side, written=replace(side.written, styled=True))
-    return sides
 
 
 def _symbol(written: Written, span: Span) -> Node:

@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
+from typing import Any
 
 from pendpin.doctor.reading.tree import Node, Span, Written
 
@@ -21,7 +22,7 @@ GREEK |= {letter: name for name, letter in LETTERS.items()}
 
 
 _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
-_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|w|v|x|y|z|q)_?(\d?)")  # dtheta, ddx1
+_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|w|v|x|y|z|q|p(?=_?\d))_?(\d?)")  # dtheta, ddx1, dp_1
 _SUFFIX = re.compile(  # theta_d, theta_1dot, x_t
     rf"({_ANGLE}|x|y|z|q)_?([123]?)_?(d{{1,2}}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?([123]))?"
 )
@@ -34,7 +35,10 @@ _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
 _PAIR = re.compile(r"\[(\d),(\d)\]")
-_SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V"}
+_SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V", "Tau": "tau"}
+_SHORT |= {"mass": "m", "length": "l", "len": "l", "angle": "theta", "grav": "g", "gravity": "g", "ke": "T", "pe": "V"}
+_SHORT |= dict.fromkeys(("angularVelocity", "angVel", "angvel"), "omega")
+_SHORT |= dict.fromkeys(("angularAcceleration", "angAcc", "angacc", "acceleration"), "alpha")
 _SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
 _RUN_ON = re.compile(
     r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz]|(?<=I)(?:xx|yy|zz))"
@@ -126,10 +130,13 @@ class Vocabulary:
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
     taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
+    spec: Any = None  # the system whose words they are
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
-        free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in sorted(names)}
+        several = {letter for letter, index in names if index == "2"}  # beside J_1 and J_2 is J neither
+        one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
+        free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
         own = [
             ("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings
@@ -140,13 +147,13 @@ class Vocabulary:
         """The meanings of a printed symbol."""
         name = (written.letter, written.index)
         hit = name in self.renamed
-        if not hit and self.named and {name.lstrip("d") for name in self.words(written)} & self.named:
-            return (unknown(written),)  # another letter stands for this coordinate
         if other := self.renamed.get(name):
             written = replace(other, dots=other.dots + written.dots)
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
+        if not hit:  # another letter stands for this coordinate
+            found = tuple(name for name in found if name.lstrip("d") not in self.named)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
         mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)
@@ -202,8 +209,10 @@ def bound(node: Node, words: Vocabulary) -> Node:
         is_name = before.kind in ("symbol", "derivative") and not before.bracketed
         of_state = str(before.value).startswith("?") or before.value in FUNCTIONS_OF_STATE
         in_brackets = child.kind == "matrix" or bool(child.bracketed)
-        if in_brackets and is_name and (names <= {"q", "dq"} or (of_state and names <= {*words.state})):
-            if names <= {"q", "dq"} and left[-1] == i - 1 and before.written is not None:
+        called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq"}  # L(t, q, dq)
+        several = len(inside) > 1 and names <= called and before.written is not None and not before.written.styled
+        if in_brackets and is_name and (several or names <= {"q", "dq"} or (of_state and names <= {*words.state})):
+            if names <= {"q", "dq", "t"} and names & {"q", "dq"} and left[-1] == i - 1 and before.written is not None:
                 factors[-1] = _named(replace(before.written, styled=True), before.span, words)
         else:
             left.append(i)

@@ -27,6 +27,20 @@ ENVIRONMENTS = {
     "flalign",
 }
 ENVIRONMENTS |= {"displaymath", "math", "cases", "subequations"}
+CALLED = {
+    "pow",
+    "power",
+    "square",
+    "array",
+    "Matrix",
+    "matrix",
+    "vector",
+    "inv",
+    "solve",
+    "dot",
+    "cross",
+    "diag",
+}  # in code
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 
 
@@ -49,21 +63,22 @@ _NAMES = {  # LaTeX's commands by the kind of their token; after = what they sta
         overrightarrow vb va vu uvec pmb""",
     "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore",
     "space": f"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
-        phantom allowbreak thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr small qty
-        scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
+        phantom allowbreak lgroup rgroup thinspace medspace
+        enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr
+        small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in",
-    "command": "sqrt frac tfrac=frac dfrac=frac cfrac=frac partial underbrace overbrace sum dv pdv",
+    "command": "sqrt det frac tfrac=frac dfrac=frac cfrac=frac flatfrac=frac partial underbrace overbrace sum dv pdv",
     "over": "over",
-    "letter": "top intercal prime star dagger uparrow downarrow",
+    "letter": "top intercal prime star dagger uparrow downarrow upsilon",
     "row": r"\ cr newline",
     "operator": "cdot=* times=x ast=* div=/ wedge=x bullet=.",
     "relation": "equiv== triangleq== coloneqq== eqdef== doteq==",
     "|": "| vert=| Vert=| lvert=| rvert=| lVert=| rVert=|",
     "open": r"{=\{ lbrace=\{ lbrack=[ lparen=(",
     "close": r"}=\} rbrace=\} rbrack=] rparen=)",
-    "function": " ".join(FUNCTIONS - {"sqrt"}),
+    "function": " ".join(FUNCTIONS - {"sqrt"}) + " sen=sin tg=tan ctg=cot",
     "accent": " ".join(ACCENTS),
 }
 _COMMANDS = {
@@ -71,7 +86,7 @@ _COMMANDS = {
 }
 _COMMANDS |= {" ": ("space", " "), **{name: ("letter", letter) for name, letter in GREEK.items()}}
 _SIGNS = {
-    "operator": dict(zip("+-−–*/·⋅×∙÷∗", "+---*/**x*/*", strict=True)) | {"%2B": "+"},
+    "operator": dict(zip("+-−–*/·⋅×∙÷∗@∖", "+---*/**x*/**∖", strict=True)) | {"%2B": "+"},
     "^": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
     "_": dict(zip("₀₁₂₃₄₅₆", "0123456", strict=True)),
     "half": {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"},
@@ -91,17 +106,28 @@ _SIGNS = {
 }
 _CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, text in table.items()}
 
+_SOLVED = re.compile(  # A\b, the solution of A x = b
+    rf"[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, _COMMANDS))})\b)\w+\b)[^\\{{}}]*",
+    re.DOTALL,
+)
 _BRACED = re.compile(r"(?<![\^_])\{([-+=])\}")  # a sign in braces, which LaTeX sets without blanks
 # blanks in the place of what says nothing of quantities: labels, comments, module names, the number of an equation
 _NOISE = re.compile(
     r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
     r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-    r"|\b(?:np|numpy|math|Math|sp|sympy|ca|cs|jnp|torch|self|params?|par|obj|this|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
-    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^])|(?<=\s)\.(?=[+-]\s)"
+    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
+    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)"
+    r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
     r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
 _NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
-_RECORD = re.compile(r"\b([A-Za-z]+)(\d?)\.(?=[A-Za-z]\w*\d|(?<=\d\.)[A-Za-z])(\w+)\b(?!\s*[(.])")
+# self.pole.m1 is m1, bob1.mass is mass_1; np.sin is sin, and M.inv() and a.dot(b) are read as M^(-1) and a*(b)
+_RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)\.(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
+_METHODS = ((re.compile(r"\.inv\(\)"), "^(-1)"), (re.compile(r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()"), "*"))
+_SAMPLE = re.compile(  # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
+    r"(?<=\w)(?:\[\s*(?:end|[ijkn](?:\s*[-+]\s*1)?|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
+)
+_ROW_ENDS, _ROW_BEGINS = re.compile(r"[\w)\]'][ \t]*$"), re.compile(r"\s*(?:-\S|[\w(])")
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 _UNITS = re.compile(  # of a parameter: what stands between its number and the end
     r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
@@ -120,11 +146,13 @@ _TOKEN = re.compile(
     |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
     |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
         |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1])?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
+    |(?P<mixed>(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z]))
     |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)
     |(?P<sign>\*\*|==|:=|%2B|.)""",
     re.VERBOSE | re.DOTALL,
 )
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
+_ABROAD = {"sen": "sin", "tg": "tan"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 # J_1c is J_1 c
 _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")
@@ -132,7 +160,30 @@ _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.is
 
 def is_latex(text: str) -> bool:
     """Whether an equation is printed in LaTeX rather than in plain text."""
-    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text))
+    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text)) and not _SOLVED.fullmatch(text)
+
+
+def _of_code(text: str) -> str:
+    """Plain text where what only code has is blank or as in formulas, each character in its place."""
+
+    def own(match: re.Match[str]) -> str:
+        _, number, _, name, call = match.groups()
+        if call and name not in FUNCTIONS | CALLED:
+            return match[0]
+        name = name if call or not number or re.search(r"\d", name) else f"{name}_{number}"
+        return f"{name}{call or ''}".rjust(len(match[0]))
+
+    for pattern, plain in _METHODS:
+        text = pattern.sub(lambda match, plain=plain: plain.ljust(len(match[0])), text)
+    text = _RECORD.sub(own, text)
+    opened = ""
+    for i, letter in enumerate(text):  # in MATLAB's brackets each line is a row
+        opened = opened + letter if letter in "([{" else opened[:-1] if letter in ")]}" else opened
+        if letter == "\n" and opened[-1:] == "[" and _ROW_ENDS.search(text[:i]) and _ROW_BEGINS.match(text, i):
+            text = f"{text[:i]};{text[i + 1 :]}"
+    if len({match[0] for match in _SAMPLE.finditer(text)}) == 1:  # else it is a step in time
+        text = _SAMPLE.sub(lambda match: " " * len(match[0]), text)
+    return text.replace("\\", "∖", 1) if _SOLVED.fullmatch(text) else text
 
 
 def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
@@ -145,9 +196,7 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     if units := _UNITS.search(text):
         text = text[: units.start()] + units["value"].partition("(")[0].ljust(len(units[0]))
     latex, found, place = is_latex(text), list[Token](), 0
-    if not latex:  # robot.m1 is m1, bob1.mass is mass_1
-        own = lambda match: (match[3] if re.search(r"\d", match[3]) else f"{match[3]}_{match[2]}").rjust(len(match[0]))  # noqa: E731
-        text = _RECORD.sub(own, text)
+    text = text if latex else _of_code(text)
     while place < len(text):
         # LaTeX takes one digit where there are no braces, as in \frac12
         last = [token.text for token in found[-2:]]
@@ -223,6 +272,8 @@ def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Itera
         case "number":
             end = start + 1 if short else end
             yield Token("number", text[start:end].replace("{,}", ".").replace(",", "."), start, end)
+        case "mixed" if not latex:  # dθ, θ1dot
+            yield Token("word", "".join(GREEK.get(letter, letter) for letter in found), start, end)
         case "element" if not latex and re.split(r"\W", found)[0] not in FUNCTIONS:
             yield Token("word", found, start, end)
         case "element" | "word":
@@ -284,8 +335,10 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
     elif word == "frac" and not latex:  # frac(1)(2)
         yield Token("command", word, place, end)
-    elif word.lower() in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
-        yield Token("function", word.lower(), place, end)
+    elif (name := _ABROAD.get(word.lower(), word.lower())) in FUNCTIONS and (
+        word.islower() or text[end : end + 1] in ("(", "[")
+    ):
+        yield Token("function", name, place, end)
     elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):
         yield Token("word", match[0], place, place + match.end())
         yield from _letters(word[match.end() :], place + match.end(), latex, text)

@@ -324,3 +324,14 @@ def dot(a: Values, b: Values) -> Values:
 def cross(a: Values, b: Values) -> Values:
     """The cross product of two vectors (3, n)."""
     return np.stack([a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]])
+
+
+def inverse(matrix: Values, quantities: Quantities) -> Values:
+    """The inverse of a matrix (k, k, n), by elimination: its pivots are not 0, as those of a mass matrix."""
+    k, (zero, one) = len(matrix), map(quantities.number, (0, 1))
+    rows = [np.stack([*matrix[i], *(one if i == j else zero for j in range(k))]) for i in range(k)]
+    with np.errstate(all="ignore"):
+        for i in range(k):
+            rows[i] = rows[i] / rows[i][i]
+            rows = [row if j == i else row - row[i] * rows[i] for j, row in enumerate(rows)]
+    return np.stack(rows)[:, k:]

@@ -10,10 +10,15 @@ import re
 from collections.abc import Callable
 from itertools import product
 
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, formula, formulas
+from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, dot, formula, formulas, inverse
 from pendpin.doctor.systems.tables import table_spec
 
-BODIES = {"any": "any rigid body", "point": "a point mass on a string or massless rod", "uniform": "a uniform rod"}
+BODIES = {
+    "any": "any rigid body",
+    "tip": "masses with an inertia at the ends of massless rods",
+    "point": "a point mass on a string or massless rod",
+    "uniform": "a uniform rod",
+}
 POSES = {  # from where angles are measured, in words; and across, high and rise
     "down": ("the vertical", "sin", "-cos", "sin"),
     "up": ("upright", "sin", "cos", "-sin"),
@@ -21,6 +26,7 @@ POSES = {  # from where angles are measured, in words; and across, high and rise
 }
 _NO_INERTIA = {
     "any": (),
+    "tip": ("h1", "h2"),
     "uniform": (),
     "point": ("I", "I1", "I2", "k"),
 }  # names that a text on such bodies does not use
@@ -32,24 +38,23 @@ conical_rate = formula(
 _PLANE = """
 theta | 1 | theta q q_1 theta_1
 m | kg | m m_1 M
-g | m/s2 | g G gravity grav
-l | m | l L ell l_1 L_1 R r length
+g | m/s2 | g G g_0
+l | m | l L ell l_1 L_1 R r
 h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
 kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
 theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
 J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 J_o I_o | m*h*h + I
 I | kg m2 | I I_G I_C I_cm J_G J_C I_CM J_cm J_S I_S
-rG | m | *r *r_G *x *R | vector(x, y)
 x | m | x x_G x_C x_cm x_1 | h*across(theta)
 y | m | y y_G y_C y_cm y_1 z h_y | h*high(theta)
 vx | m/s | v_x | dx
 vy | m/s | v_y v_z | dy
 v | m/s | v v_G v_cm | h*dtheta
-omega | 1/s | omega Omega w | dtheta
-alpha | 1/s | alpha | ddtheta
+omega | 1/s | omega Omega w velocity vel | dtheta
+alpha | 1/s2 | alpha acc | ddtheta
 w0 | 1/s | omega omega_0 omega_n Omega w w_0 w_n | sqrt(m*g*h/J)
-T | N m | T K E_k E_c T_1 E_kin KE ke | J*dtheta*dtheta/2
+T | N m | T K E_k E_c T_1 E_kin | J*dtheta*dtheta/2
 V | N m | V U E_p E_pot PE Pi pe | g*(m*h*high(theta))
 L | N m | L
 E | N m | E H E_0 H_0
@@ -59,17 +64,22 @@ Rx | N | R_x O_x A_x F_x H N_x X | m*h*(cos(theta)*ddtheta - sin(theta)*dtheta**
 Ry | N | R_y O_y A_y F_y V N_y Y | m*(g + h*(rise(theta)*ddtheta - high(theta)*dtheta**2))
 Rt | N | R_t F_t O_t R_1 N_t | m*(h*ddtheta + g*rise(theta))
 W | N | W F_g G | m*g
+Wv | N | *F_g *W *P *G | vector(0, -m*g)
+field | m/s2 | *g | vector(0, -g)
+torque | N m | tau M_O tau_g M N tau_O | -m*g*h*rise(theta)
 period | s | T T_0 tau P | 2*pi/w0
+ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
 """
 
 _TWO = """
 theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
-m1 | kg | m_1 M_1 m mass_1
-m2 | kg | m_2 M_2 m mass_2
-g | m/s2 | g G gravity grav
-l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 r R length_1
-l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 r R length_2
+m1 | kg | m_1 M_1 m
+m2 | kg | m_2 M_2 m
+g | m/s2 | g G g_0
+l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 d_1 r R
+l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 d_2 r R
 h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
 h2 | m | h_2 l_c2 r_2 d_2 l_c,2 s_2 l_cm2 l_g2 lc_2 a_2 c_2 l_2 h lc2
 I1 | kg m2 | I_1 J_1 I_c1 I_c,1 I_G1 I J
@@ -84,8 +94,8 @@ xp1 | m | x_1 | l1*across(theta1)
 yp1 | m | y_1 z_1 | l1*high(theta1)
 xp2 | m | x_2 | l1*across(theta1) + l2*across(second)
 yp2 | m | y_2 z_2 | l1*high(theta1) + l2*high(second)
-T | N m | T K E_k E_c KE ke | (p1*dtheta1 + p2*dtheta2)/2
-V | N m | V U E_p PE pe | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
+T | N m | T K E_k E_c | (p1*dtheta1 + p2*dtheta2)/2
+V | N m | V U E_p  | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
 T1 | N m | T_1 K_1 E_k1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning**2)/2
 V1 | N m | V_1 U_1 E_p1 | m1*g*y1
@@ -112,10 +122,12 @@ tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
 v1 | m/s | v_1 | h1*dtheta1
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
-w1 | 1/s | omega_1 w_1 velocity_1 angular_velocity_1 angularVelocity_1 | dtheta1
-w2 | 1/s | omega_2 w_2 velocity_2 angular_velocity_2 angularVelocity_2 | dtheta2
+alpha1 | 1/s2 | alpha_1 acc_1 | ddtheta1
+alpha2 | 1/s2 | alpha_2 acc_2 | ddtheta2
+w1 | 1/s | omega_1 w_1 velocity_1 vel_1 angular_velocity_1 angularVelocity_1 | dtheta1
+w2 | 1/s | omega_2 w_2 velocity_2 vel_2 angular_velocity_2 angularVelocity_2 | dtheta2
 tau | N m | *tau *Q *u *f tau | vector(tau1, tau2)
-q | 1 | q *q *theta | vector(theta1, theta2)
+q | 1 | q *q *theta theta Theta *Theta | vector(theta1, theta2)
 mass | kg m2 | *M *H *D *B | vector(vector(M11, M12), vector(M12, M22))
 turn | N m s | *C *c *h *H *V | vector(vector(C11, C12), vector(C21, 0))
 turn2 | N m s | *C *c *h *H *V | vector(vector(D11, D12), vector(C21, 0))
@@ -123,28 +135,35 @@ turned | N m | *C *c *h *H | vector(C1, C2)
 weight | N m | *G *g *Phi *phi *tau_g | vector(G1, G2)
 pull | N m | *tau_g *tau_G *G | vector(-G1, -G2)
 B | - | *B *b | vector(0, 1)
+P1 | N | *P_1 *W_1 *F_g1 *G_1 | vector(0, -m1*g)
+P2 | N | *P_2 *W_2 *F_g2 *G_2 | vector(0, -m2*g)
+N1 | N | *T_1 *S_1 *N_1 | vector(-S1*x1/h1, -S1*y1/h1)
+N2 | N | *T_2 *S_2 *N_2 | vector(S2*(xp1 - x2)/h2, S2*(yp1 - y2)/h2)
+field | m/s2 | *g | vector(0, -g)
 s_ | - | | m2*l1*h2*sin(theta1 - second)
 a_ | - | | m1*h1*h1 + m2*l1*l1 + I1
 b_ | - | | m2*l1*h2*cos(theta1 - second)
 d_ | - | | m2*h2*h2 + I2
 f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - s_*turning**2
 k_ | - | | -g*(m2*h2)*rise(second) + s_*dtheta1**2
+ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
 """
 
 _CART = """
 x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
-M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0 M_cart masscart mass_cart mc cart_mass
-m | kg | m m_p m_2 m_P m_1 m_pole M_p masspole mass_pole mp pole_mass m_pend M_pole
-g | m/s2 | g G gravity grav
+M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0 M_cart masscart mc cart_mass
+m | kg | m m_p m_2 m_P m_1 m_pole M_p masspole mp pole_mass m_pend M_pole
+g | m/s2 | g G g_0
 l | m | l L ell l_1 l_p L_p r R length
-h | m | l L ell h d length l_1 a l_c b l_p L_p l_cm l_G r R
+h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
 I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
-T | N m | T K E_k E_c KE ke | (px*dx + ptheta*dtheta)/2
-V | N m | V U E_p PE pe | g*(m*h*high(theta))
+T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
+V | N m | V U E_p  | g*(m*h*high(theta))
 Tc | N m | T_c T_1 K_c K_1 T_M T_C | M*dx**2/2
 Tp | N m | T_p T_2 K_p K_2 T_m T_P | T - Tc
 Vc | N m | V_c U_c V_1 U_1 | 0*V
@@ -171,17 +190,70 @@ P | N | P V N_y | m*(g + ddyp)
 b_ | - | | side*(m*h)*cos(theta)
 f_ | - | | F + side*(m*h)*sin(theta)*dtheta**2
 k_ | - | | -g*(m*h)*rise(theta)
+ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
+"""
+
+_CART_TWO = """
+x | m | x q_1 q_0 s z x_c x_0
+theta1 | 1 | theta_1 q_2 phi_1 alpha_1
+theta2 | 1 | theta_2 q_3 phi_2 alpha_2
+M | kg | M m_c M_c m_0 m_cart mc
+m1 | kg | m_1 M_1 m
+m2 | kg | m_2 M_2 m
+g | m/s2 | g G g_0
+l1 | m | l_1 L_1 l L
+l2 | m | l_2 L_2 l L
+h1 | m | h_1 l_c1 r_1 d_1 a_1 l_1 L_1 l L
+h2 | m | h_2 l_c2 r_2 d_2 a_2 l_2 L_2 l L
+I1 | kg m2 | I_1 J_1 I J
+I2 | kg m2 | I_2 J_2 I J
+x1 | m | x_1 | x + side*(h1*across(theta1))
+y1 | m | y_1 | h1*high(theta1)
+x2 | m | x_2 | x + side*(l1*across(theta1) + h2*across(theta2))
+y2 | m | y_2 | l1*high(theta1) + h2*high(theta2)
+vc | m/s | v_c v_0 v_M | dx
+v1 | m/s | v_1 | sqrt(dx1**2 + dy1**2)
+v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
+T | N m | T K E_k | T0 + T1 + T2
+T0 | N m | T_0 T_c T_M K_c K_0 | M*dx**2/2
+T1 | N m | T_1 K_1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
+T2 | N m | T_2 K_2 | (m2*(dx2**2 + dy2**2) + I2*dtheta2**2)/2
+V | N m | V U E_p | V1 + V2
+V1 | N m | V_1 U_1 | m1*g*y1
+V2 | N m | V_2 U_2 | m2*g*y2
+L | N m | L
+E | N m | E H
+px | N m s | p_x p_1 | slope('T', 'dx')
+p1 | N m s | p_theta1 p_2 | slope('T', 'dtheta1')
+p2 | N m s | p_theta2 p_3 | slope('T', 'dtheta2')
+F | N | F u f F_x Q_x Q_1 U tau
+m_ | - | | M + m1 + m2
+b_ | - | | side*(m1*h1 + m2*l1)*cos(theta1)
+c_ | - | | side*(m2*h2)*cos(theta2)
+a_ | - | | m1*h1**2 + I1 + m2*l1**2
+e_ | - | | m2*l1*h2*cos(theta1 - theta2)
+d_ | - | | m2*h2**2 + I2
+s_ | - | | m2*l1*h2*sin(theta1 - theta2)
+f_ | - | | -side*(m1*h1 + m2*l1)*sin(theta1)*dtheta1
+k_ | - | | -side*(m2*h2)*sin(theta2)*dtheta2
+mass | - | *M *H *D | vector(vector(m_, b_, c_), vector(b_, a_, e_), vector(c_, e_, d_))
+turn | - | *C *H | vector(vector(0, f_, k_), vector(0, 0, s_*dtheta2), vector(0, -s_*dtheta1, 0))
+turned | - | *C *c *h | vector(f_*dtheta1 + k_*dtheta2, s_*dtheta2**2, -s_*dtheta1**2)
+weight | - | *G *g | vector(0, g*(m1*h1 + m2*l1)*rise(theta1), g*(m2*h2)*rise(theta2))
+load | - | *Q *F *tau *u | vector(F, 0, 0)
+q | - | q *q *theta | vector(x, theta1, theta2)
+B | - | *B *b | vector(1, 0, 0)
 """
 
 _POLAR = """
 theta | 1 | theta
 phi | 1 | phi
 m | kg | m M
-g | m/s2 | g G gravity grav
+g | m/s2 | g G g_0
 l | m | l L R r ell a
 h | m | h l L R r ell a d
 J | kg m2 | J I J_1 I_1
-rG | m | *r *r_G *x *R | vector(x, y, z)
 x | m | x | h*sin(theta)*cos(phi)
 y | m | y | h*sin(theta)*sin(phi)
 z | m | z | h*high(theta)
@@ -194,6 +266,15 @@ p | N m s | p_phi L_z l_z J_z h_z p L_0 h ell | J*dphi*sin(theta)**2
 ptheta | N m s | p_theta | J*dtheta
 S | N | T S N F_T F R_3 | m*(h*square_ - g*high(theta))
 square_ | - | | dtheta**2 + (dphi*sin(theta))**2
+ex | 1 | *e_x *i *x *u_x | vector(1, 0, 0)
+ey | 1 | *e_y *j *y *u_y | vector(0, 1, 0)
+ez | 1 | *e_z *k *z *u_z | vector(0, 0, 1)
+er | 1 | *e_r *r *e_rho *u_r | vector(sin(theta)*cos(phi), sin(theta)*sin(phi), high(theta))
+et | 1 | *e_theta *theta *u_theta | vector(cos(theta)*cos(phi), cos(theta)*sin(phi), rise(theta))
+ep | 1 | *e_phi *phi *u_phi | vector(-sin(phi), cos(phi), 0*phi)
+at | m/s2 | a_theta | h*(ddtheta - dphi**2*sin(theta)*cos(theta))
+ap | m/s2 | a_phi | h*(ddphi*sin(theta) + 2*dtheta*dphi*cos(theta))
+W | N | *F_g *W *P *G | vector(0, 0, -m*g)
 """
 
 
@@ -202,6 +283,7 @@ def _body(body: str, index: str = "") -> dict[str, Formula]:
     m, length, h, inertia = (name + index for name in "mlhI")
     texts = {
         "any": {},
+        "tip": {h: length},
         "point": {h: length, inertia: f"0*{m}"},
         "uniform": {h: f"{length}/2", inertia: f"{m}*{length}**2/12"},
     }
@@ -246,11 +328,18 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
     if relative:
         more |= {"M11": "a_ + b_ + b_ + d_", "M12": "b_ + d_", "q1_": "f_ + k_ + tau1"}
     more |= {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
-    parameters = ("m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()))
+    parameters = (
+        "m1",
+        "m2",
+        "g",
+        "l1",
+        "l2",
+        *(("h1", "h2", "I1", "I2") if body == "any" else ("I1", "I2") if body == "tip" else ()),
+    )
     if equal:
         more |= {name: f"{name[:-1]}1" for name in parameters if name.endswith("2")}
         parameters = tuple(name for name in parameters if not name.endswith("2"))
-    kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies"}[body]
+    kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies", "tip": BODIES["tip"]}[body]
     which, both = ("relative", "theta1+theta2") if relative else ("absolute", "theta1-theta2")
     title = (
         f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {POSES[pose][0]}{driven}"
@@ -267,7 +356,7 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
             ddtheta2="(M11*q2_ - M12*q1_)/(M11*M22 - M12*M12)",
         ),
         _body(body, "1") | _body(body, "2") | formulas(more),
-        _NO_INERTIA[body],
+        (*_NO_INERTIA[body], *(("h1", "h2") if body == "point" else ())),  # beside l_1, l_c1 is a centre of mass
         (f"sin {both}", f"cos {both}"),
     )
 
@@ -289,6 +378,25 @@ def _cart(body: str, pose: str, mirrored: bool) -> Spec:
     )
 
 
+def _cart_two(body: str, pose: str, mirrored: bool) -> Spec:
+    def solve(q: Quantities) -> dict[str, Values]:
+        rows, force = inverse(q["mass"], q), q["load"] - q["turned"] - q["weight"]
+        return {f"dd{name}": dot(row, force) for name, row in zip(q.spec.coordinates, rows, strict=True)}
+
+    where = f"their angles from {POSES[pose][0]}{', positive the other way' * mirrored}"
+    return table_spec(
+        f"cart-double {body} {pose}{' mirrored' * mirrored}",
+        f"two pendulums, one below the other, on a cart, {'point masses' if body == 'point' else 'rigid bodies'}, {where}",
+        _with(_CART_TWO, pose, side="-1" if mirrored else "1"),
+        ("x", "theta1", "theta2"),
+        ("M", "m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()), "F"),
+        solve,
+        _body(body, "1") | _body(body, "2"),
+        _NO_INERTIA[body],
+        ("sin theta1-theta2", "cos theta1-theta2"),
+    )
+
+
 def _polar(body: str, up: bool) -> Spec:
     pose, where = ("up", "upwards") if up else ("down", "downwards")
     own = _body(body) | formulas({"J": "I + m*h**2"}) if body != "any" else {}
@@ -307,11 +415,16 @@ def _polar(body: str, up: bool) -> Spec:
     )
 
 
-_FLAGS, _VERTICAL = (False, True), ("down", "up")
+_FLAGS, _VERTICAL, _SINGLE = (False, True), ("down", "up"), ("any", "point", "uniform")
 FAMILIES = {
-    "plane": [_plane(body, pose) for body, pose in product(BODIES, _VERTICAL)],
-    "polar": [_polar(body, up) for body, up in product(BODIES, _FLAGS)],
-    "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(BODIES, _VERTICAL, _FLAGS)],
-    "double": [_two(body, a, b, pose) for pose, body, a, b in product(POSES, BODIES, _FLAGS, _FLAGS)],
+    "plane": [_plane(body, pose) for body, pose in product(_SINGLE, _VERTICAL)],
+    "polar": [_polar(body, up) for body, up in product(_SINGLE, _FLAGS)],
+    "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
+    "cart-double": [
+        _cart_two(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE[:2], _VERTICAL, _FLAGS)
+    ],
+    "double": [
+        _two(b, a, e, pose) for pose, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")
+    ],
     "acrobot": [_two(body, True, False, pose, to) for pose, body, to in product(POSES, BODIES, ("acrobot", "both"))],
 }
