@@ -274,7 +274,8 @@ PRINTED = [
     ("theta1''[t] == -g/l*Sin[theta1[t] - b]*Cos[c]^2", "ddtheta_1", "-g/l*sin(theta_1 - b)*cos(c)**2"),
     (r"x = \textcolor{red}{a}\phantom{=} b", "x", "a*b"),
     ("x = M(1, 2)*G(2, 1)*q(1)", "x", "M_12*G_2*q1d"),
-    ("x = robot.m1*bob2.mass", "x", "m_1*mass_2"),
+    ("x = robot.m1*bob2.mass", "x", "m_1*m_2"),
+    ("a = cart.mass + self.pole.m", "a", "m_cart + m_pole"),
     ("balance = sp.Eq(a*x, b)", "a*x", "b"),
     ("V = frac(1)(2)k x^2", "V", "k*x**2/2"),
     ("T_p = T^r_p", "T_p", "T_pr"),
@@ -285,7 +286,7 @@ PRINTED = [
 def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
     (equation,) = read_equations(read_text(text).statements)
     numbers = Numbers()
-    names = {"x4d": "dx_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
+    names = {"x4d": "xdot_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
     names |= {"q1d": "q_[1]", "T_pr": "T_p,r", "T_pt": "T_p,t", **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)}}
     known = {name: numbers[names.get(name, name)] for name in re.findall(r"[A-Za-z_]\w*", f"{left} {right}")}
     functions = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "transpose", "array")}
@@ -306,7 +307,7 @@ UNREAD = [
     r"x \to 0 = y",
     "state = [thetas[i - 1], omega]",
     r"A = \begin{bmatrix} a & b \\ c \end{bmatrix}",
-    "a = cart.mass",
+    "a = cart.mass()",
     r"$x = \hat{b}_)1$",
     r"$\theta, \phi = c$",
 ]

@@ -143,7 +143,8 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
     """What a letter can mean, without dots."""
     if name in words.chosen:
         return []
-    return [meaning for meaning in words(Written(name[0], 0, name[1])) if not meaning.startswith("?")]
+    every = [one for bold in (False, True) for one in words(Written(name[0], 0, name[1], bold))]
+    return [meaning for meaning in dict.fromkeys(every) if not meaning.startswith("?")]
 
 
 def _moved(one: Printed, still: frozenset[str]) -> Iterator[Name]:

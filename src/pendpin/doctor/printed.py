@@ -34,7 +34,7 @@ MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 COORDINATES = {"x", "y", "z"}
 SHORT, LONG = 3, 9  # parts of an expression that is named like a quantity; of one that is none by chance
 MOST_MEANT = 4  # readings of a definition
-ACCELERATION = re.compile(r"acc|dd|ddot|alpha")
+ACCELERATION = re.compile(r"acc|dd|dot|alpha")
 
 
 THIN = System(SPECS["thin"])
@@ -133,6 +133,12 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
         shifted = str.maketrans("01", "12")
         found = _rewritten(found, lambda written: replace(written, index=written.index.translate(shifted)))
     found = _rename_state_vectors(found)
+    # rates of a state that stands nowhere have names of their own: xdot(2) = ...
+    written = [part.written for one in found for part in parts(one.sides) if part.written]
+    stated = {name.letter for name in written if not name.dots}
+    if lone := {name for name in written if name.dots == 1 and name.index[:1] == "[" and name.letter not in stated}:
+        own_rate = lambda name: replace(name, letter=f"{name.letter}dot", dots=0) if name in lone else name  # noqa: E731
+        found = _rewritten(found, own_rate)
     # a letter that is equal to a matrix is one wherever it stands, however it is printed: M = [...], inv(M)
     tables = [one.sides for one in found if any(side.kind == "matrix" for side in one.sides)]
     matrices = {side.written for sides in tables for side in sides if side.kind == "symbol" and side.written}
@@ -472,7 +478,9 @@ def _known(system: System, ndim: int) -> tuple[list[str], list[Values]]:
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
-    names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in names if name[0] == "r" for d in ("d", "dd")]
+    names += ["ddq"] * ("q" in spec.formulas) + [
+        d + name for name in names if re.match(r"r|[xyz][pG]?\d?$", name) for d in ("d", "dd")
+    ]
     every = {name: states[name] for name in dict.fromkeys(names)}
     if "weight" in every and len(every["weight"]) == len(spec.coordinates) and "G1" not in every:
         every |= {
@@ -485,15 +493,18 @@ def _known(system: System, ndim: int) -> tuple[list[str], list[Values]]:
 
 def _agrees(word: str, name: str) -> bool:
     """Whether the indices of a name and of a quantity do not contradict each other."""
-    mine, others = (re.findall(r"(?<=[a-z])_?\[?(\d{1,2})", text, re.IGNORECASE)[:1] for text in (word, name))
+    mine, others = (re.findall(r"(?<![\[\d])(\d{1,2})", text)[:1] for text in (word, name))
     return not mine or not others or len(mine[0]) != len(others[0]) or mine == others
 
 
 def _is_named_like(word: str, name: str) -> bool:
     """Whether a name begins like a quantity: xs, X1 or pos_x for x1 or x."""
-    if (match := re.fullmatch(r"([A-Za-z])[pG]?(\d*)", name)) is None:
+    if (match := re.fullmatch(r"(d{0,2})([A-Za-z])[pG]?(\d*)", name)) is None:
         return False
-    begins = word[:1].lower() == match[1].lower() or re.search(rf"(?:_|[Pp]os|tip|bob|end){match[1]}(?![a-z])", word)
+    rate, letter, _ = match.groups()
+    if rate:  # v_1x, a_x
+        return bool(re.match(rf"{'va'[len(rate) - 1]}.*{letter}", word)) and _agrees(word[1:], name)
+    begins = word[:1].lower() == letter.lower() or re.search(rf"(?:_|[Pp]os|tip|bob|end){letter}(?![a-z])", word)
     return bool(begins) and _agrees(word, name)
 
 

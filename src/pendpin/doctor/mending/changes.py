@@ -178,7 +178,8 @@ class Patient:
                 moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
                 start, end = head.children[i].outer[0], node.children[-1].outer[1]
                 words = f"a bracket is missing around {self.writer.of((start, end))}"
-                yield Change(((start, start, "("), (end, end, ")")), 1.2, words, "", "( )", {id(node): moved})
+                cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
+                yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""

@@ -24,7 +24,7 @@ _OPENERS = re.compile(
 )
 _CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```", ":math:`": "`"}
 _PICTURE = re.compile(
-    r'!?(?:\[[^\n]*?\]\()?(?P<quoted>"?)https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
+    r'!?(?:\[[^\n]*?\]\()?(?P<quoted>")?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
     r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
 )
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
@@ -51,7 +51,7 @@ _TYPED = re.compile(
 _ADDED = re.compile(
     r"\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$"
 )  # a value to those of a quantity
-_RETURNED = re.compile(r"\s*return\s+(?![\[({]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$")
+_RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$")
 _NAMING = re.compile(r"\s*[#%!]+\s*[A-Za-z]\w*[(\[]\d[)\]]\s*=\s*\w{1,12}'?\s*$")
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1

@@ -32,7 +32,7 @@ _DOTTED = re.compile(  # thetaDot1, xprime, x_ddot, theta_dot_dot
 )
 _MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
-    r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
+    r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
 _PAIR = re.compile(r"\[(\d),(\d)\]")
 _SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V", "Tau": "tau"}

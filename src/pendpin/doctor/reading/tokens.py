@@ -5,6 +5,7 @@ import re
 import unicodedata
 from bisect import bisect
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import NamedTuple
 
 from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
@@ -121,11 +122,13 @@ _NOISE = re.compile(
     r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
 )
 _NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
-# self.pole.m1 is m1, bob1.mass is mass_1; np.sin is sin, and M.inv() and a.dot(b) are read as M^(-1) and a*(b)
+# self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; M.inv() and a.dot(b) are M^(-1) and a*(b)
 _RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)\.(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
 _METHODS = ((re.compile(r"\.inv\(\)"), "^(-1)"), (re.compile(r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()"), "*"))
+_GENERIC = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
+_OWNERS = set(_GENERIC.split())
 _SAMPLE = re.compile(  # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
-    r"(?<=\w)(?:\[\s*(?:end|[ijkn](?:\s*[-+]\s*1)?|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
+    r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
 )
 _ROW_ENDS, _ROW_BEGINS = re.compile(r"[\w)\]'][ \t]*$"), re.compile(r"\s*(?:-\S|[\w(])")
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
@@ -145,7 +148,7 @@ _TOKEN = re.compile(
     |(?P<command>\\(?:[A-Za-z]+\*?|.))
     |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
     |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
-        |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1])?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
+        |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
     |(?P<mixed>(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z]))
     |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)
     |(?P<sign>\*\*|==|:=|%2B|.)""",
@@ -167,10 +170,11 @@ def _of_code(text: str) -> str:
     """Plain text where what only code has is blank or as in formulas, each character in its place."""
 
     def own(match: re.Match[str]) -> str:
-        _, number, _, name, call = match.groups()
+        owners, number, _, name, call = match.groups()
         if call and name not in FUNCTIONS | CALLED:
             return match[0]
-        name = name if call or not number or re.search(r"\d", name) else f"{name}_{number}"
+        if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS):
+            name = f"{name}_{number or owners.split('.')[-1]}"
         return f"{name}{call or ''}".rjust(len(match[0]))
 
     for pattern, plain in _METHODS:
@@ -255,6 +259,7 @@ def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Itera
             if not name:
                 yield Token("space", found, start, end)
                 return
+            name = [_ABROAD.get(name[0], name[0])]
             name = "L" if name == ["l"] and found[:6] in (r"\maths", r"\mathc") else name[0]
             word = name == "diag" or name[-1].isdigit()
             yield Token("function" if name in FUNCTIONS else "word" if word else "letter", name, start, end)
@@ -359,6 +364,9 @@ def cut(found: list[Token]) -> list[list[Token]]:
     An equation ends at \\ where what follows is not the rest of a sum, at a comma, and at & or \quad if there is a relation
     on both sides. What begins with = after \\ goes on with the chain before it, but is listed by itself.
     """
+    for i, (token, after) in enumerate(pairwise(found)):  # a vector that is told by its coordinates: r = { x = a, y = b
+        if token.kind == "relation" and after[:2] == ("open", "cases"):
+            found[i] = token._replace(kind=";")
     found = [one for one in found if one.text not in ENVIRONMENTS]
     closed, opened = dict[int, int](), list[int]()
     for i, token in enumerate(found):

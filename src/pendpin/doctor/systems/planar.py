@@ -15,9 +15,9 @@ from pendpin.doctor.systems.tables import table_spec
 
 BODIES = {
     "any": "any rigid body",
-    "tip": "masses with an inertia at the ends of massless rods",
     "point": "a point mass on a string or massless rod",
     "uniform": "a uniform rod",
+    "tip": "masses with an inertia at the ends of massless rods",
 }
 POSES = {  # from where angles are measured, in words; and across, high and rise
     "down": ("the vertical", "sin", "-cos", "sin"),
@@ -46,6 +46,7 @@ kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
 theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
 J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 J_o I_o | m*h*h + I
 I | kg m2 | I I_G I_C I_cm J_G J_C I_CM J_cm J_S I_S
+rG | m | *r *r_G *x *R | vector(x, y)
 x | m | x x_G x_C x_cm x_1 | h*across(theta)
 y | m | y y_G y_C y_cm y_1 z h_y | h*high(theta)
 vx | m/s | v_x | dx
@@ -64,8 +65,6 @@ Rx | N | R_x O_x A_x F_x H N_x X | m*h*(cos(theta)*ddtheta - sin(theta)*dtheta**
 Ry | N | R_y O_y A_y F_y V N_y Y | m*(g + h*(rise(theta)*ddtheta - high(theta)*dtheta**2))
 Rt | N | R_t F_t O_t R_1 N_t | m*(h*ddtheta + g*rise(theta))
 W | N | W F_g G | m*g
-Wv | N | *F_g *W *P *G | vector(0, -m*g)
-field | m/s2 | *g | vector(0, -g)
 torque | N m | tau M_O tau_g M N tau_O | -m*g*h*rise(theta)
 period | s | T T_0 tau P | 2*pi/w0
 ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
@@ -135,11 +134,6 @@ turned | N m | *C *c *h *H | vector(C1, C2)
 weight | N m | *G *g *Phi *phi *tau_g | vector(G1, G2)
 pull | N m | *tau_g *tau_G *G | vector(-G1, -G2)
 B | - | *B *b | vector(0, 1)
-P1 | N | *P_1 *W_1 *F_g1 *G_1 | vector(0, -m1*g)
-P2 | N | *P_2 *W_2 *F_g2 *G_2 | vector(0, -m2*g)
-N1 | N | *T_1 *S_1 *N_1 | vector(-S1*x1/h1, -S1*y1/h1)
-N2 | N | *T_2 *S_2 *N_2 | vector(S2*(xp1 - x2)/h2, S2*(yp1 - y2)/h2)
-field | m/s2 | *g | vector(0, -g)
 s_ | - | | m2*l1*h2*sin(theta1 - second)
 a_ | - | | m1*h1*h1 + m2*l1*l1 + I1
 b_ | - | | m2*l1*h2*cos(theta1 - second)
@@ -254,6 +248,7 @@ g | m/s2 | g G g_0
 l | m | l L R r ell a
 h | m | h l L R r ell a d
 J | kg m2 | J I J_1 I_1
+rG | m | *r *r_G *x *R | vector(x, y, z)
 x | m | x | h*sin(theta)*cos(phi)
 y | m | y | h*sin(theta)*sin(phi)
 z | m | z | h*high(theta)
@@ -269,12 +264,12 @@ square_ | - | | dtheta**2 + (dphi*sin(theta))**2
 ex | 1 | *e_x *i *x *u_x | vector(1, 0, 0)
 ey | 1 | *e_y *j *y *u_y | vector(0, 1, 0)
 ez | 1 | *e_z *k *z *u_z | vector(0, 0, 1)
-er | 1 | *e_r *r *e_rho *u_r | vector(sin(theta)*cos(phi), sin(theta)*sin(phi), high(theta))
-et | 1 | *e_theta *theta *u_theta | vector(cos(theta)*cos(phi), cos(theta)*sin(phi), rise(theta))
-ep | 1 | *e_phi *phi *u_phi | vector(-sin(phi), cos(phi), 0*phi)
+er | 1 | *e_r *e_rho *u_r | vector(sin(theta)*cos(phi), sin(theta)*sin(phi), high(theta))
+et | 1 | *e_theta *u_theta | vector(cos(theta)*cos(phi), cos(theta)*sin(phi), rise(theta))
+ep | 1 | *e_phi *u_phi | vector(-sin(phi), cos(phi), 0*phi)
 at | m/s2 | a_theta | h*(ddtheta - dphi**2*sin(theta)*cos(theta))
 ap | m/s2 | a_phi | h*(ddphi*sin(theta) + 2*dtheta*dphi*cos(theta))
-W | N | *F_g *W *P *G | vector(0, 0, -m*g)
+W | N | | vector(0, 0, -m*g)
 """
 
 

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.reading.names import Written
-from pendpin.doctor.systems.base import ENERGY_SUMS, Dimension, Formula, Quantities, Spec, Values, formula, formulas
+from pendpin.doctor.systems.base import ENERGY_SUMS, Dimension, Formula, Quantities, Spec, Values, formulas
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Gravity
 from pendpin.errors import InputError
@@ -36,7 +36,6 @@ UNITS: dict[str, Dimension | None] = {
 # positions and mass matrices: they have no unit of time, and yet they move
 MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
 MOST_RODS = 6  # of a chain whose equations anybody writes down
-LAST = 20  # the rank of writings that follow from others
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
 
@@ -61,6 +60,8 @@ def table_spec(
     """
     rows = [[*(cell.strip() for cell in line.split("|")), ""][:4] for line in table.strip().splitlines()]
     every = {**formulas({name: text for name, _, _, text in rows if text}), **ENERGY_SUMS, **more}
+    ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
+    every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
     dimensions = {name: powers for name, unit, _, _ in rows if (powers := UNITS[unit]) is not None}
     timeless = {name for name, unit in dimensions.items() if unit[2] == 0 and name in every} - (MOVING & every.keys())
     still = frozenset(timeless | ({*parameters} & dimensions.keys())) - {*coordinates}
@@ -71,17 +72,7 @@ def table_spec(
     for name, _, writings, _ in rows:
         for rank, one in enumerate(writings.split() if name not in absent else ()):
             ranked.setdefault(one, []).append((rank, name))
-    for letter, places in _points(rows, every).items():  # a point's place, velocity and acceleration as vectors
-        every[letter] = formula(f"vector({', '.join(places)})")
-        for name in places:
-            for one in next(writings for row, _, writings, _ in rows if row == name).split():
-                index = one[2:]
-                for rank, (mark, rate) in enumerate((("r", ""), ("x", ""), ("p", ""), ("v", "d"), ("a", "dd"))):
-                    ranked.setdefault(f"*{mark}_{index}".rstrip("_"), []).append((LAST + rank, rate + letter))
-                for form in (f"{one[0]}{index}", f"{index}{one[0]}", f"{index},{one[0]}", f"{one[0]},{index}"):
-                    for mark, rate in (("v", "d"), ("a", "dd")) if re.match("[xyz](?:_|$)", one) else ():
-                        ranked.setdefault(f"{mark}_{form}".rstrip("_,"), []).append((LAST, rate + name))
-    written = {one: list(dict.fromkeys(name for _, name in sorted(names))) for one, names in ranked.items()}
+    written = {one: [name for _, name in sorted(names)] for one, names in ranked.items()}
 
     def words(one: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
@@ -115,15 +106,6 @@ def table_spec(
         extra=(*unknowns, *extra, *coordinates),
         **others,
     )
-
-
-def _points(rows: list[list[str]], every: Mapping[str, Formula]) -> dict[str, list[str]]:
-    """The points of a table, r1 of x1 and y1, with their coordinates."""
-    found: dict[str, list[str]] = {}
-    for name, *_ in rows:
-        if match := re.fullmatch(r"([xyz])([pG]?\d?)", name):
-            found.setdefault(f"r{match[2]}", []).append(name)
-    return {name: places for name, places in found.items() if len(places) > 1 and name not in every}
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
