@@ -152,7 +152,8 @@ def doctor(
     rod: Annotated[
         str | None,
         Option(
-            help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, polar. Found if absent."
+            help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, cart-double, polar. "
+            "Found if absent."
         ),
     ] = None,
     convention: Annotated[
