@@ -255,12 +255,11 @@ def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Itera
         case "matrix":
             yield Token("open", "pmat", start, end)
         case "plain":
-            name = re.findall(r"[A-Za-z]+\d*", found)[-1:]
-            if not name:
+            letters: list[str] = re.findall(r"[A-Za-z]+\d*", found)[-1:]
+            if not letters:
                 yield Token("space", found, start, end)
                 return
-            name = [_ABROAD.get(name[0], name[0])]
-            name = "L" if name == ["l"] and found[:6] in (r"\maths", r"\mathc") else name[0]
+            name = "L" if letters == ["l"] and found[:6] in (r"\maths", r"\mathc") else _ABROAD.get(letters[0], letters[0])
             word = name == "diag" or name[-1].isdigit()
             yield Token("function" if name in FUNCTIONS else "word" if word else "letter", name, start, end)
         case "prime":
