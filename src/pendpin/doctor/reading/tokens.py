@@ -259,7 +259,9 @@ def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Itera
             if not letters:
                 yield Token("space", found, start, end)
                 return
-            name = "L" if letters == ["l"] and found[:6] in (r"\maths", r"\mathc") else _ABROAD.get(letters[0], letters[0])
+            name = (
+                "L" if letters == ["l"] and found[:6] in (r"\maths", r"\mathc") else _ABROAD.get(letters[0], letters[0])
+            )
             word = name == "diag" or name[-1].isdigit()
             yield Token("function" if name in FUNCTIONS else "word" if word else "letter", name, start, end)
         case "prime":
