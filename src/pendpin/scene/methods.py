@@ -155,7 +155,7 @@ BESIDE_ACCURACY = "an accuracy is given, from which pendpin finds this number; l
 
 
 def _refuse_unknown(name: str) -> str:
-    if name not in names():
+    if name != "auto" and name not in METHODS:
         raise PydanticKnownError("literal_error", {"expected": ", ".join(names())})
     return name
 
