@@ -16,7 +16,7 @@ import scenes
 from effect_cases import EFFECTS, MODELS
 from laws import law
 from pendpin.dynamics.timing import declared_pace
-from pendpin.effects import Gravity, JointEffect, Motor, Support, Torque
+from pendpin.effects import Gravity, JointEffect, Motor, Rotation, Support, Torque
 from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
@@ -131,13 +131,16 @@ def test_promises_hold_with_a_moved_pivot(interval, rows, size, accuracy, tmp_pa
     assert np.linalg.norm(run.tips[-1] - exact.tips[-1]) <= run.stats.error + 1e-11
 
 
+@pytest.mark.parametrize("turning", [False, True])
 @pytest.mark.parametrize("method", ["dop853", "lsoda"])
-def test_time_may_be_counted_from_anywhere(method, tmp_path) -> None:
-    """A track in seconds since 1970 gives the motion and the steps of one from 0, bit for bit."""
+def test_time_may_be_counted_from_anywhere(method, turning, tmp_path) -> None:
+    """A track in seconds since 1970, or a rate of turning, gives the motion and the steps of one from 0, bit for bit."""
     runs = []
     for first in ("0", "1700000000", "-86400.5"):
         path = pulse_track(tmp_path / "track.csv", first, 10.0, 0.01, 4.0, 0.1)
-        effects = (Gravity(), Support(csv=path))
+        if turning:
+            path.write_text("\n".join(",".join(row.split(",")[:2]) for row in path.read_text().splitlines()))
+        effects = (Gravity(), Rotation(csv=path, axis=(0.0, 0.3, 1.0)) if turning else Support(csv=path))
         runs.append(run_of(*effects, method=method, tolerance=1e-9, duration=10.0, time=float(first)))
     for run in runs[1:]:
         assert np.array_equal(run.q, runs[0].q)

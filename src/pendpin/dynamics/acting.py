@@ -21,10 +21,7 @@ from pendpin.effects import (
     Idle,
     JointEffect,
     Motion,
-    Motor,
-    Push,
     Stop,
-    Support,
     Torque,
     Viscous,
 )
@@ -48,17 +45,17 @@ class HeldTorque(Torque):
     _effect: Torque = PrivateAttr()
     _interval: float = PrivateAttr()  # s
     _joints: Indices = PrivateAttr()
-    _start: float = PrivateAttr(0.0)  # s
+    _start: float = PrivateAttr()  # s
     _given: int = PrivateAttr(0)  # outputs that an earlier run has recorded: they are not computed again
     _values: Array | None = PrivateAttr(None)  # (m, k) N m, at the instants; 0 where they are not known yet
     _current: Array | None = PrivateAttr(None)  # (k,) N m, during an integration
 
     @classmethod
-    def of(cls, effect: Torque, joints: Indices) -> "HeldTorque":
-        """The effect on the joints (k,), by their indices in the model."""
+    def of(cls, effect: Torque, joints: Indices, start: float) -> "HeldTorque":
+        """The effect on the joints (k,), by their indices in the model, for runs from `start` in s."""
         held = cls.model_construct(**effect.given())
         assert effect.every is not None
-        held._effect, held._joints, held._interval = effect, joints, effect.every
+        held._effect, held._joints, held._interval, held._start = effect, joints, effect.every, start
         return held
 
     def since(self, start: float) -> tuple[Effect, float]:
@@ -77,8 +74,8 @@ class HeldTorque(Torque):
         if self._current is not None:
             return self._current.copy()
         if self._values is None:
-            return self._effect.torques(t, q, v)
-        return self._values[self._place(t - self._start)].copy()
+            return self._effect.torques(self._start + t, q, v)
+        return self._values[self._place(t)].copy()
 
     def begin(self, start: float, end: float, recorded: Array | None = None) -> None:
         """Make room for a run from `start` to `end` s since then, with outputs (m, k). InputError for other joints'."""
@@ -143,13 +140,11 @@ def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: floa
         one.begin(start, end, outputs)
 
 
-LATEST = 340  # digits: more than a time times a frequency can have before its point
-
-
-def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+def acting(model: Model, effects: Sequence[Effect], start: float = 0.0) -> tuple[Effect, ...]:
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
-    In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold. Raises InputError
+    In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold, from `start` in s
+    on. Raises InputError
     for a joint or link that the model lacks, whatever the strength.
     """
     acts = list(expand_as_written(model, effects))
@@ -158,7 +153,7 @@ def acting(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
         if isinstance(effect, Drag) and any(body.payload_radius for body in model.bodies):
             acts[i] = effect = effect.model_copy(update={"payload_coefficient": effect.payload_coefficient})
         if isinstance(effect, Torque) and effect.every is not None:
-            acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where))
+            acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where), start)
         elif effect.idle:
             if isinstance(effect, JointEffect | ContactEffect):
                 chosen_joints(model, effect.on, where)
@@ -248,24 +243,6 @@ def _copy(part: Any) -> Any:
     if isinstance(part, Bodies | Motion):
         return part._make(map(_copy, part))
     return part.copy() if isinstance(part, np.ndarray) else part
-
-
-def shift_time(start: float, effect: Effect, function: Any, numbers: Numbers = GIVEN) -> Any:
-    """A function of time of one effect, as a function of the time since `start` in s: late times then lose no digits."""
-    # A sinusoid begins at the time at which it first has the phase that it has at `start`.
-    if not start:
-        return function
-    early: Any = start
-    if isinstance(effect, Drag | Motor | Push | Support) and effect.frequency is not None:
-        from mpmath import mp, mpf
-
-        frequency = np.real(effect.frequency)  # complex where derivatives by it are wanted (derivatives.py)
-        with mp.workdps(LATEST):
-            early = float(mp.fmod(mpf(start) * mpf(frequency), 2 * mp.pi) / frequency)
-        if isinstance(effect.frequency, complex):  # frequency early changes with the frequency like frequency start
-            early = early + (start - early) / frequency * (effect.frequency - frequency)
-    early = numbers(early)
-    return lambda t, *state: function(early + t, *state)
 
 
 def name_errors(effect: Effect, where: str, xp: Any, function: Any) -> Any:

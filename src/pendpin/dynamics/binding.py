@@ -19,7 +19,6 @@ from pendpin.dynamics.acting import (
     law,
     name_errors,
     plain_arithmetic,
-    shift_time,
 )
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
@@ -156,11 +155,14 @@ class Binding:
 
         return each
 
-    def field(self, effect: FieldEffect, name: str) -> Callable[[Any], Array]:
-        """A function of time of a field, by its name, as a function t -> (3,)."""
+    def law(self, effect: Effect, name: str) -> Callable[..., Any]:
+        """A method of an effect, by its name, as a function of the time since the start: late times then lose no digits."""
         moved, early = effect.since(self.start)
         function = law(moved, name, self.xp, self.numbers)
-        return shift_time(self.start, effect, function, self.numbers) if early else function
+        if not early:
+            return function
+        early = self.numbers(early)
+        return lambda t, *state, **given: function(early + t, *state, **given)
 
     @cached_property
     def complete(self) -> Callable[[Any, Motion], Motion]:
@@ -170,10 +172,12 @@ class Binding:
         frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
         fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]
         steady = self.numbers(sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)))
-        sums = {"gravity": ([self.field(effect, "field") for effect in fields if not effect.constant], steady)}
+        sums: dict[str, tuple[list[Any], Any]] = {
+            "gravity": ([self.law(effect, "field") for effect in fields if not effect.constant], steady)
+        }
         if frames:
-            sums["pivot"] = [self.field(effect, "position") for effect in frames], np.zeros(3)
-            sums["pivot_velocity"] = [self.field(effect, "velocity") for effect in frames], np.zeros(3)
+            sums["pivot"] = [self.law(effect, "position") for effect in frames], np.zeros(3)
+            sums["pivot_velocity"] = [self.law(effect, "velocity") for effect in frames], np.zeros(3)
 
         def complete(t: Any, motion: Motion) -> Motion:
             given = dict[str, Array]()
@@ -201,11 +205,9 @@ class Bound(ABC):
     def __init__(self, binding: Binding, effect: Any, where: str) -> None:
         self.effect, self._where, self._binding = effect, where, binding
 
-    def _timed(self, function: Any) -> Any:
-        """A law of its own time as one of the time since the start; its faults name the effect."""
-        binding, effect = self._binding, self.effect
-        timed = shift_time(binding.start, effect, function, binding.numbers)
-        return name_errors(effect, self._where, binding.xp, timed)
+    def _named(self, function: Any) -> Any:
+        """A law whose errors name the effect."""
+        return name_errors(self.effect, self._where, self._binding.xp, function)
 
     @abstractmethod
     def power(self) -> Power:
@@ -231,7 +233,7 @@ class BoundField(Bound):
     @cached_property
     def at(self) -> Callable[[Any], Array]:
         """The field (3,) in m/s² in W at a time."""
-        return name_errors(self.effect, self._where, self._binding.xp, self._binding.field(self.effect, "field"))
+        return self._named(self._binding.law(self.effect, "field"))
 
     def power(self) -> Power:
         """The sum of m v . field over the bodies, W."""
@@ -260,20 +262,20 @@ class BoundTorque(Bound):
     def at(self) -> Torque:
         """The torques (nv,) in N m at a time and q, v (nv,)."""
         model, numbers, each = self._binding.model, self._binding.numbers, self._each
-        torques: Any = law(self.effect, "torques", self._binding.xp, numbers)
+        torques: Any = self._binding.law(self.effect, "torques")
         nv = len(model.joints)
         if each is not None:
             of_rods = numbers.bodies(each.reshape(len(model.rods), -1))
             torques = partial(torques, each=of_rods.reshape(-1, each.shape[-1]))
         if self._angles is not None:  # the law is of every rod's theta and phi, and some rods have one of them
             angles = self._angles[: 2 if numbers.by_rod else None]
-            return self._timed(lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles])
+            return self._named(lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles])
         if self.effect.on is None:
-            return self._timed(torques)
+            return self._named(torques)
         chosen = chosen_joints(model, self.effect.on, self._where)
         if numbers.by_rod:
             share = numbers.joints(np.isin(np.arange(nv), chosen))
-            return self._timed(lambda t, q, v: share * torques(t, q, v))
+            return self._named(lambda t, q, v: share * torques(t, q, v))
 
         def torque(t: Any, q: Array, v: Array) -> Array:
             some = torques(t, q[chosen], v[chosen])
@@ -281,7 +283,7 @@ class BoundTorque(Bound):
             tau[chosen] = some
             return tau
 
-        return self._timed(torque)
+        return self._named(torque)
 
     @cached_property
     def _each(self) -> Array | None:
@@ -333,13 +335,13 @@ class BoundWrench(Bound):
                 raise InputError(
                     f"{self._where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
                 )
-        bodies, wrench = self._binding.bodies, law(self.effect, "wrench", self._binding.xp, numbers)
+        bodies, wrench = self._binding.bodies, self._binding.law(self.effect, "wrench")
         if self.effect.on is None:
-            return self._timed(lambda t, motion: wrench(t, bodies, motion))
+            return self._named(lambda t, motion: wrench(t, bodies, motion))
         chosen = chosen_bodies(model, self.effect.on, self._where)
         if numbers.by_rod:
             share = numbers.bodies(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
-            return self._timed(lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion)))
+            return self._named(lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion)))
         some, n = bodies.of(chosen), len(bodies.mass)
 
         def scattered(rows: Array) -> Array:
@@ -347,7 +349,7 @@ class BoundWrench(Bound):
             out[..., chosen, :] = rows
             return out
 
-        return self._timed(lambda t, motion: tuple(map(scattered, wrench(t, some, motion.of(chosen)))))
+        return self._named(lambda t, motion: tuple(map(scattered, wrench(t, some, motion.of(chosen)))))
 
     def power(self) -> Power:
         """The sum of F . v + M . omega over the bodies, W."""

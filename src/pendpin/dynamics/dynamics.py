@@ -41,7 +41,7 @@ class Dynamics:
     ) -> None:
         if moved := homes(model.written or (), effects):  # inside the limits that act as written
             model = replace(model, home=np.array([moved.get(joint, 0.0) for joint in model.joints]))
-        self.model, self.start, self.effects = model, start, acting(model, effects)
+        self.model, self.start, self.effects = model, start, acting(model, effects, start)
         effects = self.effects
         self.sampled_torques = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
         self.binding = Binding(model, effects, start=start)

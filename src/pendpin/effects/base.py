@@ -17,6 +17,8 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, applied, cross
 from pendpin.ground.records import Record
 
+LATEST = 340  # digits: more than a time times a frequency can have before its point
+
 
 class Effect(Record):
     """One effect of a scene; a subclass of one of the interfaces below says how it acts."""
@@ -25,6 +27,7 @@ class Effect(Record):
     sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
     parameters: ClassVar[tuple[str, ...]] = ()  # its numbers, which compiled equations take at run time
     strengths: ClassVar[tuple[str, ...]] = ()  # if all of these are 0 or absent, it adds nothing
+    sinusoidal: ClassVar[bool] = False  # whether time enters by sin(frequency t + phase) alone, if there is a frequency
 
     @property
     def smooth(self) -> bool:
@@ -37,12 +40,22 @@ class Effect(Record):
         names = vars(type(self)).get("strengths", ())  # a subclass may add what its base does not
         return bool(names) and not any(np.any(getattr(self, name)) for name in names)
 
-    def since(self, start: float) -> tuple["Effect", float]:
+    def since(self, start: float) -> tuple["Effect", Any]:
         """An effect and a time in s: at that time and later it does what this one does at `start` and later.
 
-        An early time keeps more digits than a late one.
+        An early time keeps more digits than a late one: a sinusoid is taken from when it first has the phase of the start.
         """
-        return self, start
+        frequency: Any = getattr(self, "frequency", None) if self.sinusoidal else None
+        if frequency is None or not start:
+            return self, start
+        from mpmath import mp, mpf
+
+        real = np.real(frequency)  # complex where derivatives by it are wanted (dynamics/derivatives.py)
+        with mp.workdps(LATEST):
+            early = float(mp.fmod(mpf(start) * mpf(real), 2 * mp.pi) / real)
+        if isinstance(frequency, complex):  # frequency early changes with the frequency like frequency start
+            return self, early + (start - early) / real * (frequency - real)
+        return self, early
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace | None:
         """How fast the effect changes with time from `begin` to `end`, in s, where positions and rates do not change.

@@ -37,6 +37,7 @@ class Drag(BodyEffect):
         *("density", "coefficient", "linear", "wind", "gust", "frequency", "diameter", "payload_coefficient"),
     )
     strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift", "on_spheres")
+    sinusoidal: ClassVar[bool] = True
     kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
     density: NotNegative = Field(1.225, description="kg/m³")

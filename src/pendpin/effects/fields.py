@@ -123,6 +123,7 @@ class Support(Tracked, FrameEffect):
 
     parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
     strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
+    sinusoidal: ClassVar[bool] = True
     columns: ClassVar[tuple[str, ...]] = ("t", "x", "y", "z")
     kind: Literal["support"] = Field("support", description="which effect it is")
     amplitude: Vector | None = Field(None, description="m, in W")

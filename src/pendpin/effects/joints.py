@@ -165,6 +165,7 @@ class Motor(JointEffect):
 
     parameters: ClassVar[tuple[str, ...]] = (*_DRIVE, *_HOLD)
     strengths: ClassVar[tuple[str, ...]] = ("torque", "amplitude", "proportional", "derivative")
+    sinusoidal: ClassVar[bool] = True
     kind: Literal["motor"] = Field("motor", description="which effect it is")
     joint: str = Field(description="name of the joint")
     torque: Number | None = Field(None, description="N m")

@@ -21,6 +21,7 @@ class Push(BodyEffect):
 
     parameters: ClassVar[tuple[str, ...]] = ("force", "torque", "point", "amplitude", "frequency")
     strengths: ClassVar[tuple[str, ...]] = ("force", "torque", "amplitude")
+    sinusoidal: ClassVar[bool] = True
     kind: Literal["push"] = Field("push", description="which effect it is")
     link: str = Field(description="name of the rod: rod_1, rod_2, ...")
     force: Vector = Field(ZERO, description="N, in W")
