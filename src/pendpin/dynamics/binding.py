@@ -172,15 +172,13 @@ class Binding:
         frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
         fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]
         steady = self.numbers(sum((effect.field(0.0) for effect in fields if effect.constant), np.zeros(3)))
-        sums: dict[str, tuple[list[Any], Any]] = {
-            "gravity": ([self.law(effect, "field") for effect in fields if not effect.constant], steady)
-        }
+        sums = {"gravity": ([self.law(effect, "field") for effect in fields if not effect.constant], steady)}
         if frames:
             sums["pivot"] = [self.law(effect, "position") for effect in frames], np.zeros(3)
             sums["pivot_velocity"] = [self.law(effect, "velocity") for effect in frames], np.zeros(3)
 
         def complete(t: Any, motion: Motion) -> Motion:
-            given = dict[str, Array]()
+            given = dict[str, Any]()
             for name, (functions, first) in sums.items():
                 vectors = (function(t) for function in functions)  # (3,); at times (k,) they are (k, 3)
                 given[name] = sum((x[:, None] if x.ndim > 1 else x for x in vectors), first)
