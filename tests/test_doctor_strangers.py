@@ -92,6 +92,9 @@ def kinetic_energy():
   push!(x1, l1*sin(theta1))
   y2.append(-l1*cos(theta1) - l2*cos(theta2))
   global posx1 = [l1*sin(theta1[end])]
+  \"\"\"
+  push!(x1, cos(theta1)*l1)
+  \"\"\"
   theta1[i+1] = theta1[i] + dt*dtheta1[i]
 """
     found = verdicts(code)

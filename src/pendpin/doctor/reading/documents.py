@@ -249,9 +249,10 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
             span = next(spans)
         begin, start = start if open_from < 0 else open_from, end + 1
         whole, open_from = text[begin:end], -1
-        if added := _ADDED.match(whole):
+        quoted = text.count('"""', 0, begin) % 2  # code that is left out
+        if (added := _ADDED.match(whole)) and not quoted:
             whole = f"{added[1] or added[2]} = {added[3]}"
-        elif (returned := _RETURNED.match(whole)) and (function := _DEFINED.findall(text, 0, begin)):
+        elif not quoted and (returned := _RETURNED.match(whole)) and (function := _DEFINED.findall(text, 0, begin)):
             whole = f"{function[-1]} = {returned[1]}"
         comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
         if comment and _NAMING.match(whole):  # % X(1) = q1

@@ -209,7 +209,7 @@ y2 | m | y_2 | l1*high(theta1) + h2*high(theta2)
 vc | m/s | v_c v_0 v_M | dx
 v1 | m/s | v_1 | sqrt(dx1**2 + dy1**2)
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
-T | N m | T K E_k | T0 + T1 + T2
+T | N m | T K E_k | (px*dx + p1*dtheta1 + p2*dtheta2)/2
 T0 | N m | T_0 T_c T_M K_c K_0 | M*dx**2/2
 T1 | N m | T_1 K_1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 | (m2*(dx2**2 + dy2**2) + I2*dtheta2**2)/2
@@ -218,9 +218,9 @@ V1 | N m | V_1 U_1 | m1*g*y1
 V2 | N m | V_2 U_2 | m2*g*y2
 L | N m | L
 E | N m | E H
-px | N m s | p_x p_1 | slope('T', 'dx')
-p1 | N m s | p_theta1 p_2 | slope('T', 'dtheta1')
-p2 | N m s | p_theta2 p_3 | slope('T', 'dtheta2')
+px | N m s | p_x p_1 | m_*dx + b_*dtheta1 + c_*dtheta2
+p1 | N m s | p_theta1 p_2 | b_*dx + a_*dtheta1 + e_*dtheta2
+p2 | N m s | p_theta2 p_3 | c_*dx + e_*dtheta1 + d_*dtheta2
 F | N | F u f F_x Q_x Q_1 U tau
 m_ | - | | M + m1 + m2
 b_ | - | | side*(m1*h1 + m2*l1)*cos(theta1)
@@ -235,7 +235,7 @@ mass | - | *M *H *D | vector(vector(m_, b_, c_), vector(b_, a_, e_), vector(c_, 
 turn | - | *C *H | vector(vector(0, f_, k_), vector(0, 0, s_*dtheta2), vector(0, -s_*dtheta1, 0))
 turned | - | *C *c *h | vector(f_*dtheta1 + k_*dtheta2, s_*dtheta2**2, -s_*dtheta1**2)
 weight | - | *G *g | vector(0, g*(m1*h1 + m2*l1)*rise(theta1), g*(m2*h2)*rise(theta2))
-load | - | *Q *F *tau *u | vector(F, 0, 0)
+load | - | *Q *F *tau *u tau | vector(F, 0, 0)
 q | - | q *q *theta | vector(x, theta1, theta2)
 B | - | *B *b | vector(1, 0, 0)
 """
