@@ -77,45 +77,22 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
 
 
 def settled(equations: list[Printed], system: System, again: Again, inside: Sequence[bool]) -> list[Printed]:
-    """The equations, each of whose letters has the meaning with which most of those `inside` a section hold.
-
-    First the letter of a constant that the text sets equal to something that moves is the text's own.
-    """
+    """The equations, each of whose letters has the meaning with which most of those `inside` a section hold."""
     words = next((one.words for one in equations if one.ways), None)
     if words is None:
         return equations
     here = lambda every: [one for one, now in zip(every, inside, strict=True) if now]  # noqa: E731
-    anew, still = _defined_anew(equations, system, words), system.spec.still
-    own = {
-        name: ""
-        for one in equations
-        for name in _moved(one, still)
-        if name in anew and {*_meanings(name, words)} <= still
-    }
-    if own:
-        changed, other = _with(equations, again, words, own)
-        if held(changed, system) >= held(equations, system):
-            equations, words = changed, other
     if not telling(here(equations)):
         return equations
     for _ in range(MOST_CHANGED):
         section = here(equations)
-        most, better = held(section, system) + HARDLY, None
-        anew, own = _defined_anew(section, system, words), _own(section, system, words)
-        fixed = all({*_meanings(name, words)} <= still for name in anew)
         singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
-        for change in filter(None, (anew, own, *singles)):
-            changed = _with(equations, again, words, change)
-            count = held(here(changed[0]), system)
-            if count > most or (change is anew and fixed and most == HARDLY):
-                if change is own:  # a letter that need not be the text's own is not
-                    for name in own if len(own) > 1 else ():
-                        fewer = {other: meaning for other, meaning in change.items() if other != name}
-                        tried = _with(equations, again, words, fewer)
-                        if held(here(tried[0]), system) >= count:
-                            change, changed = fewer, tried
-                most, better = count, changed
-        if better is None:
+        changes = (
+            _with(equations, again, words, change) for change in (_own(section, system, words), *singles) if change
+        )
+        counted = [(held(here(changed), system), changed, other) for changed, other in changes]
+        most, *better = max(counted, key=lambda entry: entry[0], default=(0.0,))
+        if most <= held(section, system) + HARDLY:
             break
         equations, words = better
     return _agreed(equations, system, again, words)
@@ -147,14 +124,6 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
     return [meaning for meaning in dict.fromkeys(every) if not meaning.startswith("?")]
 
 
-def _moved(one: Printed, still: frozenset[str]) -> Iterator[Name]:
-    """The letter on the left of an equation whose other sides move."""
-    if one.ways:
-        left, *others = one.sides
-        if left.written and any(symbols(side) - still - {"pi"} for side in others):
-            yield left.written.letter, left.written.index
-
-
 def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
     """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
     found: dict[Name, str] = {}
@@ -167,20 +136,6 @@ def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Na
             if meanings and not {*meanings} & {*system.spec.state} and holding(one, system) is None:
                 found[written.letter, written.index] = ""
     return found
-
-
-def _defined_anew(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
-    """The letters that equations such as s_2 = sin q_2, which use none of these, give another dimension: a meaning anew."""
-    found: dict[Name, set[Name]] = {}
-    for one in (one for one in equations if one.ways and one.sides[0].written):
-        first, *others = one.sides
-        assert first.written is not None
-        name = (first.written.letter, first.written.index)
-        disagree = all(of_equation(equation, system.spec)[1] for equation in one.readings())
-        says = any(map(symbols, others))  # a number is a value in some unit
-        if says and disagree and not first.written.dots and not {*_meanings(name, words)} & {*system.spec.state}:
-            found[name] = {*_letters(others)}
-    return {name: "" for name, used in found.items() if not used & found.keys()}
 
 
 def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
