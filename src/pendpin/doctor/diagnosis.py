@@ -130,8 +130,8 @@ class _Doctor:
         if general or self._names_energies(one):
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
         if quantity := quantity_of(one, self.system):
-            words = f"it is {self.system.spec.printed.get(quantity, quantity)}"
-            equation = Equation((one.sides[1], one.sides[1]), definitions=one.definitions)
+            words = f"it is {self.system.spec.printed.get(quantity[0], quantity[0])}"
+            equation = replace(quantity[1], sides=(one.sides[1], one.sides[1]))
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
         said = self.reading.says(one)
         try:

@@ -70,7 +70,7 @@ def credit(one: Printed, system: System, small: bool = False) -> float:
     if equation is not None:
         return weight(equation, system.spec)
     if not small and (quantity := quantity_of(one, system)):
-        return ANSWER if quantity in (*system.spec.unknowns, "ddq") else NAMED
+        return ANSWER if quantity[0] in (*system.spec.unknowns, "ddq") else NAMED
     if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
         return float(any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant(system.spec)))
     return 0.0

@@ -271,7 +271,8 @@ def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]
         meanings = {*words(left.written)}
         fixed = meanings <= spec.still or symbols(right) <= spec.still
         if (
-            left.written.dots
+            name in words.chosen
+            or left.written.dots
             or not symbols(right)
             or not fixed
             or "".join(name) in meanings
@@ -418,17 +419,17 @@ def _of_the_tip(equation: Equation, system: System) -> bool:
     return relative_error(tip, random_states(system)) < TOLERANCE
 
 
-def quantity_of(one: Printed, system: System) -> str:
-    """The quantity that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det; empty for none.
+def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
+    """The quantity that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det, and how it is read; None for none.
 
     A short one comes to it by chance, unless it is named like it: xs = L*sin(theta), with X1 or pos_x for x1 and x. Of two
     bodies the indices agree. Energies have a constant.
     """
     if len(one.sides) != 2 or one.statement.name or one.sides[0].kind != "symbol" or not one.sides[0].written:
-        return ""
+        return None
     word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
     if size < SHORT or one.lacking - {one.defines}:
-        return ""
+        return None
     for equation in one.meant(system.spec)[:MOST_MEANT]:
         if not _is_own(equation, one, system):
             continue
@@ -441,8 +442,8 @@ def quantity_of(one: Printed, system: System) -> str:
             called = size >= LONG or ACCELERATION.search(word)
             fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
             if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
-                return fits[0]
-    return ""
+                return fits[0], equation
+    return None
 
 
 def _is_own(equation: Equation, one: Printed, system: System) -> bool:

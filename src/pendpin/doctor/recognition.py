@@ -135,6 +135,8 @@ class Reading:
         every = set().union(*names)
         if all(side.kind == "symbol" for side in sides) and "q_i" in every:
             return "it says what a name stands for"
+        if any(part.kind == "product" and any(factor.value == 0 for factor in part.children) for part in parts(sides)):
+            return "it gives a state at an instant, and no law: nothing to check"  # theta(0) = theta_0
         entries = [part for side in sides if side.kind != "symbol" for part in side.children]
         if {side.kind for side in sides} == {"symbol", "matrix"} and all(part.kind == "symbol" for part in entries):
             return "it gives the states their names: nothing to check"

@@ -92,26 +92,30 @@ def _explained_otherwise(findings: list[Finding], found: Recognition) -> list[Fi
 
 
 def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings, where no equation holds only because a letter is not what a line before it says, which does not hold.
+    """The findings, where no equation holds only because a letter is not what a line before it in its section says.
 
-    v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there.
+    v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there. Where
+    x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
-    said, answers = dict[Written, tuple[str, Node]](), list[Finding]()
+    said, answers, section = dict[Written, tuple[str, Node]](), list[Finding](), -1
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
-        equation = finding.equation if finding.verdict == "holds" else None
-        left = _left(one)
+        if one.statement.section != section:
+            said, section = {}, one.statement.section
+        equation, left = finding.equation if finding.verdict == "holds" else None, _left(one)
         inside = {part.written for part in parts(equation.sides)} - {left} if equation and said else set()
         for name in inside & said.keys() if equation else ():
             place, meaning = said[name]
-            sides = tuple(_named(side, name, "?said") for side in equation.sides)
+            first, *rest = equation.sides
+            sides = first, *(_named(side, name, "?said") for side in rest)
             instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": meaning})
             with suppress(Unread):
                 if relative_error(instead, random_states(reading.system)) >= TOLERANCE:
-                    words = f"it does not hold with {_plain(name)} as {place} says"
-                    finding = _unless(finding, words)
+                    finding = _unless(finding, f"it does not hold with {_plain(name)} as {place} says")
         answers.append(finding)
-        if left and not left.dots and len(one.sides) == 2 and finding.kind != "condition":
-            if finding.verdict == "not checked" and one.sides[0].value != one.defines:
+        spec = reading.system.spec
+        if left and len(one.sides) == 2 and finding.kind not in ("condition", "definition", "unread"):
+            own = one.sides[0].value not in (*spec.state, *spec.unknowns)
+            if finding.verdict in ("holds", "not checked") and own:
                 said[left] = finding.place, one.sides[1]
             else:
                 said.pop(left, None)
