@@ -32,7 +32,7 @@ Renamed = dict[Name, Written]
 _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
 SLIDES = "xsqzpyudr"  # letters of what slides
-MOST_ANGLES, MOST_SLIDES = 3, 2
+MOST_ANGLES, MOST_SLIDES = 5, 2
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
@@ -467,7 +467,8 @@ def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         carts = [{name: Written("x")} for name in slides if not name[1]] if family == "cart-double" else [{}]
         for (first, second), cart in product(permutations(angles, 2), carts):
             several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
-            if not several and not (first[0] == second[0] and first[1] > second[1]):
+            alike = first[1] < second[1] if first[0] == second[0] else not (first[1] or second[1])
+            if not several and (alike or (first[1], second[1]) == ("1", "2")):
                 renamed = {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
                 yield _with_rates(renamed | cart, letters)
 

@@ -132,8 +132,10 @@ def _named(node: Node, name: Written, value: str) -> Node:
 def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings, where a definition holds only if an equation holds with it, or one that says the same."""
     used: dict[str, dict[tuple, Node]] = defaultdict(dict)  # by the symbol, what it is in equations that hold
-    for finding in findings:
+    for finding, reading in zip(findings, found.chosen, strict=True):
         confirmed = finding.equation if finding.kind != "definition" and finding.verdict in HOLDING else None
+        if confirmed and _is_circular(confirmed, reading.system):
+            confirmed = None
         if finding.verdict == "fails" and finding.mends:  # as it is mended it holds
             confirmed = finding.mends[0].equation if _mends_itself(finding) else finding.equation
         for name, meaning in _meanings_used(confirmed) if confirmed else ():
@@ -148,6 +150,14 @@ def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
                 finding = replace(_unless(finding, words), mends=finding.mends, unknown=(one.defines,))
         answers.append(finding)
     return answers
+
+
+def _is_circular(equation: Equation, system: System) -> bool:
+    """Whether an equation between a text's own names and what they are holds whatever the motion, as T - m g = 0 with T = m g."""
+    free = equation.names <= {*system.spec.state, *system.spec.parameters, *equation.definitions, "pi"}
+    with suppress(Unread, KeyError):
+        return free and bool(equation.definitions) and relative_error(equation, free_states(system)) < TOLERANCE
+    return False
 
 
 def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
@@ -237,7 +247,8 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
         if few and spec.kind in RODS:
             return ""
-        if brought[i] and (brought.count(brought[i]) > 1 or brought[i] - written):  # not by mistake
+        chosen = brought[i] and (brought.count(brought[i]) > 1 or brought[i] - written)  # not by mistake
+        if chosen or (brought[i] and _is_without_parameters(finding, spec)):
             return f"it does not hold, but where {' = '.join(sorted(brought[i]))} = 1, as in other equations"
         rest = one.statement.after  # and what is read next
         after = rest if rest.strip() else "".join(o.latex for o in found.equations if o.number == one.number + 1)
@@ -335,6 +346,13 @@ def _brought(finding: Finding, spec: Spec) -> frozenset[str]:
     if not (_mends_itself(finding) and finding.equation and finding.dimensions):
         return frozenset()
     return _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec) - {*spec.coordinates}
+
+
+def _is_without_parameters(finding: Finding, spec: Spec) -> bool:
+    """Whether a mend brings parameters into a side that has none, as p into p/(m l^2): a text with m = l = 1."""
+    assert finding.equation is not None
+    pairs = zip(finding.equation.sides, finding.mends[0].equation.sides, strict=False)
+    return not any(symbols(old) & {*spec.parameters} for old, new in pairs if key(old) != key(new))
 
 
 def _is_law(equation: Equation, spec: Spec) -> bool:
