@@ -21,6 +21,7 @@ from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Recognition
 from pendpin.doctor.systems.base import Spec, System, free_states, random_states
+from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
 
 EQUALLY = 0.3  # equations: readings that explain about as much
@@ -36,7 +37,7 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings of a document, weighed against each other."""
     findings = _definitions(_explained_otherwise(findings, found), found)
     if not found.main.chosen:
-        findings = _said_otherwise(_borne_out(findings, found), found)
+        findings = _measured_otherwise(_said_otherwise(_borne_out(findings, found), found), found)
     wrong: list[tuple[Finding, Printed]] = []
     answers = []
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
@@ -87,6 +88,19 @@ def _explained_otherwise(findings: list[Finding], found: Recognition) -> list[Fi
                 other = findings[saved[0]]
                 words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
                 finding = replace(_unless(finding, words), when="in every motion")
+        answers.append(finding)
+    return answers
+
+
+def _measured_otherwise(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings, where an equation holds under a condition if its section alone measures its angles as it does."""
+    answers, main = [], found.main.system
+    same = lambda system: [word for word in system.kind.split() if word not in (*POSES, "mirrored")]  # noqa: E731
+    for i, (finding, reading) in enumerate(zip(findings, found.chosen, strict=True)):
+        alone = reading.system.kind != main.kind and same(reading.system) == same(main) and not found.main.credits[i]
+        if alone and finding.verdict == "holds" and reading.credits[i]:
+            words = f"angles are measured otherwise here than in most of the text: for {reading.title}"
+            finding = replace(finding, verdict="holds if", condition=words)
         answers.append(finding)
     return answers
 
@@ -148,12 +162,16 @@ def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
             if not any(_same(one, own, other, reading.system) for other in used[one.defines].values()):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
                 finding = replace(_unless(finding, words), mends=finding.mends, unknown=(one.defines,))
+        elif finding.verdict == "holds" and finding.equation and _is_circular(finding.equation, reading.system):
+            alone = [name for name, _ in _meanings_used(finding.equation) if not used[name]]
+            words = f"it holds by what {alone[0].lstrip('?')} is here, and nothing else confirms that" if alone else ""
+            finding = _unless(finding, words)
         answers.append(finding)
     return answers
 
 
 def _is_circular(equation: Equation, system: System) -> bool:
-    """Whether an equation between a text's own names and what they are holds whatever the motion, as T - m g = 0 with T = m g."""
+    """Whether an equation holds by the text's own definitions alone, whatever the motion: T - m g = 0 with T = m g."""
     free = equation.names <= {*system.spec.state, *system.spec.parameters, *equation.definitions, "pi"}
     with suppress(Unread, KeyError):
         return free and bool(equation.definitions) and relative_error(equation, free_states(system)) < TOLERANCE
