@@ -231,6 +231,53 @@ def test_a_line_holds_only_with_what_the_text_says_of_its_letters():
         assert findings[-1].verdict == verdict
 
 
+CENTRES = r"""# Two uniform rods
+$$x_1 = \frac{l_1}{2}\sin\theta_1,\quad y_1 = -\frac{l_1}{2}\cos\theta_1$$
+$$x_2 = l_1\sin\theta_1 + \frac{l_2}{2}\sin\theta_2$$
+$$y_2 = y_1 - \frac{l_2}{2}\cos\theta_2$$
+"""
+
+
+def test_a_letter_is_the_centre_of_mass_where_a_line_of_the_section_says_so():
+    assert verdicts(CENTRES) == ["holds"] * 3 + ["not checked"]
+    assert verdicts(CENTRES.replace("y_2 = y_1", "y_2 = y_1 - \\frac{l_1}{2}\\cos\\theta_1")) == ["holds"] * 4
+
+
+PLANE = (
+    r"The angle from the vertical is $\theta$. $$\ddot\theta + \frac{g}{l}\sin\theta = 0$$ $$V = -m g l\cos\theta$$ "
+)
+
+
+@pytest.mark.parametrize(
+    ("line", "verdict"),
+    [
+        (r"$$\theta(0) = \theta_0$$ $$\dot\theta(0) = \omega_0$$", "not checked"),  # where the motion begins
+        (r"$$T - m g\cos\theta = 0$$ $$T = m g\cos\theta$$", "not checked"),  # each true by the other alone
+        (
+            r"$$H = \frac{p^2}{2 m l^2} - m g l\cos\theta$$ $$\dot\theta = \frac{p}{m l^2} = p$$",
+            "not checked",
+        ),  # m = l = 1
+    ],
+    ids=["start", "circle", "ones"],
+)
+def test_what_is_no_law_of_the_motion_neither_holds_nor_fails(line, verdict):
+    assert verdicts(PLANE)[:2] == ["holds", "holds"]
+    assert verdicts(PLANE + line)[-1] == verdict
+
+
+def test_a_section_that_measures_its_angle_the_other_way_says_so():
+    """x_p = x + l sin(theta) is at odds with the energy of the same cart, in which the angle counts to the other side."""
+    cart = r"""# Places
+$$x_p = x {} l\sin\theta,\quad y_p = l\cos\theta$$
+# Energies of the cart and its pendulum
+$$T = \frac12 (M + m)\dot x^2 - m l\dot x\dot\theta\cos\theta + \frac12 m l^2\dot\theta^2$$
+$$V = m g l\cos\theta$$
+$$(M + m)\ddot x - m l\ddot\theta\cos\theta + m l\dot\theta^2\sin\theta = F$$
+"""
+    assert verdicts(cart.replace("{}", "-")) == ["holds"] * 5
+    assert verdicts(cart.replace("{}", "+"))[0] == "holds if"
+
+
 def test_a_wrong_equation_names_the_one_that_it_follows_from():
     """T lacks a square; the Lagrangian and an equation of motion that follow from it say so, another fault does not."""
     turn = r"\frac12 (m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2\dot\theta_2^2"

@@ -265,9 +265,10 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
             return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
         if few and spec.kind in RODS:
             return ""
-        chosen = brought[i] and (brought.count(brought[i]) > 1 or brought[i] - written)  # not by mistake
-        if chosen or (brought[i] and _is_without_parameters(finding, spec)):
+        if brought[i] and (brought.count(brought[i]) > 1 or brought[i] - written):  # not by mistake
             return f"it does not hold, but where {' = '.join(sorted(brought[i]))} = 1, as in other equations"
+        if _mends_itself(finding) and finding.dimensions and (ones := _brought_into_bare_sides(finding, spec)):
+            return f"it does not hold, but where {' = '.join(ones)} = 1"
         rest = one.statement.after  # and what is read next
         after = rest if rest.strip() else "".join(o.latex for o in found.equations if o.number == one.number + 1)
         if one.latex.lstrip(" &").startswith("+") or GOES_ON.match(after):
@@ -366,11 +367,12 @@ def _brought(finding: Finding, spec: Spec) -> frozenset[str]:
     return _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec) - {*spec.coordinates}
 
 
-def _is_without_parameters(finding: Finding, spec: Spec) -> bool:
-    """Whether a mend brings parameters into a side that has none, as p into p/(m l^2): a text with m = l = 1."""
+def _brought_into_bare_sides(finding: Finding, spec: Spec) -> list[str]:
+    """The parameters that a mend brings into sides without any, as p into p/(m l^2): a text may have set m and l to 1."""
     assert finding.equation is not None
     pairs = zip(finding.equation.sides, finding.mends[0].equation.sides, strict=False)
-    return not any(symbols(old) & {*spec.parameters} for old, new in pairs if key(old) != key(new))
+    sides = [[symbols(side) & {*spec.parameters} for side in pair] for pair in pairs if key(pair[0]) != key(pair[1])]
+    return sorted(set().union(*(new for _, new in sides))) if sides and not any(old for old, _ in sides) else []
 
 
 def _is_law(equation: Equation, spec: Spec) -> bool:
