@@ -6,7 +6,7 @@ text defines itself has that meaning, whatever it usually stands for.
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import replace
 from functools import lru_cache
@@ -17,7 +17,7 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
 from pendpin.doctor.printed import Printed, holding, quantity_of
 from pendpin.doctor.reading.names import Vocabulary, Written
-from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states
 
 Name = tuple[str, str]  # a letter and its index
@@ -106,14 +106,9 @@ def _with(
     changed = again(words, before=equations, names=change.keys())
     if len(changed) != len(equations):
         return changed, words
-    pairs = zip(equations, changed, strict=True)
     return [
-        new if {*_letters([*one.sides, *one.definitions.values()])} & {*change} else one for one, new in pairs
+        new if one.used_letters & change.keys() else one for one, new in zip(equations, changed, strict=True)
     ], words
-
-
-def _letters(nodes: Iterable[Node]) -> Iterator[Name]:
-    return ((part.written.letter, part.written.index) for node in nodes for part in walk(node) if part.written)
 
 
 def _meanings(name: Name, words: Vocabulary) -> list[str]:
@@ -142,11 +137,10 @@ def _other_meanings(equations: list[Printed], system: System, words: Vocabulary)
     """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
     right, wrong, lone = set[Name](), Counter[Name](), set[Name]()
     for one in (one for one in equations if one.ways):
-        letters = {*_letters([*one.sides, *one.definitions.values()])}
         if holding(one, system) is not None:
-            right |= letters
+            right |= one.used_letters
         else:
-            wrong.update(letters)
+            wrong.update(one.used_letters)
             lone |= {(s.written.letter, s.written.index) for s in one.sides if s.kind == "symbol" and s.written}
     for name, _ in wrong.most_common():
         meanings = _meanings(name, words)

@@ -83,6 +83,12 @@ class Printed:
         """The letters with their indices that stand in it."""
         return {(part.written.letter, part.written.index) for part in parts(self.sides) if part.written}
 
+    @cached_property
+    def used_letters(self) -> set[tuple[str, str]]:
+        """The letters with their indices that stand in it or in the definitions of the text."""
+        inside = (part.written for node in self.definitions.values() for part in walk(node) if part.written)
+        return self.letters | {(written.letter, written.index) for written in inside}
+
     def read_again(self, text: str, tight: bool) -> list[tuple[Node, ...]]:
         """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
         equations = parse(text, tight=tight)

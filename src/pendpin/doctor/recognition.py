@@ -273,7 +273,11 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         return Recognition(main, tuple(chosen), tuple(rivals))
     sections = [*page.sections]
     for inside, words in sections:
-        here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 else ())]
+        some = (main.equations[i] for i in np.flatnonzero(inside & (main.credits == 0)))
+        wanting = any(
+            len(one.names) > 1 and not one.defines for one in some
+        )  # what the page's reading does not explain
+        here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits.any():
