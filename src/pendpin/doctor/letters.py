@@ -86,15 +86,17 @@ def settled(equations: list[Printed], system: System, again: Again, inside: Sequ
         return equations
     for _ in range(MOST_CHANGED):
         section = here(equations)
+        own, most, better = _own(section, system, words), held(section, system) + HARDLY, dict[Name, str]()
         singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
-        changes = (
-            _with(equations, again, words, change) for change in (_own(section, system, words), *singles) if change
-        )
-        counted = [(held(here(changed), system), changed, other) for changed, other in changes]
-        most, *better = max(counted, key=lambda entry: entry[0], default=(0.0,))
-        if most <= held(section, system) + HARDLY:
+        for change in filter(None, (own, *singles)):
+            if (count := held(here(_with(equations, again, words, change)[0]), system)) > most:
+                most, better = count, change
+        for name in own if better is own and len(own) > 1 else ():  # a letter that need not be the text's own is not
+            fewer = {other: meaning for other, meaning in better.items() if other != name}
+            better = fewer if held(here(_with(equations, again, words, fewer)[0]), system) >= most else better
+        if not better:
             break
-        equations, words = better
+        equations, words = _with(equations, again, words, better)
     return _agreed(equations, system, again, words)
 
 

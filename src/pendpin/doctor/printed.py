@@ -436,6 +436,7 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
     if size < SHORT or one.lacking - {one.defines}:
         return None
+    usual = system.spec.words(one.sides[0].written)  # what it would hold for, letters meaning what they do elsewhere
     for equation in one.meant(system.spec)[:MOST_MEANT]:
         if not _is_own(equation, one, system):
             continue
@@ -444,7 +445,7 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
                 value = evaluate(one.sides[1], equation.context(random_states(system)))
         except (Unread, KeyError):
             continue
-        if np.isfinite(value).all() and (names := {*_equal(value, system)}):
+        if np.isfinite(value).all() and (names := {*_equal(value, system)} - {*usual}):
             called = size >= LONG or ACCELERATION.search(word)
             fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
             if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):

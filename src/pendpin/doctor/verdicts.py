@@ -20,7 +20,7 @@ from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Recognition
-from pendpin.doctor.systems.base import Spec, System, free_states, random_states
+from pendpin.doctor.systems.base import Dimension, Spec, System, free_states, random_states
 from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
 
@@ -31,6 +31,7 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 ONE_CHANGE = 1.9  # what two changes cost more than
 HOLDING = ("holds", "holds if")
 ENERGIES = ("T", "V", "L", "E")
+POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
 
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -111,14 +112,16 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
     v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there. Where
     x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
-    said, answers, section = dict[Written, tuple[str, Node]](), list[Finding](), -1
+    said, answers, section = dict[Written, tuple[str, Node, Dimension | None]](), list[Finding](), -1
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         if one.statement.section != section:
             said, section = {}, one.statement.section
         equation, left = finding.equation if finding.verdict == "holds" else None, _left(one)
-        inside = {part.written for part in parts(equation.sides)} - {left} if equation and said else set()
-        for name in inside & said.keys() if equation else ():
-            place, meaning = said[name]
+        spec = reading.system.spec
+        named = [part for part in parts(equation.sides) if part.written and part.written != left] if equation else []
+        meant = {part.written: spec.dimensions.get(equation.meaning(str(part.value))) for part in named if equation}
+        for name in [name for name in meant.keys() & said.keys() if meant[name] == said[name][2]] if equation else ():
+            place, meaning, _ = said[name]
             first, *rest = equation.sides
             sides = first, *(_named(side, name, "?said") for side in rest)
             instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": meaning})
@@ -126,11 +129,12 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
                 if relative_error(instead, random_states(reading.system)) >= TOLERANCE:
                     finding = _unless(finding, f"it does not hold with {_plain(name)} as {place} says")
         answers.append(finding)
-        spec = reading.system.spec
         if left and len(one.sides) == 2 and finding.kind not in ("condition", "definition", "unread"):
-            own = one.sides[0].value not in (*spec.state, *spec.unknowns)
-            if finding.verdict in ("holds", "not checked") and own:
-                said[left] = finding.place, one.sides[1]
+            meaning = str(one.sides[0].value)
+            meaning = finding.equation.meaning(meaning) if finding.equation else meaning
+            of_points = spec.dimensions.get(meaning) in POINTS and meaning not in spec.state
+            if finding.verdict in ("holds", "not checked") and of_points:
+                said[left] = finding.place, one.sides[1], spec.dimensions[meaning]
             else:
                 said.pop(left, None)
     return answers
@@ -171,10 +175,15 @@ def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 
 def _is_circular(equation: Equation, system: System) -> bool:
-    """Whether an equation holds by the text's own definitions alone, whatever the motion: T - m g = 0 with T = m g."""
-    free = equation.names <= {*system.spec.state, *system.spec.parameters, *equation.definitions, "pi"}
+    """Whether an equation only says again what a definition of the text says: T - m g = 0 beside T = m g."""
+    inside = set().union(*map(symbols, equation.sides))
+    own = sorted(inside & equation.definitions.keys())
+    if len(own) != 1 or inside - {*own} != symbols(equation.definitions[own[0]]):
+        return False
+    if equation.sides[0] is equation.sides[-1] or any(part.kind == "derivative" for part in parts(equation.sides)):
+        return False
     with suppress(Unread, KeyError):
-        return free and bool(equation.definitions) and relative_error(equation, free_states(system)) < TOLERANCE
+        return relative_error(equation, free_states(system)) < TOLERANCE
     return False
 
 
@@ -259,8 +268,13 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
                 return f"it does not hold, but what {_plain(part.written)} is, {doubted[part.written]}, is not checked"
         left = lone[i]
         new = finding.mends[0].equation.sides[0].written if _mends_itself(finding) else left
+        if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
+            return "it gives a state a name"
         if left and new and new.letter != left.letter and finding.mends[0].cost > ONE_CHANGE:  # two changes: a guess
             return f"it does not hold if {_plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
+        moves = any(symbols(side) - spec.still - {"pi"} for side in one.sides[1:])
+        if left and finding.dimensions and moves and finding.equation.meaning(str(one.sides[0].value)) in spec.still:
+            return f"it does not hold if {_plain(left)} means a constant: its dimension is another one"
         if is_entry(one) and not entries:
             return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
         if few and spec.kind in RODS:
