@@ -257,7 +257,7 @@ T | N m | T K E_k E_c | J*square_/2
 V | N m | V U E_p | m*g*z
 L | N m | L
 E | N m | E H
-p | N m s | p_phi L_z l_z J_z h_z p L_0 h ell | J*dphi*sin(theta)**2
+p | N m s | p_phi L_z l_z J_z J h_z p L_0 h ell | J*dphi*sin(theta)**2
 ptheta | N m s | p_theta | J*dtheta
 S | N | T S N F_T F R_3 | m*(h*square_ - g*high(theta))
 square_ | - | | dtheta**2 + (dphi*sin(theta))**2
