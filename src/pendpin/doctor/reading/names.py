@@ -147,13 +147,13 @@ class Vocabulary:
         """The meanings of a printed symbol."""
         name = (written.letter, written.index)
         hit = name in self.renamed
+        if not hit and self.named and {name.lstrip("d") for name in self.words(written)} & self.named:
+            return (unknown(written),)  # another letter stands for this coordinate
         if other := self.renamed.get(name):
             written = replace(other, dots=other.dots + written.dots)
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
-        if not hit:  # another letter stands for this coordinate
-            found = tuple(name for name in found if name.lstrip("d") not in self.named)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
         mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)
