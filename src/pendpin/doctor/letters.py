@@ -175,8 +175,8 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
     uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
     twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
     for equation in filter(None, (holding(one, system) for one in equations if one.ways)):
-        nodes = [node for node in parts(equation.sides) if node.written and not node.written.styled]
-        written = [(node.written, equation.meaning(str(node.value))) for node in nodes]
+        pairs = ((node.written, equation.meaning(str(node.value))) for node in parts(equation.sides))
+        written = [(name, meaning) for name, meaning in pairs if name and not name.styled]
         used = {(w.letter, w.index): meaning[w.dots :] for w, meaning in written}
         for (letter, index), meaning in used.items():
             uses[letter, index][meaning] += 1

@@ -116,11 +116,13 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
     for finding, one, reading in zip(findings, found.equations, found.chosen, strict=True):
         if one.statement.section != section:
             said, section = {}, one.statement.section
-        equation, left = finding.equation if finding.verdict == "holds" else None, _left(one)
-        spec = reading.system.spec
-        named = [part for part in parts(equation.sides) if part.written and part.written != left] if equation else []
-        meant = {part.written: spec.dimensions.get(equation.meaning(str(part.value))) for part in named if equation}
-        for name in [name for name in meant.keys() & said.keys() if meant[name] == said[name][2]] if equation else ():
+        left, spec = _left(one), reading.system.spec
+        equation = finding.equation if finding.verdict == "holds" else None
+        for part in parts(equation.sides) if equation and said else ():
+            assert equation is not None
+            name, dimension = part.written, spec.dimensions.get(equation.meaning(str(part.value)))
+            if name is None or name == left or name not in said or said[name][2] != dimension:
+                continue
             place, meaning, _ = said[name]
             first, *rest = equation.sides
             sides = first, *(_named(side, name, "?said") for side in rest)
@@ -128,6 +130,7 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
             with suppress(Unread):
                 if relative_error(instead, random_states(reading.system)) >= TOLERANCE:
                     finding = _unless(finding, f"it does not hold with {_plain(name)} as {place} says")
+                    break
         answers.append(finding)
         if left and len(one.sides) == 2 and finding.kind not in ("condition", "definition", "unread"):
             meaning = str(one.sides[0].value)
