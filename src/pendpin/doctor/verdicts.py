@@ -388,7 +388,7 @@ def _brought_into_bare_sides(finding: Finding, spec: Spec) -> list[str]:
     """The parameters that a mend brings into sides without any, as p into p/(m l^2): a text may have set m and l to 1."""
     assert finding.equation is not None
     pairs = zip(finding.equation.sides, finding.mends[0].equation.sides, strict=False)
-    sides = [[symbols(side) & {*spec.parameters} for side in pair] for pair in pairs if key(pair[0]) != key(pair[1])]
+    sides = [[symbols(side) & spec.still for side in pair] for pair in pairs if key(pair[0]) != key(pair[1])]
     return sorted(set().union(*(new for _, new in sides))) if sides and not any(old for old, _ in sides) else []
 
 
