@@ -20,10 +20,11 @@ from pendpin.doctor.checking.conditions import (
     small_angles,
     without,
 )
+from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.findings import Finding, Findings, Shared
-from pendpin.doctor.letters import MOST_LOADS, bare, in_use
+from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import (
     Mend,
@@ -34,7 +35,7 @@ from pendpin.doctor.mending.mends import (
     styles_of,
 )
 from pendpin.doctor.mending.writing import Writer
-from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of, quantity_of
+from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, Written, bound
 from pendpin.doctor.reading.tokens import is_latex

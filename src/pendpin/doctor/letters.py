@@ -1,28 +1,37 @@
-"""What holds in a reading counts, and a letter has one meaning in a section: the one under which most of it holds.
+"""The letters of a text: which may stand for the coordinates of a system, and the meaning under which most of it holds.
 
-An equation that holds only if a letter means there another thing than everywhere else does not hold. A letter that the
-text defines itself has that meaning, whatever it usually stands for.
+What holds in a reading counts. An equation that holds only if a letter means there another thing than everywhere else in its
+section does not hold. A letter that the text defines itself has that meaning, whatever it usually stands for.
 """
 
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
 from contextlib import suppress
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import islice, permutations
+from itertools import islice, permutations, product
 
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
+from pendpin.doctor.checking.definitions import quantity_of
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
-from pendpin.doctor.printed import Printed, holding, quantity_of
-from pendpin.doctor.reading.names import Vocabulary, Written
-from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
+from pendpin.doctor.printed import Printed, bind, holding
+from pendpin.doctor.reading.legend import read_symbols
+from pendpin.doctor.reading.names import Vocabulary, Written, raw
+from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.systems.rod import SPECS
 
 Name = tuple[str, str]  # a letter and its index
+Renamed = dict[Name, Written]  # what letters of a text stand for
 Again = Callable[..., list[Printed]]  # the equations of a text, read with other words
 
+_ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
+ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
+SLIDES = "xsqzpyudr"  # letters of what slides
+MOST_ANGLES, MOST_SLIDES = 5, 2
+RARELY = 15  # times that a letter stands more often than another that is a slip
 MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_KNOWN = 20_000  # credits of equations that are remembered
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
@@ -37,6 +46,86 @@ MOST_MEANINGS, MOST_KEPT = 400, 6  # meanings of the letters of one equation, an
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
+
+
+@dataclass(frozen=True)
+class Letters:
+    """The letters of a text with their indices: those that have rates, and all, each with how often; and its angles."""
+
+    moving: Counter[Name]
+    every: Counter[Name]
+    turned: set[Name]  # in sines and cosines
+
+    @property
+    def angles(self) -> list[Name]:
+        """Those that may be angles: the usual letters, and those in a sine or cosine that move or are one of several."""
+        turned = {name for name in self.turned if name in self.moving or name[1].strip("[]").isdigit()}
+        return [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in turned]
+
+
+def letters_of(equations: list[Printed], table: dict[str, str]) -> Letters:
+    """The letters of some equations."""
+    words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
+    moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
+    for node in (node for one in bind(equations, words, {}, {}) for node in parts(one.sides)):
+        if node.kind == "symbol" and node.written:
+            name = (node.written.letter, node.written.index)
+            every[name] += 1
+            moving[name] += node.written.dots > 0
+        inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
+        moving.update(inside if node.kind == "derivative" else ())
+        turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
+    return Letters(+moving, every, turned)
+
+
+def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
+    """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
+    often = letters.every
+    angles = sorted(letters.angles, key=lambda name: -often[name])
+    alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
+    angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
+    indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # else of q = (q_1, q_2) the parts are the angles
+    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
+    moving = [name for name in letters.moving if name not in letters.turned]
+    slides = [name for name in moving if name[0] in SLIDES and name not in angles]
+    slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
+    if family == "plane":
+        yield from ({name: Written("theta")} for name in alone if often[name] * RARELY >= often[alone[0]])
+    elif family == "polar":
+        states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
+        pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
+        yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
+    elif family == "cart-pole":
+        pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
+        pairs += [((angle[0], f"[{i}]"), angle) for angle in angles if angle[1][:1] == "[" for i in range(3)]
+        named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
+        yield from (_with_rates(renamed, letters) for renamed in named)
+    else:
+        carts = [{name: Written("x")} for name in slides if not name[1]] if family == "cart-double" else [{}]
+        for (first, second), cart in product(permutations(angles, 2), carts):
+            several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
+            alike = first[1] < second[1] if first[0] == second[0] else not (first[1] or second[1])
+            if not several and (alike or (first[1], second[1]) == ("1", "2")):
+                renamed = {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
+                yield _with_rates(renamed | cart, letters)
+
+
+def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
+    """The same with names of rates: the usual ones, and in a vector of four states, where no coordinate has one.
+
+    theta1_ddot may stand beside angle1; of x[1] and x[2] the rates are x[3] and x[4].
+    """
+    if renamed.keys() & letters.moving.keys():
+        return renamed
+    usual = {(name.letter, name.index): name for name in renamed.values()}
+    renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
+    (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
+    if others or not all(re.fullmatch(r"\[\d\]", place) for place in places):
+        return renamed
+    begin = 0 if (vector, "[0]") in {*letters.every, *renamed} else 1
+    rates = [place for place in (f"[{i}]" for i in range(begin, begin + 4)) if place not in places]
+    pairs = zip(places, rates, strict=False)
+    return renamed | {(vector, rate): replace(renamed[vector, place], dots=1) for place, rate in pairs}
 
 
 def weight(equation: Equation, spec: Spec) -> float:
@@ -196,27 +285,6 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
         sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
         if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
             yield name, usual
-
-
-def in_use(equations: list[Printed], systems: list[System]) -> set[str]:
-    """The symbols without dots and components that some equations use; those of a definition if what it defines is used.
-
-    What comes to a quantity of the system is used as an equation is.
-    """
-    laws = [bool(one.ways) and bool(quantity_of(one, system)) for one, system in zip(equations, systems, strict=True)]
-    used, before = set[str](), -1
-    while len(used) > before:
-        before = len(used)
-        for one, law in zip(equations, laws, strict=True):
-            if one.ways and (law or not one.defines or len(one.sides) > 2 or bare(one.defines) in used):
-                letters = {bare(name) for name in one.names - {one.defines}}
-                used |= letters | {letter.rpartition("_")[0] for letter in letters}
-    return used
-
-
-def bare(name: str) -> str:
-    """A symbol without its dots."""
-    return name.lstrip("?").lstrip("d") or "d"
 
 
 def option(name: str) -> str:

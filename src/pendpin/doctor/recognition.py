@@ -5,7 +5,6 @@ from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from itertools import permutations, product
 from typing import Any
 
 import numpy as np
@@ -13,31 +12,37 @@ import numpy as np
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
-from pendpin.doctor.letters import Again, credit, held, option, proposed, settled, telling, weight
+from pendpin.doctor.letters import (
+    Again,
+    Letters,
+    Renamed,
+    credit,
+    held,
+    letters_of,
+    option,
+    proposed,
+    renamings,
+    settled,
+    telling,
+    weight,
+)
 from pendpin.doctor.printed import Printed, bind, read_equations
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
-from pendpin.doctor.reading.legend import legend, named
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
-from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
+from pendpin.doctor.reading.legend import read_symbols
+from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.planar import BODIES, FAMILIES, POSES
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.doctor.systems.tables import scene_spec
-from pendpin.errors import InputError, not_one_of, shown
+from pendpin.errors import InputError, not_one_of
 
 Name = tuple[str, str]  # a letter and its index
-Renamed = dict[Name, Written]
 
-_ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
-ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
-SLIDES = "xsqzpyudr"  # letters of what slides
-MOST_ANGLES, MOST_SLIDES = 5, 2
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
-INERTIA = (1, 2, 0)  # powers of kg, m, s
 UNKNOWN = "no system that pendpin knows"
 REMEDY = "say which system it is with --rod, or what its symbols are with --symbols"
-RARELY = 15  # times that a letter stands more often than another that is a slip
 # what counts for a reading, or against it, in equations that hold
 ROD = 0.5  # a rod on a universal joint before any holds
 LIKELIER = 0.01  # each coordinate of a system, of which the text has as many
@@ -203,10 +208,10 @@ class _Page:
     convention: str | None
 
     @cached_property
-    def letters(self) -> list["Letters"]:
+    def letters(self) -> list[Letters]:
         """The letters of the whole document, and of each section."""
         each = [[self.raw[i] for i in np.flatnonzero(inside)] for inside, _ in self.sections]
-        return [_letters(equations, self.table) for equations in (self.raw, *(each if len(each) > 1 else ()))]
+        return [letters_of(equations, self.table) for equations in (self.raw, *(each if len(each) > 1 else ()))]
 
     @property
     def sections(self) -> Iterator[tuple[np.ndarray, str]]:
@@ -398,7 +403,7 @@ def _others(page: _Page) -> Iterator[Reading]:
             specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
         )  # simple ones unless it says so
         seen = list[Renamed]()
-        for renamed in (one for letters in page.letters for one in _renamings(family, letters)):
+        for renamed in (one for letters in page.letters for one in renamings(family, letters)):
             if renamed in seen:
                 continue
             seen.append(renamed)
@@ -415,86 +420,6 @@ def _others(page: _Page) -> Iterator[Reading]:
                 yield Reading(equations, System(spec if loaded else unloaded(spec)), spec.title, again=again)
 
 
-@dataclass(frozen=True)
-class Letters:
-    """The letters of a text with their indices: those that have rates, and all, each with how often; and its angles."""
-
-    moving: Counter[Name]
-    every: Counter[Name]
-    turned: set[Name]  # in sines and cosines
-
-    @property
-    def angles(self) -> list[Name]:
-        """Those that may be angles: the usual letters, and those in a sine or cosine that move or are one of several."""
-        turned = {name for name in self.turned if name in self.moving or name[1].strip("[]").isdigit()}
-        return [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in turned]
-
-
-def _letters(equations: list[Printed], table: dict[str, str]) -> Letters:
-    """The letters of some equations."""
-    words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
-    moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
-    for node in (node for one in bind(equations, words, {}, {}) for node in parts(one.sides)):
-        if node.kind == "symbol" and node.written:
-            name = (node.written.letter, node.written.index)
-            every[name] += 1
-            moving[name] += node.written.dots > 0
-        inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
-        moving.update(inside if node.kind == "derivative" else ())
-        turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
-    return Letters(+moving, every, turned)
-
-
-def _renamings(family: str, letters: Letters) -> Iterator[Renamed]:
-    """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
-    often = letters.every
-    angles = sorted(letters.angles, key=lambda name: -often[name])
-    alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
-    angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
-    indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # else of q = (q_1, q_2) the parts are the angles
-    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
-    moving = [name for name in letters.moving if name not in letters.turned]
-    slides = [name for name in moving if name[0] in SLIDES and name not in angles]
-    slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
-    if family == "plane":
-        yield from ({name: Written("theta")} for name in alone if often[name] * RARELY >= often[alone[0]])
-    elif family == "polar":
-        states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
-        pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
-        yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
-    elif family == "cart-pole":
-        pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
-        pairs += [((angle[0], f"[{i}]"), angle) for angle in angles if angle[1][:1] == "[" for i in range(3)]
-        named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
-        yield from (_with_rates(renamed, letters) for renamed in named)
-    else:
-        carts = [{name: Written("x")} for name in slides if not name[1]] if family == "cart-double" else [{}]
-        for (first, second), cart in product(permutations(angles, 2), carts):
-            several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
-            alike = first[1] < second[1] if first[0] == second[0] else not (first[1] or second[1])
-            if not several and (alike or (first[1], second[1]) == ("1", "2")):
-                renamed = {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
-                yield _with_rates(renamed | cart, letters)
-
-
-def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
-    """The same with names of rates: the usual ones, and in a vector of four states, where no coordinate has one.
-
-    theta1_ddot may stand beside angle1; of x[1] and x[2] the rates are x[3] and x[4].
-    """
-    if renamed.keys() & letters.moving.keys():
-        return renamed
-    usual = {(name.letter, name.index): name for name in renamed.values()}
-    renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
-    (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
-    if others or not all(re.fullmatch(r"\[\d\]", place) for place in places):
-        return renamed
-    begin = 0 if (vector, "[0]") in {*letters.every, *renamed} else 1
-    rates = [place for place in (f"[{i}]" for i in range(begin, begin + 4)) if place not in places]
-    pairs = zip(places, rates, strict=False)
-    return renamed | {(vector, rate): replace(renamed[vector, place], dots=1) for place, rate in pairs}
-
-
 def _doubted(reading: Reading, text: str) -> Reading:
     """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
     readable = [one for one in reading.equations if one.ways and not one.defines]
@@ -507,66 +432,3 @@ def _doubted(reading: Reading, text: str) -> Reading:
         return reading
     words = f"No system that pendpin knows fits this text: {REMEDY}."
     return replace(reading, title=UNKNOWN, remarks=(words,), unknown=True)
-
-
-def read_symbols(
-    table: dict[str, str], spec: Spec, renamed: Renamed, text: str = ""
-) -> tuple[Vocabulary, dict[str, Node]]:
-    """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
-    named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
-    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
-    _say(words, spec, text)
-    found: dict[str, Node] = {}
-    for name, meaning in table.items():
-        try:
-            left, right = _key(name), lone(str(meaning), words)
-        except Unread as error:
-            raise InputError(f"symbols.{name}: {error.reason}") from None
-        if left is None:
-            raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
-        if right is None:
-            raise InputError(f"symbols.{name}: {shown(meaning)} is not one expression")
-        # a word that neither names a quantity nor is a product of letters that all have a meaning
-        strange = any(part.startswith("?") for part in symbols(right)) and meaning not in GREEK and meaning not in table
-        if strange and re.fullmatch("[A-Za-z]{2,}", str(meaning)):
-            raise InputError(f"symbols.{name}: {not_one_of(meaning, (*spec.state, *spec.unknowns, *spec.parameters))}")
-        if right.kind == "symbol" and right.written and not left.dots:
-            words.renamed[left.letter, left.index] = right.written
-        else:
-            found[words(left)[0]] = right
-    return words, found
-
-
-def _say(words: Vocabulary, spec: Spec, text: str) -> None:
-    """Note what a text says of its symbols: other names, and which of its own meanings a letter has.
-
-    What it says in passing is one more meaning, as is no letter's own.
-    """
-    said = [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
-    for symbol, printed_names, passing in said:
-        try:
-            left = _key(symbol)
-        except Unread:  # a slip such as \thta: the equations that hold it say so
-            continue
-        if left is None or (name := (left.letter, left.index)) in words.renamed:
-            continue
-        own = [replace(one, index=left.index or one.index) for one in printed_names]
-        meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)
-        meanings = words(left)
-        if meant is None:
-            continue
-        if spec.dimensions.get(meanings[0]) == INERTIA:
-            about = printed_names[0].letter  # I about the centre of mass, J about the joint
-            words.chosen[name] = next((meaning for meaning in meanings if meaning[0] == about), "")
-        elif passing:
-            words.also[name] = meant
-        elif meanings[0] not in {*spec.state, *spec.still}:  # what has a meaning a phrase misread may not take
-            words.renamed[name] = meant
-
-
-def _key(name: str) -> Written | None:
-    """The name on the left of an entry of symbols; any word of letters is one."""
-    if re.fullmatch(r"[A-Za-z]{2,}\d*", name):
-        return of_word(name) or Written(name)
-    found = lone(name, Vocabulary(raw))
-    return found.written if found is not None and found.kind == "symbol" else None

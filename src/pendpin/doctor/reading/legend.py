@@ -1,9 +1,16 @@
-"""What a text says of its own symbols: "where $A$ is the transverse inertia about the joint", or a row of a table."""
+"""What a text, or its reader, says of its symbols: "where $A$ is the transverse inertia", a row of a table, --symbols."""
 
 import re
 from collections.abc import Iterator
+from dataclasses import replace
 
-from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.grammar import lone
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
+from pendpin.doctor.reading.tree import Node, Unread, symbols
+from pendpin.doctor.systems.base import Spec
+from pendpin.errors import InputError, not_one_of, shown
+
+INERTIA = (1, 2, 0)  # powers of kg, m, s
 
 MOST_WORDS = 90  # characters of a phrase that says what a symbol is
 _SYMBOL = r"\$\s*(?P<symbol>\\?[A-Za-z]+(?:_\{?\\?\w+\}?)?'?)\s*\$"
@@ -99,3 +106,66 @@ def _printed(phrase: str) -> tuple[Written, ...]:
     """How what a phrase speaks of is printed; none where the phrase is not known."""
     names = next((names for pattern, names in PHRASES if re.search(pattern, phrase, re.IGNORECASE)), ())
     return tuple(Written(letter, 0, index) for letter, _, index in (name.partition("_") for name in names))
+
+
+def read_symbols(
+    table: dict[str, str], spec: Spec, renamed: dict[tuple[str, str], Written], text: str = ""
+) -> tuple[Vocabulary, dict[str, Node]]:
+    """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
+    named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
+    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
+    _say(words, spec, text)
+    found: dict[str, Node] = {}
+    for name, meaning in table.items():
+        try:
+            left, right = _key(name), lone(str(meaning), words)
+        except Unread as error:
+            raise InputError(f"symbols.{name}: {error.reason}") from None
+        if left is None:
+            raise InputError(f"symbols.{name}: {shown(name)} is not one symbol")
+        if right is None:
+            raise InputError(f"symbols.{name}: {shown(meaning)} is not one expression")
+        # a word that neither names a quantity nor is a product of letters that all have a meaning
+        strange = any(part.startswith("?") for part in symbols(right)) and meaning not in GREEK and meaning not in table
+        if strange and re.fullmatch("[A-Za-z]{2,}", str(meaning)):
+            raise InputError(f"symbols.{name}: {not_one_of(meaning, (*spec.state, *spec.unknowns, *spec.parameters))}")
+        if right.kind == "symbol" and right.written and not left.dots:
+            words.renamed[left.letter, left.index] = right.written
+        else:
+            found[words(left)[0]] = right
+    return words, found
+
+
+def _say(words: Vocabulary, spec: Spec, text: str) -> None:
+    """Note what a text says of its symbols: other names, and which of its own meanings a letter has.
+
+    What it says in passing is one more meaning, as is no letter's own.
+    """
+    said = [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
+    for symbol, printed_names, passing in said:
+        try:
+            left = _key(symbol)
+        except Unread:  # a slip such as \thta: the equations that hold it say so
+            continue
+        if left is None or (name := (left.letter, left.index)) in words.renamed:
+            continue
+        own = [replace(one, index=left.index or one.index) for one in printed_names]
+        meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)
+        meanings = words(left)
+        if meant is None:
+            continue
+        if spec.dimensions.get(meanings[0]) == INERTIA:
+            about = printed_names[0].letter  # I about the centre of mass, J about the joint
+            words.chosen[name] = next((meaning for meaning in meanings if meaning[0] == about), "")
+        elif passing:
+            words.also[name] = meant
+        elif meanings[0] not in {*spec.state, *spec.still}:  # what has a meaning a phrase misread may not take
+            words.renamed[name] = meant
+
+
+def _key(name: str) -> Written | None:
+    """The name on the left of an entry of symbols; any word of letters is one."""
+    if re.fullmatch(r"[A-Za-z]{2,}\d*", name):
+        return of_word(name) or Written(name)
+    found = lone(name, Vocabulary(raw))
+    return found.written if found is not None and found.kind == "symbol" else None

@@ -1,0 +1,130 @@
+"""What the definitions of a text come to: the quantity of the system that one is, and those that equations use."""
+
+import re
+from collections.abc import Iterator
+from functools import cache
+
+import numpy as np
+
+from pendpin.doctor.checking.dimensions import Disagreement, dimension
+from pendpin.doctor.checking.evaluation import evaluate
+from pendpin.doctor.checking.residuals import ENERGIES, TOLERANCE, Equation
+from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.tree import Unread, walk
+from pendpin.doctor.systems.base import System, Values, random_states
+
+SHORT, LONG = 3, 9  # parts of an expression that is named like a quantity; of one that is none by chance
+MOST_MEANT = 4  # readings of a definition
+ACCELERATION = re.compile(r"acc|dd|dot|alpha")
+
+
+def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
+    """The quantity that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det, and how it is read; None for none.
+
+    A short one comes to it by chance, unless it is named like it: xs = L*sin(theta), with X1 or pos_x for x1 and x. Of two
+    bodies the indices agree. Energies have a constant.
+    """
+    if len(one.sides) != 2 or one.statement.name or one.sides[0].kind != "symbol" or not one.sides[0].written:
+        return None
+    word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
+    if size < SHORT or one.lacking - {one.defines}:
+        return None
+    usual = system.spec.words(one.sides[0].written)  # what it would hold for, letters meaning what they do elsewhere
+    for equation in one.meant(system.spec)[:MOST_MEANT]:
+        if not _is_own(equation, one, system):
+            continue
+        try:
+            with np.errstate(all="ignore"):
+                value = evaluate(one.sides[1], equation.context(random_states(system)))
+        except (Unread, KeyError):
+            continue
+        if np.isfinite(value).all() and (names := {*_equal(value, system)} - {*usual}):
+            called = size >= LONG or ACCELERATION.search(word)
+            fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
+            if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
+                return fits[0], equation
+    return None
+
+
+def _is_own(equation: Equation, one: Printed, system: System) -> bool:
+    """Whether the name on the left is the text's own: nobody's, or of another dimension than what it usually means."""
+    left, right = one.sides
+    if left.value == one.defines:
+        return True
+    usual = system.spec.dimensions.get(equation.meaning(left.value))
+    if left.written is None or left.written.dots or usual is None or left.value in system.spec.state:
+        return False
+    try:
+        found = dimension(right, equation.definitions, system.spec)
+    except Disagreement:
+        return False
+    return found is not None and tuple(found) != tuple(usual)
+
+
+def _equal(value: Values, system: System) -> Iterator[str]:
+    """The quantities that have these values."""
+    names, rows = _known(system, value.ndim)
+    for name, row in zip(names, rows, strict=True):
+        if row.shape == value.shape:
+            off = value - row
+            if name in ENERGIES:  # each half of the states has the same parameters
+                off = np.diff(np.split(off, 2), axis=0)
+            if np.abs(off).max() <= TOLERANCE * np.abs(row).max():
+                yield name
+
+
+@cache
+def _known(system: System, ndim: int) -> tuple[list[str], list[Values]]:
+    """The quantities of a system that are numbers, or vectors, with their values at random states of the true motion."""
+    spec, states = system.spec, random_states(system)
+    names = [name for name in spec.formulas if not name.endswith("_")]
+    names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
+    names += ["ddq"] * ("q" in spec.formulas) + [
+        d + name for name in names if re.match(r"r|[xyz][pG]?\d?$", name) for d in ("d", "dd")
+    ]
+    every = {name: states[name] for name in dict.fromkeys(names)}
+    if "weight" in every and len(every["weight"]) == len(spec.coordinates) and "G1" not in every:
+        every |= {
+            f"the moment of the weight on {name}": row
+            for name, row in zip(spec.coordinates, every["weight"], strict=True)
+        }
+    kept = {name: row for name, row in every.items() if row.ndim == ndim and 0 < np.abs(row).max() < np.inf}
+    return [*kept], [*kept.values()]
+
+
+def _agrees(word: str, name: str) -> bool:
+    """Whether the indices of a name and of a quantity do not contradict each other."""
+    mine, others = (re.findall(r"(?<![\[\d])(\d{1,2})", text)[:1] for text in (word, name))
+    return not mine or not others or len(mine[0]) != len(others[0]) or mine == others
+
+
+def _is_named_like(word: str, name: str) -> bool:
+    """Whether a name begins like a quantity: xs, X1 or pos_x for x1 or x."""
+    if (match := re.fullmatch(r"(d{0,2})([A-Za-z])[pG]?(\d*)", name)) is None:
+        return False
+    rate, letter, _ = match.groups()
+    if rate:  # v_1x, a_x
+        return bool(re.match(rf"{'va'[len(rate) - 1]}.*{letter}", word)) and _agrees(word[1:], name)
+    begins = word[:1].lower() == letter.lower() or re.search(rf"(?:_|[Pp]os|tip|bob|end){letter}(?![a-z])", word)
+    return bool(begins) and _agrees(word, name)
+
+
+def in_use(equations: list[Printed], systems: list[System]) -> set[str]:
+    """The symbols without dots and components that some equations use; those of a definition if what it defines is used.
+
+    What comes to a quantity of the system is used as an equation is.
+    """
+    laws = [bool(one.ways) and bool(quantity_of(one, system)) for one, system in zip(equations, systems, strict=True)]
+    used, before = set[str](), -1
+    while len(used) > before:
+        before = len(used)
+        for one, law in zip(equations, laws, strict=True):
+            if one.ways and (law or not one.defines or len(one.sides) > 2 or bare(one.defines) in used):
+                letters = {bare(name) for name in one.names - {one.defines}}
+                used |= letters | {letter.rpartition("_")[0] for letter in letters}
+    return used
+
+
+def bare(name: str) -> str:
+    """A symbol without its dots."""
+    return name.lstrip("?").lstrip("d") or "d"
