@@ -67,6 +67,7 @@ class Branch(Result):
         """Draw the largest multiplier against the number on a matplotlib Axes, a new one if absent; returns it."""
         ax = axes("ax", ax) or new_figure(7.0, 4.0).subplots()
         size, stable = np.array([np.abs(orbit.multipliers).max() for orbit in self.orbits]), self.stable
+        ax.axhline(1.0, color=PALE, linewidth=1, linestyle=":")  # above it a motion is unstable
         ax.plot(self.values, size, color=PALE, linewidth=1)
         ax.plot(self.values[stable], size[stable], "o", label="stable")
         ax.plot(self.values[~stable], size[~stable], "x", label="unstable")
