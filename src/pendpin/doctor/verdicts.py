@@ -273,7 +273,9 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         new = finding.mends[0].equation.sides[0].written if _mends_itself(finding) else left
         if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
             return "it gives a state a name"
-        if left and new and new.letter != left.letter and finding.mends[0].cost > ONE_CHANGE:  # two changes: a guess
+        guess = bool(finding.mends) and finding.mends[0].cost > ONE_CHANGE  # two changes
+        other = left and new and (new.letter != left.letter or " is too many" in finding.mends[0].words)
+        if left and other and guess:
             return f"it does not hold if {_plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
         moves = any(symbols(side) - spec.still - {"pi"} for side in one.sides[1:])
         if left and finding.dimensions and moves and finding.equation.meaning(str(one.sides[0].value)) in spec.still:
