@@ -230,7 +230,7 @@ def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
     for moving, still in ((THETA, PHI), (PHI, THETA)):
         if not (q[..., still].any() or v[..., still].any()):
             # the samples of a rod side by side in memory, as what follows looks along them: a third of the time
-            turned, rates = (np.ascontiguousarray(np.moveaxis(x[..., moving], -1, 1)) for x in (q, v))
+            turned, rates = (np.moveaxis(x[..., moving], -1, 1).copy("C") for x in (q, v))
             for rod in range(1, turned.shape[1]):
                 turned[:, rod] += turned[:, rod - 1]
                 rates[:, rod] += rates[:, rod - 1]

@@ -29,7 +29,8 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
     if size < SHORT or one.lacking - {one.defines}:
         return None
-    usual = system.spec.words(one.sides[0].written)  # what it would hold for, letters meaning what they do elsewhere
+    dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong
+    usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)}
     for equation in one.meant(system.spec)[:MOST_MEANT]:
         if not _is_own(equation, one, system):
             continue
@@ -38,7 +39,8 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
                 value = evaluate(one.sides[1], equation.context(random_states(system)))
         except (Unread, KeyError):
             continue
-        if np.isfinite(value).all() and (names := {*_equal(value, system)} - {*usual}):
+        names = {name for name in _equal(value, system) if dimensions.get(name, ()) not in usual}
+        if np.isfinite(value).all() and names:
             called = size >= LONG or ACCELERATION.search(word)
             fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
             if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
