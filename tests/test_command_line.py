@@ -3,6 +3,7 @@
 import inspect
 import json
 import re
+import signal
 import subprocess
 import sys
 from collections.abc import Iterable
@@ -319,6 +320,18 @@ def test_an_option_that_needs_another_is_refused_without_it(
     assert said.count("\n") == 1
     assert needed in said
     assert not list(Path().iterdir())
+
+
+def test_a_command_in_the_background_ends_at_its_limit(monkeypatch: pytest.MonkeyPatch, capfd) -> None:
+    """A shell makes it ignore Ctrl-C, which the limit does not, and which it ignores again afterwards."""
+    monkeypatch.setattr("threading.Timer", AtOnce)
+    before = signal.signal(signal.SIGINT, signal.SIG_IGN)
+    try:
+        assert run_main("hard", "--limit", "7") == 1
+        assert signal.getsignal(signal.SIGINT) is signal.SIG_IGN
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert "stopped after 7 s (--limit)" in capfd.readouterr().err
 
 
 @pytest.mark.parametrize("command", [name for name in LONG if name != "run"])

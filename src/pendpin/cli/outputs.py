@@ -136,6 +136,9 @@ def limited(limit: float | None) -> Iterator[Work]:
 
     timer = threading.Timer(seconds("limit", limit), interrupt)
     timer.daemon = True
+    ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as where a shell runs the command in the background
+    if ignored:
+        signal.signal(signal.SIGINT, signal.default_int_handler)
     try:
         timer.start()
         yield work
@@ -146,6 +149,8 @@ def limited(limit: float | None) -> Iterator[Work]:
         work.doing = next((DOING[name] for name in reversed(names) if name in DOING), work.doing)
     finally:
         timer.cancel()
+        if ignored:
+            signal.signal(signal.SIGINT, signal.SIG_IGN)
     if late:
         raise Halted(f"stopped after {limit:g} s (--limit), at: {work.doing}")
 
