@@ -29,8 +29,8 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
     if size < SHORT or one.lacking - {one.defines}:
         return None
-    dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong
-    usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)}
+    dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong, as is a place to another
+    usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)} & {(1, 2, -2), (0, 1, 0)}
     for equation in one.meant(system.spec)[:MOST_MEANT]:
         if not _is_own(equation, one, system):
             continue
