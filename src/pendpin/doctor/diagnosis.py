@@ -37,9 +37,9 @@ from pendpin.doctor.mending.mends import (
 from pendpin.doctor.mending.writing import Writer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
-from pendpin.doctor.reading.names import CONSTANTS, Written, bound
+from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols, with_meaning
 from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
 from pendpin.doctor.report import records, text
 from pendpin.doctor.systems.base import System, linearised, random_states
@@ -223,18 +223,15 @@ class _Doctor:
     def _holds_without_loads(self, equation: Equation, neighbours: list[Equation]) -> str:
         """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
 
-        def unnamed(node: Node, written: Written, letter: str) -> Node:
-            if node.written == written:
-                return replace(node, value=f"?{letter}")
-            return replace(node, children=tuple(unnamed(child, written, letter) for child in node.children))
-
         known = {part.written for other in neighbours for part in parts(other.sides)}
         nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
         letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
         for written, meaning in letters.items():
             if written and written not in known and meaning in self.system.spec.still:
                 letter = f"{written.letter}_{written.index}".rstrip("_")
-                own = replace(equation, sides=tuple(unnamed(side, written, letter) for side in equation.sides))
+                own = replace(
+                    equation, sides=tuple(with_meaning(side, written, f"?{letter}") for side in equation.sides)
+                )
                 sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
                 if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
                     return condition

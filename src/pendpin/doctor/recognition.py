@@ -290,7 +290,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
             kind, loads = here[best].system.kind, {*LOADS} & {*here[best].system.spec.parameters}
             for spec in FAMILIES.get(kind.split()[0], ()):
-                if spec.kind != kind and _without(POSES, spec.kind) == _without(POSES, kind):
+                if spec.kind != kind and without(POSES, spec.kind) == without(POSES, kind):
                     system = System(spec if loads else unloaded(spec))
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
@@ -298,7 +298,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         mine, close = here[best], zip(scores, here, strict=True)
         close = [(scores[best] - score, one) for score, one in close if scores[best] - score < CLEARLY]
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
-        alike = (one for one in readings if _without(BODIES, one.system.kind) == _without(BODIES, mine.system.kind))
+        alike = (one for one in readings if without(BODIES, one.system.kind) == without(BODIES, mine.system.kind))
         kin = [one for one in alike if one.system != mine.system and (one.credits > mine.credits).sum() > 1]
         every = (*((less, one) for less, one in close if one is not mine), *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
@@ -314,7 +314,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     return Recognition(main, tuple(chosen), tuple(rivals))
 
 
-def _without(words: Collection[str], kind: str) -> list[str]:
+def without(words: Collection[str], kind: str) -> list[str]:
     """The name of a system without some of its words."""
     return [word for word in kind.split() if word not in words]
 

@@ -18,8 +18,8 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
-from pendpin.doctor.recognition import FEW, Recognition
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
+from pendpin.doctor.recognition import FEW, Recognition, without
 from pendpin.doctor.systems.base import Dimension, Spec, System, free_states, random_states
 from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
@@ -96,7 +96,7 @@ def _explained_otherwise(findings: list[Finding], found: Recognition) -> list[Fi
 def _measured_otherwise(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings, where an equation holds under a condition if its section alone measures its angles as it does."""
     answers, main = [], found.main.system
-    same = lambda system: [word for word in system.kind.split() if word not in (*POSES, "mirrored")]  # noqa: E731
+    same = lambda system: without((*POSES, "mirrored"), system.kind)  # noqa: E731
     for i, (finding, reading) in enumerate(zip(findings, found.chosen, strict=True)):
         alone = reading.system.kind != main.kind and same(reading.system) == same(main) and not found.main.credits[i]
         if alone and finding.verdict == "holds" and reading.credits[i]:
@@ -125,7 +125,7 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
                 continue
             place, meaning, _ = said[name]
             first, *rest = equation.sides
-            sides = first, *(_named(side, name, "?said") for side in rest)
+            sides = first, *(with_meaning(side, name, "?said") for side in rest)
             instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": meaning})
             with suppress(Unread):
                 if relative_error(instead, random_states(reading.system)) >= TOLERANCE:
@@ -141,13 +141,6 @@ def _said_otherwise(findings: list[Finding], found: Recognition) -> list[Finding
             else:
                 said.pop(left, None)
     return answers
-
-
-def _named(node: Node, name: Written, value: str) -> Node:
-    """An expression in which one symbol has another meaning."""
-    if node.kind == "symbol" and node.written == name:
-        return replace(node, value=value)
-    return replace(node, children=tuple(_named(child, name, value) for child in node.children))
 
 
 def _definitions(findings: list[Finding], found: Recognition) -> list[Finding]:

@@ -1,7 +1,7 @@
 """The tree of a printed expression: what stands where, as it was printed."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 Kind = Literal["number", "symbol", "sum", "product", "power", "function", "matrix", "derivative"]
@@ -81,3 +81,10 @@ def key(node: Node) -> tuple:
 def symbols(node: Node) -> set[str]:
     """The names of the quantities in an expression."""
     return {part.value for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
+
+
+def with_meaning(node: Node, name: Written, value: str) -> Node:
+    """An expression in which one printed symbol has another meaning."""
+    if node.kind == "symbol" and node.written == name:
+        return replace(node, value=value)
+    return replace(node, children=tuple(with_meaning(child, name, value) for child in node.children))
