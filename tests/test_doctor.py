@@ -11,7 +11,6 @@ import sympy as sp
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.doctor.report import page
 from pendpin.doctor.systems.base import Convention, Quantities, System, free_states, solved
 from pendpin.doctor.systems.rod import SPECS
 from pendpin.errors import InputError
@@ -160,7 +159,7 @@ def test_the_first_lines_count_what_fails_and_lead_to_it():
     said = str(found).splitlines()
     assert said[1].startswith(f"3 of {len(found.findings)} equations fail; 5 (line ")
     assert said[-1].endswith(f"The first wrong one is equation 2, {found.wrong[0].place}.")
-    shown = page(found)
+    shown = found.page()
     assert all(
         f'href="#equation-{one.number}"' in shown and f'id="equation-{one.number}"' in shown for one in found.wrong
     )

@@ -9,10 +9,9 @@ import sympy as sp
 import pendpin as pp
 from pendpin.doctor.checking.dimensions import Disagreement, common, unit
 from pendpin.doctor.checking.residuals import Equation, stack_residuals
-from pendpin.doctor.findings import Finding
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, bound
-from pendpin.doctor.report import residual
+from pendpin.doctor.report import Finding, residual
 from pendpin.doctor.systems.base import System, dot, free_states
 from pendpin.doctor.systems.rod import SPECS
 

@@ -17,7 +17,7 @@ from typing import Any
 
 from pendpin.errors import Halted, Interrupted
 from pendpin.ground.arguments import seconds
-from pendpin.ground.report import Report, Table
+from pendpin.ground.report import Report, Styled, Table
 
 # of what is written
 SUFFIXES = {"run": (".npz", ".csv"), "html": (".html",), "film": (".gif", ".mp4"), "csv": (".csv",)}
@@ -47,7 +47,13 @@ def print_report(report: Report, as_json: bool) -> None:
     if as_json:
         print_json(report.data)
     for part in () if as_json else report.parts:
-        print(part) if isinstance(part, str) else print_table(part)
+        if isinstance(part, Styled):
+            from rich.console import Console
+            from rich.text import Text
+
+            Console().print(Text.assemble(*part.pieces), soft_wrap=True)
+        else:
+            print(part) if isinstance(part, str) else print_table(part)
 
 
 def print_table(table: Table) -> None:

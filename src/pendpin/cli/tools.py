@@ -175,12 +175,8 @@ def doctor(
 
     The exit status is 0 only if at least one equation could be read and each one that was read is right.
     """
-    from rich.console import Console
-    from rich.text import Text
-
     from pendpin.doctor.diagnose import diagnose_file
     from pendpin.doctor.recognition import check_choices
-    from pendpin.doctor.report import lines, write_report
 
     refuse_outputs([file], html=html)
     once_each(((text.partition("=")[0].strip(), text) for text in split_at_commas(symbols)), "--symbols")
@@ -189,13 +185,10 @@ def doctor(
         check_choices(rod, differences)
     with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
-    console = Console()
-    for line in () if json else lines(diagnosis):  # pieces of text, each with its style
-        console.print(Text.assemble(*line), soft_wrap=True)
-    if json:
-        print_json(diagnosis.to_json())
+    print_report(diagnosis.report(), json)
     if html:
-        print_files([write_report(html, diagnosis)], json)
+        page = diagnosis.page().encode(errors="replace")
+        print_files([write_whole(html, lambda file: file.write(page))], json)
     if not diagnosis.ok:
         raise Exit(1)
 

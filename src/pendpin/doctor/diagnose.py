@@ -6,8 +6,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from pendpin.doctor.checking.exact import need_sympy
-from pendpin.doctor.diagnosis import Diagnosis, examine
+from pendpin.doctor.diagnosis import examine
 from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements, text_of
+from pendpin.doctor.report import Diagnosis
 from pendpin.errors import InputError, inside, shown
 from pendpin.ground.files import read_whole
 from pendpin.scene import Scene, load_scene

@@ -23,7 +23,6 @@ from pendpin.doctor.checking.conditions import (
 from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
-from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import (
@@ -41,10 +40,9 @@ from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols, with_meaning
 from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
-from pendpin.doctor.report import records, text
+from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
-from pendpin.ground.report import Report, Result
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
@@ -52,32 +50,13 @@ MOST_HOPELESS = 5  # equations without a mend, after which two changes are no lo
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 
-@dataclass(frozen=True, eq=False, repr=False)
-class Diagnosis(Findings, Result):
-    """What was found about the equations of a document, as a report."""
-
-    def report(self) -> Report:
-        """The report line by line, the findings as data (docs/doctor.md), and the first line where all is not well."""
-        said = text(self).splitlines()
-        return Report(said, records(self), None if self.ok else said[0])
-
-    def to_json(self) -> list[dict[str, Any]]:
-        """The findings for machines (docs/doctor.md)."""
-        return records(self)
-
-
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
-    findings = judge(_verdicts(found, progress), found)
-    groups: dict[tuple[str, str], list[int]] = defaultdict(list)
-    for finding in findings:
-        if finding.verdict == "fails" and finding.mends and finding.mends[0].old and finding.mends[0].new:
-            groups[finding.mends[0].old, finding.mends[0].new].append(finding.number)
-    shared = tuple(Shared(*pair, tuple(numbers)) for pair, numbers in groups.items() if len(numbers) > 1)
+    findings = tuple(judge(_verdicts(found, progress), found))
     wrong = found.main.unknown and any(finding.verdict == "fails" for finding in findings)
     title, remarks = (found.main.system.spec.title, ()) if wrong else (found.title, found.main.remarks)
-    return Diagnosis(tuple(findings), found.main.system, title, remarks, shared, document.skipped)
+    return Diagnosis(findings, found.main.system, title, remarks, document.skipped)
 
 
 def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Finding]:

@@ -1,49 +1,257 @@
-"""A diagnosis shown: as text, as records for machines, and as one HTML page with equations and mends as they are printed."""
+"""What is found about the equations of a document, shown as a report, as records for machines and as one HTML page."""
 
 import html
 import re
 from collections import Counter
 from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from importlib import resources
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from pendpin.doctor.checking.exact import in_symbols
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, residuals
-from pendpin.doctor.findings import Finding, Findings, Shared
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.tree import Unread
+from pendpin.doctor.recognition import UNKNOWN
 from pendpin.doctor.systems.base import System, dot, free_states
 from pendpin.doctor.systems.rod import AXES
-from pendpin.errors import one_line
-from pendpin.ground.files import write_whole
+from pendpin.errors import brief, one_line
+from pendpin.ground.report import Report, Result, Styled
 
+# the verdicts and how many of them are counted, of one and of several; those that are doubtful or give a state apart
+COUNTED = {
+    "holds": ("holds", "hold"),
+    "holds if": ("holds under a condition", "hold under a condition"),
+    "fails": ("fails", "fail"),
+    "doubtful": ("does not hold as read", "do not hold as read"),
+    "not checked": ("is not checked", "are not checked"),
+    "state": ("gives a value or names", "give values or names"),
+}
 STYLES = {"holds": "green", "holds if": "green", "fails": "bold red", "not checked": "yellow"}
+# what is said below an equation: how far it is indented on a terminal, and its style
+BELOW = {"why": (6, ""), "none": (6, "yellow"), "mend": (6, ""), "mended": (12, ""), "remark": (6, "dim")}
 MOST_PRINTED, MOST_ON_PAGE = 20_000, 2_000  # characters of an equation in a record, and on a page
 MOST_SYMBOLS = 6  # of those that are not known, in the first lines
 MOST_LISTED = 8  # equations or lines in a row
-Line = list[tuple[str, str]]  # pieces of text, each with its style
+RECORDED = "number latex kind verdict condition proved error place remark when dimensions follows".split()
+# of the usual names of the inertia: why one that stands for the other is wrong
+INERTIAS = {"ml23": "m l²/3 is the inertia about the joint", "ml212": "m l²/12 is the inertia about G"}
 
-# --- for machines ---------------------------------------------------------------------------------------------------
+
+@dataclass(frozen=True, eq=False, repr=False)
+class Finding:
+    """What is found about one equation: holds, holds if, fails or not checked; `condition` says when it holds."""
+
+    number: int
+    latex: str
+    place: str
+    kind: str
+    verdict: str
+    condition: str = ""
+    proved: bool = False
+    error: float = 0.0  # relative to its terms
+    remark: str = ""
+    when: str = ""
+    dimensions: str = ""
+    mends: tuple[Mend, ...] = ()
+    equation: Equation | None = None
+    linear: bool = False  # compared to the first order
+    follows: int = 0  # the number of the wrong equation that it follows from; 0 for none
+    unknown: tuple[str, ...] = ()  # the symbols for want of which it is not checked
+
+    def __repr__(self) -> str:
+        return brief(f"Finding: equation {self.number}, {self.place}, {self.kind}: {self.verdict}. {self.latex}")
+
+    @property
+    def doubtful(self) -> bool:
+        """Whether it does not hold as it is read, without a small change that would show what is wrong."""
+        return self.verdict == "not checked" and bool(self.when)
+
+    def below(self) -> Iterator[tuple[str, list[tuple[str, str]]]]:
+        """Why it fails and what mends it, or a remark: what each line is, of BELOW, and its pieces with their styles."""
+        if self.verdict == "fails":
+            off = f"off by {self.error:.2g} of its terms, {self.when}"
+            dimensions = f"dimensions do not agree: {self.dimensions}" if self.dimensions else ""
+            yield "why", [(f"{self.place}: {'; '.join(filter(None, (off, dimensions, self.remark)))}", "")]
+            if not self.mends:
+                yield "none", [("no simple mend found", "")]
+            for rank, mend in enumerate(self.mends):
+                words = mend.words + explain_change(mend.old, mend.new)
+                yield "mend", [("or:   " if rank else "mend: ", "green"), (words, "")]
+                yield "mended", [(part, "reverse" * new) for part, new in mend.pieces]
+        elif self.verdict != "not checked":
+            exact = self.proved or self.condition or self.kind == "definition"
+            if said := self.remark or ("" if exact else "compared in floats, not to 25 digits"):
+                yield "remark", [(said, "")]
+            elif self.mends:
+                yield "mend", [("without that condition: ", "dim"), (self.mends[0].words, "")]
 
 
-def records(diagnosis: Findings) -> list[dict[str, Any]]:
-    """One record an equation: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
-    names = ("number", "latex", "kind", "verdict", "condition", "proved", "error", "mends")
-    names += ("place", "remark", "when", "dimensions", "follows")
-    answers = []
-    for finding in diagnosis.findings:
-        record = {name: getattr(finding, name) for name in names}
-        record["latex"] = shortened(finding.latex, MOST_PRINTED)
-        record["error"] = finding.error if np.isfinite(finding.error) else 1e300
-        record["mends"] = [
-            {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, diagnosis.system)}
-            for mend in finding.mends
-        ]
-        answers.append(record)
-    return answers
+@dataclass(frozen=True, eq=False, repr=False)
+class Diagnosis(Result):
+    """Every equation with its verdict, for the system that they were checked for."""
+
+    findings: tuple[Finding, ...]
+    system: System
+    title: str
+    remarks: tuple[str, ...] = ()
+    skipped: tuple[str, ...] = ()  # the lines with an equals sign that were not read as equations
+
+    @property
+    def ok(self) -> bool:
+        """Whether some equation, no definition, holds, if only under a condition, and none fails or is doubtful."""
+        verdicts = {finding.verdict for finding in self.findings if finding.kind != "definition"}
+        return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts and not self.doubtful
+
+    @property
+    def system_is_known(self) -> bool:
+        """Whether the equations are about a system that pendpin knows."""
+        return self.title != UNKNOWN
+
+    @property
+    def wrong(self) -> tuple[Finding, ...]:
+        """The equations that fail."""
+        return tuple(finding for finding in self.findings if finding.verdict == "fails")
+
+    @property
+    def doubtful(self) -> tuple[Finding, ...]:
+        """The equations that do not hold as they are read, and may be wrong or meant otherwise."""
+        return tuple(finding for finding in self.findings if finding.doubtful)
+
+    @property
+    def shared(self) -> dict[tuple[str, str], tuple[int, ...]]:
+        """The changes that mend several equations, what is old and new, and the numbers of these equations."""
+        firsts = [(finding.mends[0], finding.number) for finding in self.wrong if finding.mends]
+        pairs = dict.fromkeys((mend.old, mend.new) for mend, _ in firsts if mend.old and mend.new)
+        every = {pair: tuple(n for mend, n in firsts if (mend.old, mend.new) == pair) for pair in pairs}
+        return {pair: numbers for pair, numbers in every.items() if len(numbers) > 1}
+
+    def report(self) -> Report:
+        """The report line by line, the findings as data (docs/doctor.md), and the first line where all is not well."""
+        first, *others = first_screen(self)
+        lines = [Styled([(first, "bold" if not self.wrong and not self.doubtful else "bold red")]), *others]
+        for one in self.findings:
+            condition, printed = f" {one.condition}" * bool(one.condition), one_line(one.latex)
+            about = f"{condition}  {one.kind}: {shortened(printed, 300)}"
+            if one.verdict == "not checked":
+                about = f"  {one.place}: {one_line(one.remark)}: {shortened(printed, 60)}"
+            lines.append(Styled([(f"{one.number:3} ", ""), (one.verdict, STYLES[one.verdict]), (about, "")]))
+            for what, pieces in one.below():
+                indent, style = BELOW[what]
+                lines.append(Styled([(" " * indent, ""), *((text, own or style) for text, own in pieces)]))
+        lines += ["", *(Styled([(line, "bold")]) for line in last_lines(self))]
+        return Report(lines, self.to_json(), None if self.ok else first)
+
+    def to_json(self) -> list[dict[str, Any]]:
+        """One record an equation for machines: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
+        records = []
+        for finding in self.findings:
+            mends = [
+                {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
+                for mend in finding.mends
+            ]
+            record = {name: getattr(finding, name) for name in RECORDED}
+            records.append(record | {"latex": shortened(finding.latex, MOST_PRINTED), "mends": mends})
+        return records
+
+    def page(self) -> str:
+        """The report as HTML that needs no network: equations as they are printed, what is new in mends marked."""
+        first = _paragraphs(first_screen(self))
+        if self.wrong and self.wrong[0].mends:
+            first[1:1] = ["<p>Mended:</p>", _block("mended", [*self.wrong[0].below()][2][1])]
+        parts = {
+            "summary": "".join(first),
+            "equations": "\n".join(map(_card, self.findings)),
+            "last": "".join(_paragraphs(last_lines(self))),
+        }
+        template = resources.files("pendpin.doctor").joinpath("report.html").read_text(encoding="utf-8")
+        return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], template)
+
+
+def first_screen(diagnosis: Diagnosis) -> list[str]:
+    """What a reader wants to know first: which line is wrong and why, as what the text was read, what symbols to say."""
+    wrong, doubtful, known = diagnosis.wrong, diagnosis.doubtful, diagnosis.system_is_known
+    count, answer = len(diagnosis.findings), list[str]()
+    if wrong:
+        first, *others = wrong
+        mend = f": {first.mends[0].words}" if first.mends else ""
+        answer.append(f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
+        later = [one for one in others if one.follows == first.number]
+        rest = [one for one in others if one not in later]
+        said = [f"{len(wrong)} of {count} equations {'fail' if others else 'fails'}"]
+        said += [f"{_listed(later)} {'follow' if later[1:] else 'follows'} from it"] if later else []
+        said += [f"{_listed(rest)} {'are' if rest[1:] else 'is'} wrong too"] if rest else []
+        answer.append(f"{'; '.join(said)}.")
+    read_as = [f"Read as equations of {diagnosis.title}."] if known else [diagnosis.remarks[0]] if not wrong else []
+    doubt = list[str]()
+    if doubtful:
+        verb = f"s {_listed(doubtful)} do" if doubtful[1:] else f" {_listed(doubtful)} does"
+        doubt = [f"Equation{verb} not hold as read here, and may be wrong or meant otherwise; the reasons are below."]
+    answer += [*read_as, *doubt] if wrong or not known else [*doubt, *read_as]
+    answer += diagnosis.remarks[0 if known else 1 :]
+    unchecked = [one for one in diagnosis.findings if one.verdict == "not checked" and one.kind != "condition"]
+    if known and (left := [one for one in unchecked if not one.when]):  # and what to write so that they are checked
+        symbols = list(dict.fromkeys(name.lstrip("?") for one in left for name in one.unknown))
+        pairs = ",".join(f"{name}={_likely(name, diagnosis.system)}" for name in symbols[:MOST_SYMBOLS])
+        why = f"say what these symbols are: --symbols {pairs}" if symbols else "the reasons are below."
+        answer.append(f"{len(left)} of {count} equations {'are' if left[1:] else 'is'} NOT CHECKED; {why}")
+    elif not wrong and not doubtful and known:
+        answer.insert(0, "Nothing is wrong in what is checked." if diagnosis.skipped else "Nothing is wrong.")
+    return answer
+
+
+def last_lines(diagnosis: Diagnosis) -> list[str]:
+    """The mends that several equations share, how many hold, fail and could not be read, and what was not looked at."""
+    answer = []
+    for (old, new), numbers in diagnosis.shared.items():
+        listed = f"{', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
+        answer.append(f"{new} for {old} heals equations {listed}{explain_change(old, new)}.")
+    kinds = (
+        "doubtful" if one.doubtful else "state" if one.kind == "condition" else one.verdict
+        for one in diagnosis.findings
+    )
+    counts, count = Counter(kinds), len(diagnosis.findings)
+    said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in COUNTED.items() if counts[kind])
+    sentence = f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."
+    if diagnosis.wrong:
+        sentence += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
+    answer.append(sentence)
+    if diagnosis.doubtful and not diagnosis.wrong:
+        answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
+    if diagnosis.skipped:
+        answer.append(f"Not looked at, though it holds an equals sign: {_few(diagnosis.skipped)}.")
+    return answer
+
+
+def _listed(findings: Iterable[Finding]) -> str:
+    """Some equations by their numbers and places."""
+    return _few([f"{one.number} ({one.place})" for one in findings])
+
+
+def _few(every: tuple[str, ...] | list[str]) -> str:
+    """The first of some words, and how many more there are."""
+    return ", ".join(every[:MOST_LISTED]) + f" and {len(every) - MOST_LISTED} more" * (len(every) > MOST_LISTED)
+
+
+def _likely(name: str, system: System) -> str:
+    """What an unknown symbol probably is: F_1 a force of the joint."""
+    force = re.fullmatch(r"[FNSXQP]_([123])", name)
+    return f"R_{force[1]}" if force and f"R{force[1]}" in system.spec.unknowns else "..."
+
+
+def explain_change(old: str, new: str) -> str:
+    """Why a change that is often needed is right; empty for others."""
+    short = [re.sub(r"[ {}*/]|\\frac|\^", "", text) for text in (old, new)]
+    if {*short} != {*INERTIAS}:
+        return ""
+    return f": {INERTIAS[short[0]]}, {INERTIAS[short[1]].replace('is the inertia', 'that')}"
+
+
+def shortened(text: str, most: int) -> str:
+    """A text, cut where it is longer."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def residual(equation: Equation, system: System) -> str:
@@ -69,212 +277,25 @@ def residual(equation: Equation, system: System) -> str:
     return "0"
 
 
-# --- as text --------------------------------------------------------------------------------------------------------
+def _paragraphs(said: Iterable[str]) -> list[str]:
+    """Lines of text for a page, in which numbers of equations lead to their cards."""
+    link, number = r'<a href="#equation-\1">\1</a>\2', re.compile(r"(?<!\d)(\d+)( [(]|, )(?=line )")
+    return [f"<p>{number.sub(link, html.escape(line))}</p>" for line in said]
 
 
-def text(diagnosis: Findings) -> str:
-    """The whole report as plain text."""
-    return "\n".join("".join(part for part, _ in line) for line in lines(diagnosis))
-
-
-def lines(diagnosis: Findings) -> Iterator[Line]:
-    """The report line by line, each in parts with their styles."""
-    first, *others = first_screen(diagnosis)
-    yield [(first, "bold red" if diagnosis.wrong or diagnosis.doubtful else "bold")]
-    yield from ([(line, "")] for line in others)
-    for finding in diagnosis.findings:
-        yield from _of_finding(finding)
-    yield []
-    yield from ([(line, "bold")] for line in (*map(shared_words, diagnosis.shared), *last_lines(diagnosis)))
-
-
-def first_screen(diagnosis: Findings) -> list[str]:
-    """What a reader wants to know first: which line is wrong and why, as what the text was read, what symbols to say."""
-    wrong, doubtful, known = diagnosis.wrong, diagnosis.doubtful, diagnosis.system_is_known
-    count, answer = len(diagnosis.findings), list[str]()
-    if wrong:
-        first, *others = wrong
-        mend = f": {first.mends[0].words}" if first.mends else ""
-        answer.append(f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
-        later = [one for one in others if one.follows == first.number]
-        rest = [one for one in others if one not in later]
-        said = [f"{len(wrong)} of {count} equations {'fail' if others else 'fails'}"]
-        said += [f"{_listed(later)} {'follow' if later[1:] else 'follows'} from it"] if later else []
-        said += [f"{_listed(rest)} {'are' if rest[1:] else 'is'} wrong too"] if rest else []
-        answer.append(f"{'; '.join(said)}.")
-    doubt = list[str]()
-    if doubtful:
-        verb = f"s {_listed(doubtful)} do" if doubtful[1:] else f" {_listed(doubtful)} does"
-        doubt = [f"Equation{verb} not hold as read here, and may be wrong or meant otherwise; the reasons are below."]
-    read_as = [f"Read as equations of {diagnosis.title}."] if known else [diagnosis.remarks[0]] if not wrong else []
-    answer += [*read_as, *doubt] if wrong or not known else [*doubt, *read_as]
-    answer += diagnosis.remarks[0 if known else 1 :]
-    left = [one for one in diagnosis.unchecked if not one.when] if known else []
-    if left:  # and what to write so that they are checked
-        symbols = list(dict.fromkeys(name.lstrip("?") for one in left for name in one.unknown))
-        pairs = ",".join(f"{name}={_likely(name, diagnosis.system)}" for name in symbols[:MOST_SYMBOLS])
-        why = f"say what these symbols are: --symbols {pairs}" if symbols else "the reasons are below."
-        answer.append(f"{len(left)} of {count} equations {'are' if left[1:] else 'is'} NOT CHECKED; {why}")
-    elif not wrong and not doubtful and known:
-        answer.insert(0, "Nothing is wrong in what is checked." if diagnosis.skipped else "Nothing is wrong.")
-    return answer
-
-
-def _listed(findings: Iterable[Finding]) -> str:
-    """Some equations by their numbers and places."""
-    return _few([f"{one.number} ({one.place})" for one in findings])
-
-
-def _few(items: Iterable[str]) -> str:
-    """The first items of a list, and how many more there are."""
-    every = list(items)
-    return ", ".join(every[:MOST_LISTED]) + f" and {len(every) - MOST_LISTED} more" * (len(every) > MOST_LISTED)
-
-
-def _likely(name: str, system: System) -> str:
-    """What an unknown symbol probably is: F_1 a force of the joint."""
-    force = re.fullmatch(r"[FNSXQP]_([123])", name)
-    return f"R_{force[1]}" if force and f"R{force[1]}" in system.spec.unknowns else "..."
-
-
-def last_lines(diagnosis: Findings) -> list[str]:
-    """How many equations hold, fail and could not be read, and what was not looked at."""
-    counts, doubtful = Counter[str](), diagnosis.doubtful
-    for finding in diagnosis.findings:
-        state = finding.kind == "condition"
-        counts["doubtful" if finding in doubtful else "state" if state else finding.verdict] += 1
-    words = {"holds": ("holds", "hold"), "holds if": ("holds under a condition", "hold under a condition")}
-    words |= {"fails": ("fails", "fail"), "doubtful": ("does not hold as read", "do not hold as read")}
-    words |= {
-        "not checked": ("is not checked", "are not checked"),
-        "state": ("gives a value or names", "give values or names"),
-    }
-    said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in words.items() if counts[kind])
-    count = len(diagnosis.findings)
-    answer = [f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."]
-    if diagnosis.wrong:
-        answer[0] += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
-    elif diagnosis.doubtful:
-        answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
-    if diagnosis.skipped:
-        answer.append(f"Not looked at, though it holds an equals sign: {_few(diagnosis.skipped)}.")
-    return answer
-
-
-def shared_words(shared: Shared) -> str:
-    """One mend of several equations, in words."""
-    *others, last = map(str, shared.numbers)
-    listed = f"{', '.join(others)} and {last}"
-    return f"{shared.new} for {shared.old} heals equations {listed}{explain_change(shared.old, shared.new)}."
-
-
-def explain_change(old: str, new: str) -> str:
-    """Why a change that is often needed is right; empty for others."""
-    short = [re.sub(r"[ {}*/]|\\frac|\^", "", text) for text in (old, new)]
-    about = {"ml23": "m l²/3 is the inertia about the joint", "ml212": "m l²/12 is the inertia about G"}
-    if {*short} != {*about}:
-        return ""
-    return f": {about[short[0]]}, {about[short[1]].replace('is the inertia', 'that')}"
-
-
-def _of_finding(finding: Finding) -> Iterator[Line]:
-    head: Line = [(f"{finding.number:3} ", ""), (finding.verdict, STYLES[finding.verdict])]
-    printed = one_line(finding.latex)
-    if finding.verdict == "not checked":
-        yield [*head, (f"  {finding.place}: {one_line(finding.remark)}: {shortened(printed, 60)}", "")]
-        return
-    condition = f" {finding.condition}" * bool(finding.condition)
-    yield [*head, (f"{condition}  {finding.kind}: {shortened(printed, 300)}", "")]
-    if finding.verdict == "fails":
-        yield [(f"      {finding.place}: {failure(finding)}", "")]
-        if not finding.mends:
-            yield [("      no simple mend found", "yellow")]
-        for rank, mend in enumerate(finding.mends):
-            label = "      mend: " if not rank else "      or:   "
-            yield [(label, "green"), (mend.words + explain_change(mend.old, mend.new), "")]
-            yield [("            ", ""), *((part, "reverse" if new else "") for part, new in marked(mend))]
-    elif finding.remark or not (finding.proved or finding.condition or finding.kind == "definition"):
-        yield [("      " + (finding.remark or "compared in floats, not to 25 digits"), "dim")]
-    elif finding.mends:
-        yield [("      without that condition: ", "dim"), (finding.mends[0].words, "")]
-
-
-def failure(finding: Finding) -> str:
-    """How an equation fails, in words."""
-    dimensions = f"dimensions do not agree: {finding.dimensions}" if finding.dimensions else ""
-    off = f"off by {finding.error:.2g} of its terms, {finding.when}"
-    return "; ".join(filter(None, (off, dimensions, finding.remark)))
-
-
-def marked(mend: Mend) -> list[tuple[str, bool]]:
-    """The mended equation in parts, each with whether it is new."""
-    place, end_of_it = mend.span
-    parts = []
-    for start, end in mend.changed:
-        parts += [(mend.text[place:start], False), (mend.text[start:end], True)]
-        place = end
-    parts.append((mend.text[place:end_of_it].rstrip().removesuffix("\\\\"), False))
-    return [(" ".join(part.split("\n")), new) for part, new in parts if part]
-
-
-def shortened(text: str, most: int) -> str:
-    """A text, cut where it is longer."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
-
-
-# --- as a page ------------------------------------------------------------------------------------------------------
-
-
-def write_report(path: Path, diagnosis: Findings) -> Path:
-    """Write the report as a page, whole or not at all. Raises InputError where the path refuses."""
-    return write_whole(path, lambda file: file.write(page(diagnosis).encode(errors="replace")))
-
-
-def page(diagnosis: Findings) -> str:
-    """The report as HTML that needs no network: verdicts, equations as they are printed, mends with what is new marked."""
-
-    def paragraphs(said: Iterable[str]) -> list[str]:
-        """Lines of text, in which numbers of equations lead to their cards."""
-        link = r'<a href="#equation-\1">\1</a>\2'
-        number = re.compile(r"(?<!\d)(\d+)( [(]|, )(?=line )")
-        return [f"<p>{number.sub(link, html.escape(line))}</p>" for line in said]
-
-    first = paragraphs(first_screen(diagnosis))
-    if diagnosis.wrong and diagnosis.wrong[0].mends:
-        first[1:1] = ["<p>Mended:</p>", _mended(diagnosis.wrong[0].mends[0])]
-    parts = {
-        "summary": "".join(first),
-        "shared": "".join(paragraphs(map(shared_words, diagnosis.shared))),
-        "equations": "\n".join(_card(finding) for finding in diagnosis.findings),
-        "last": "".join(paragraphs(last_lines(diagnosis))),
-    }
-    template = resources.files("pendpin.doctor").joinpath("report.html").read_text(encoding="utf-8")
-    for name, part in parts.items():
-        template = template.replace("{{" + name + "}}", part)
-    return template
-
-
-def _mended(mend: Mend) -> str:
-    """A mended equation, what is new marked."""
-    pieces = ((html.escape(part), new) for part, new in marked(mend))
-    before, after = '<span class="changed">', "</span>"
-    return f"<pre>{''.join(before + part + after if new else part for part, new in pieces)}</pre>"
+def _block(what: str, pieces: list[tuple[str, str]]) -> str:
+    """What is said below an equation, for a page; what is new in a mended one is marked."""
+    marked = (('<span class="changed">', "</span>") if style == "reverse" else ("", "") for _, style in pieces)
+    text = "".join(f"{start}{html.escape(part)}{end}" for (part, _), (start, end) in zip(pieces, marked, strict=True))
+    return f"<pre>{text}</pre>" if what == "mended" else f'<p class="{what}">{text}</p>'
 
 
 def _card(finding: Finding) -> str:
-    """One equation, its verdict, and what mends it."""
+    """One equation on a page, its verdict, and what mends it."""
     head = (("place", f"{finding.number}, {finding.place}"), ("badge", finding.verdict), ("kind", finding.kind))
     spans = "".join(f'<span class="{name}">{html.escape(said)}</span>' for name, said in head if said != "unread")
-    printed = shortened(one_line(finding.latex), MOST_ON_PAGE)
-    body = [f"<header>{spans}</header>", f"<pre>{html.escape(printed)}</pre>"]
-    if finding.condition:
-        body.append(f"<p><strong>holds if {html.escape(finding.condition)}</strong></p>")
-    if finding.verdict == "fails":
-        body.append(f"<p>{html.escape(failure(finding))}</p>")
-        for rank, mend in enumerate(finding.mends):
-            words = f"{'Or' if rank else 'Mend'}: {html.escape(mend.words + explain_change(mend.old, mend.new))}"
-            body.append(f'<div class="mend"><p>{words}</p>{_mended(mend)}</div>')
-    elif finding.remark:
-        body.append(f"<p class='remark'>{html.escape(finding.remark)}</p>")
-    style = finding.verdict.replace(" ", "-")
-    return f'<article class="{style}" id="equation-{finding.number}">{"".join(body)}</article>'
+    printed = html.escape(shortened(one_line(finding.latex), MOST_ON_PAGE))
+    condition = f"<p><strong>holds if {html.escape(finding.condition)}</strong></p>" if finding.condition else ""
+    below = [*finding.below()] or [("remark", [(finding.remark, "")])] * bool(finding.remark)
+    body = f"<header>{spans}</header><pre>{printed}</pre>{condition}{''.join(_block(*one) for one in below)}"
+    return f'<article class="{finding.verdict.replace(" ", "-")}" id="equation-{finding.number}">{body}</article>'

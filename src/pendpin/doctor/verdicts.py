@@ -16,10 +16,10 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
-from pendpin.doctor.findings import Finding
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW, Recognition, without
+from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import Dimension, Spec, System, free_states, random_states
 from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS

@@ -40,6 +40,18 @@ class Table(NamedTuple):
         yield from self.left_out
 
 
+class Styled(str):
+    """A line of text in pieces, each with its style on a terminal, in words of rich."""
+
+    pieces: Sequence[tuple[str, str]]
+
+    def __new__(cls, pieces: Sequence[tuple[str, str]]) -> "Styled":
+        """The text of all pieces."""
+        line = super().__new__(cls, "".join(text for text, _ in pieces))
+        line.pieces = pieces
+        return line
+
+
 @dataclass(frozen=True, repr=False)
 class Report:
     """What a tool found: its parts in the order in which they are read, and all of it as plain data."""

@@ -14,7 +14,7 @@ from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Span, Unread, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
 
 MOST_NODES = 400  # of an equation that is searched
@@ -46,13 +46,16 @@ class Mend(Change):
         return (0, len(self.text)) if self.alone else (sides[0].outer[0], sides[-1].outer[1])
 
     @property
-    def changed(self) -> tuple[Span, ...]:
-        """The characters of the text that are new; none between the ends of a span where something is gone."""
-        spans, shift = [], 0
+    def pieces(self) -> list[tuple[str, bool]]:
+        """The mended equation in parts, each with whether it is new."""
+        place, end_of_it = self.span
+        parts, shift = list[tuple[str, bool]](), 0
         for start, end, new in sorted(self.splices):
-            spans.append((start + shift, start + shift + len(new)))
+            parts += [(self.text[place : start + shift], False), (new, True)]
+            place = start + shift + len(new)
             shift += len(new) - (end - start)
-        return tuple(spans)
+        parts.append((self.text[place:end_of_it].rstrip().removesuffix("\\\\"), False))
+        return [(" ".join(part.split("\n")), new) for part, new in parts if part]
 
     @property
     def latex(self) -> str:
