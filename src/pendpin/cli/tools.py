@@ -20,7 +20,7 @@ from pendpin.cli.inputs import (
     switch,
     with_duration,
 )
-from pendpin.cli.outputs import limited, print_files, print_json, print_report, refuse_outputs, waiting, working
+from pendpin.cli.outputs import limited, print_files, print_report, refuse_outputs, waiting, working
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.files import write_whole
 

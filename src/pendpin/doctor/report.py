@@ -6,7 +6,7 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,7 +35,7 @@ BELOW = {"why": (6, ""), "none": (6, "yellow"), "mend": (6, ""), "mended": (12, 
 MOST_PRINTED, MOST_ON_PAGE = 20_000, 2_000  # characters of an equation in a record, and on a page
 MOST_SYMBOLS = 6  # of those that are not known, in the first lines
 MOST_LISTED = 8  # equations or lines in a row
-RECORDED = "number latex kind verdict condition proved error place remark when dimensions follows".split()
+RECORDED = ("number", "latex", "kind", "verdict", "condition", "proved", "error", "place", "remark", "when")
 # of the usual names of the inertia: why one that stands for the other is wrong
 INERTIAS = {"ml23": "m l²/3 is the inertia about the joint", "ml212": "m l²/12 is the inertia about G"}
 
@@ -89,6 +89,14 @@ class Finding:
                 yield "mend", [("without that condition: ", "dim"), (self.mends[0].words, "")]
 
 
+class Shared(NamedTuple):
+    """One mend that heals several equations, by their numbers."""
+
+    old: str
+    new: str
+    numbers: list[int]
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Result):
     """Every equation with its verdict, for the system that they were checked for."""
@@ -121,12 +129,13 @@ class Diagnosis(Result):
         return tuple(finding for finding in self.findings if finding.doubtful)
 
     @property
-    def shared(self) -> dict[tuple[str, str], tuple[int, ...]]:
-        """The changes that mend several equations, what is old and new, and the numbers of these equations."""
-        firsts = [(finding.mends[0], finding.number) for finding in self.wrong if finding.mends]
-        pairs = dict.fromkeys((mend.old, mend.new) for mend, _ in firsts if mend.old and mend.new)
-        every = {pair: tuple(n for mend, n in firsts if (mend.old, mend.new) == pair) for pair in pairs}
-        return {pair: numbers for pair, numbers in every.items() if len(numbers) > 1}
+    def shared(self) -> list[Shared]:
+        """The changes that mend several equations."""
+        groups: dict[tuple[str, str], list[int]] = {}
+        for finding in self.wrong:
+            if finding.mends and (mend := finding.mends[0]).old and mend.new:
+                groups.setdefault((mend.old, mend.new), []).append(finding.number)
+        return [Shared(*pair, numbers) for pair, numbers in groups.items() if len(numbers) > 1]
 
     def report(self) -> Report:
         """The report line by line, the findings as data (docs/doctor.md), and the first line where all is not well."""
@@ -152,7 +161,7 @@ class Diagnosis(Result):
                 {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
                 for mend in finding.mends
             ]
-            record = {name: getattr(finding, name) for name in RECORDED}
+            record = {name: getattr(finding, name) for name in (*RECORDED, "dimensions", "follows")}
             records.append(record | {"latex": shortened(finding.latex, MOST_PRINTED), "mends": mends})
         return records
 
@@ -205,7 +214,7 @@ def first_screen(diagnosis: Diagnosis) -> list[str]:
 def last_lines(diagnosis: Diagnosis) -> list[str]:
     """The mends that several equations share, how many hold, fail and could not be read, and what was not looked at."""
     answer = []
-    for (old, new), numbers in diagnosis.shared.items():
+    for old, new, numbers in diagnosis.shared:
         listed = f"{', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
         answer.append(f"{new} for {old} heals equations {listed}{explain_change(old, new)}.")
     kinds = (
