@@ -13,6 +13,7 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, bound
 from pendpin.doctor.report import Finding, residual
 from pendpin.doctor.systems.base import System, dot, free_states
+from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import SPECS
 
 SYSTEM = System(SPECS["general"])
@@ -134,3 +135,13 @@ def test_a_residual_as_text_is_that_of_the_equation(equation: str) -> None:
     entries = sp.flatten([sp.sympify(residual(one, SYSTEM), locals=names)])
     values = [sp.lambdify([*names.values()], entry)(*states.base.values()) for entry in entries]
     np.testing.assert_allclose(values, numbers, atol=1e-12)
+
+
+def test_second_rates_of_places_need_no_rates_of_accelerations():
+    """They are those of the chain rule also off the true motion; third rates are not known there."""
+    q = free_states(System(next(spec for spec in FAMILIES["double"] if spec.kind == "double point absolute down")))
+    swing = q["l1"] * (np.cos(q["theta1"]) * q["ddtheta1"] - np.sin(q["theta1"]) * q["dtheta1"] ** 2)
+    other = q["l2"] * (np.cos(q["theta2"]) * q["ddtheta2"] - np.sin(q["theta2"]) * q["dtheta2"] ** 2)
+    np.testing.assert_allclose(q["ddx2"], swing + other, rtol=0, atol=1e-8)  # central differences of what is about 10
+    with pytest.raises(KeyError, match="rate of an acceleration"):
+        q["dddx2"]

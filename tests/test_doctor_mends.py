@@ -220,3 +220,26 @@ def test_a_change_is_tried_on_what_it_touches_alone(monkeypatch):
     assert finding.mends[0].words == "the sign of m_2 is wrong"
     quick, whole = sum(counts[1::2]), sum(counts[2::2])
     assert 0 < 3 * quick < whole
+
+
+BALANCES = {
+    "m_1 x_1'' = -T_1 sin(theta_1) + T_2 sin(theta_2)": "-T_1 sin(theta_1) - T_2 sin(theta_2)",
+    "m_1 y_1'' = T_1 cos(theta_1) - T_2 cos(theta_2) - m_1 g": "T_1 cos(theta_1) + T_1 cos(theta_2) - m_1 g",
+    "m_2 x_2'' = -T_2 sin(theta_2)": "T_2 sin(theta_2)",
+    "m_2 y_2'' = T_2 cos(theta_2) - m_2 g": "T_2 cos(theta_2) - m_1 g",
+}
+
+
+@pytest.mark.parametrize("faulty", BALANCES)
+def test_newton_s_balances_of_two_bobs_are_mended(faulty):
+    """They hold second rates of places: what has those also off the true motion, where a mend is told from another."""
+    places = (
+        "x_1 = l_1 sin(theta_1)\nx_2 = x_1 + l_2 sin(theta_2)\ny_1 = -l_1 cos(theta_1)\ny_2 = y_1 - l_2 cos(theta_2)\n"
+    )
+    left = faulty.partition(" = ")[0]
+    laws = [law if law != faulty else f"{left} = {BALANCES[faulty]}" for law in BALANCES]
+    found = [f for f in pp.diagnose(places + "\n".join(laws)).findings if f.verdict != "holds"]
+    assert [f.verdict for f in found] == ["fails"]
+    assert pp.diagnose(places + "\n".join(BALANCES)).ok
+    mended = found[0].mends[0].latex
+    assert pp.diagnose(places + "\n".join(law if law != faulty else mended for law in BALANCES)).ok

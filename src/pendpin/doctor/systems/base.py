@@ -232,8 +232,10 @@ class Quantities:
         """How the state moves: along the motion for t, or one coordinate or rate alone."""
         if variable != "t":
             return {variable: self.number(1)}
-        names = self.spec.coordinates
-        return {name: self[f"d{name}"] for name in names} | {f"d{name}": self[f"dd{name}"] for name in names}
+        lost: Any = np.nan  # where an acceleration is not known: it spoils what depends on it
+        moves = {rate[1:]: self[rate] for rate in self.spec.rates}
+        known = ((rate, f"d{rate}") for rate in self.spec.rates)
+        return moves | {rate: self[name] if name in self else self.number(1) * lost for rate, name in known}
 
     def derivative(self, function: Formula, variable: str) -> Values:
         """The derivative of a function of the state, in time along the motion or by a coordinate or rate.
@@ -245,15 +247,21 @@ class Quantities:
             raise Unread(f"more than {MOST_NESTED} derivatives of each other")
         if hasattr(self.xp, "derivative"):
             return self.xp.derivative(self, function, variable)
+        with np.errstate(all="ignore"):  # what is not finite is refused where it is compared
+            rate = self._slope(function, variable)
+        if variable == "t" and (rate != rate).any() and not all(f"d{name}" in self for name in self.spec.rates):
+            raise KeyError("the rate of an acceleration")
+        return rate
+
+    def _slope(self, function: Formula, variable: str) -> Values:
         real = self.spec.analytic and self.xp is np and not np.iscomplexobj(next(iter(self.base.values())))
         if real:
             return np.imag(function(self._at(variable, 0, 1e-30j))) / 1e-30
         step = STEP if self.xp is np else self.xp.asarray(DIGITS_STEP)
         total: Any = 0
-        with np.errstate(all="ignore"):  # what is not finite is refused where it is compared
-            for k, above, below in STENCIL:
-                there, back = (function(self._at(variable, i, i * step)) for i in (k, -k))
-                total = total + (there - back) * self.number(above) / self.number(below)
+        for k, above, below in STENCIL:
+            there, back = (function(self._at(variable, i, i * step)) for i in (k, -k))
+            total = total + (there - back) * self.number(above) / self.number(below)
         return total / step
 
     def _at(self, variable: str, index: int, step: Any) -> "Quantities":
