@@ -11,9 +11,6 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-import nbformat
-from nbclient import NotebookClient
-
 EXAMPLES = Path(__file__).parents[1] / "examples"
 CELL = 300  # s, for a cell, so that none hangs for ever
 TEXTS = ("text/plain",)  # of an output, compared; pictures and players depend on fonts and on the last bits
@@ -22,6 +19,9 @@ NUMBER = re.compile(r"[-+]?\d[\d.,]*(e[-+]?\d+)?")
 
 def executed(name: str, folder: Path, environment: Mapping[str, str] = os.environ) -> Any:
     """A notebook after a run from top to bottom in a kernel of its own, in a folder."""
+    import nbformat
+    from nbclient import NotebookClient
+
     notebook = nbformat.read(EXAMPLES / name, as_version=4)
     options = {"timeout": CELL, "record_timing": False, "resources": {"metadata": {"path": str(folder)}}}
     NotebookClient(notebook, **options).execute(env=dict(environment))
@@ -53,6 +53,8 @@ def pure(notebook: Any) -> Any:
 
 def main(names: list[str]) -> None:
     """Run and store."""
+    import nbformat
+
     for path in [EXAMPLES / name for name in names] or sorted(EXAMPLES.glob("*.ipynb")):
         with tempfile.TemporaryDirectory() as folder:
             notebook = pure(executed(path.name, Path(folder)))

@@ -63,9 +63,11 @@ class Node:
 
 def walk(node: Node) -> Iterator[Node]:
     """The node and everything below it, parents first."""
-    yield node
-    for child in node.children:
-        yield from walk(child)
+    nodes = [node]
+    while nodes:
+        node = nodes.pop()
+        yield node
+        nodes.extend(reversed(node.children))
 
 
 def parts(sides: Iterable[Node]) -> Iterator[Node]:
