@@ -4,12 +4,13 @@
     nice -n 10 python benchmarks/mutants.py 0 planted.jsonl --planted   # faults that once were noticed by no test
 
 A fault changes a comparison, a constant, a sign, min and max, or the bound of a slice, in a function (planting.py). No file
-is written: pytest collects the tests that concern a module, and each fault is planted in a process forked from there, in
-which the code of the module's functions is exchanged. First every test's lines are recorded; a fault then meets the tests
-that execute its line, the shortest first, until one fails or takes far too long. Slow tests do not run. Faults in
-equivalent_mutants.txt change nothing that a test could notice. The same command continues where it stopped; --again repeats
-those that were left. With --hypothesis-profile few property tests have a tenth of their examples, with --seconds 5 a fault
-meets its shortest tests only, up to 5 s of processor together: less is noticed, and what is left is to be repeated.
+is written: pytest collects the tests, and each fault is planted in a process forked from there, in which the code of the
+module's functions is exchanged. First coverage.py records once which lines each test executes (mutants.lines); a fault then
+meets the tests that execute its line, first those that are quick and execute little else, until one fails or takes far too
+long. Slow tests do not run. Faults in equivalent_mutants.txt change nothing that a test could notice. The same command
+continues where it stopped; --again repeats those that were left. With --tests sweep sweep_plan only those files take part;
+with --hypothesis-profile few property tests have a tenth of their examples, with --seconds 5 a fault meets tests of 5 s of
+processor together: less is noticed, and what is left is to be repeated.
 """
 
 import argparse
@@ -18,17 +19,18 @@ import json
 import os
 import resource
 import signal
-import subprocess
 import sys
-import time
 import types
+from collections import Counter
 from collections.abc import Callable, Iterator
 from importlib import import_module
+from itertools import chain
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from coverage import Coverage, CoverageData
 from rich.console import Console
 from rich.table import Table
 
@@ -37,48 +39,6 @@ from planting import Fault, faults_of
 TOP = Path(__file__).parents[1]
 SOURCE = TOP / "src" / "pendpin"
 EQUIVALENT = Path(__file__).with_name("equivalent_mutants.txt")
-TESTS = {  # of files in src/pendpin, by what their paths begin with, the first that fits: those that concern them
-    "dynamics/contact": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
-    "dynamics/falls.py": "contacts_exact contacts_routes contacts scene_contacts events energy_balance",
-    "runs/accuracy/": "accuracy_measures accuracy_on_paper target_accuracy accuracy_laws error_estimates "
-    "error_estimates_rounding",
-    "motions/search.py": "instants run_surface events special_states sweep trajectory",
-    "runs/limits.py": "limits",
-    "runs/preparation.py": "energy_balance simulation",
-    "runs/batches.py": "ensemble sweep turns",
-    "effects/drag.py": "effects effects_drag effects_answers",
-    "sweeps/measures.py": "sweep_measures stability_measures sweep attractors",
-    "sweeps/plan.py": "sweep sweep_plan sweep_stores",
-    "trajectory/record.py": "trajectory run_surface run_shown",
-    "doctor/checking/": "doctor_exact doctor_algebra doctor doctor_letters doctor_mends doctor_functions doctor_texts",
-    "doctor/reading/": "doctor_reading doctor_letters doctor_texts",
-    "doctor/mending/": "doctor_mends doctor_exact doctor",
-    "doctor/": "doctor doctor_functions doctor_letters doctor_texts",
-    "equations/chain/": "chain_derivation chains_at_poles chain_thin equations_symmetries",
-    "equations/trees.py": "recursion compiled effects_drag",
-    "equations/": "equations equations_symbolic equations_symmetries recursion special_states",
-    "engines/machine/": "compiled compiled_chains compiled_parameters machine_functions",
-    "engines/": "compiled chains special_states pinocchio_behaviour",
-    "integrators/": "integrators integrators_taylor events simulation",
-    "dynamics/binding": "effects effects_frames held_torques effects_refused",
-    "dynamics/": "compiled_parameters compiled_samples derivatives efforts linearize",
-    "effects/": "effects effects_answers effects_frames effects_refused pace",
-    "fitting/": "fit fit_exact fit_numbers fit_predictions fit_refused fit_errors printed_numbers",
-    "scene/": "scene_surface scene_starts starts scene_laws",
-    "model/": "model turns tips robots reference_folder",
-    "trajectory/": "trajectory run_surface run_shown",
-    "runs/": "simulation checkpoint run_verdict limits instants",
-    "motions/crosschecks/": "crosschecks crosschecks_special doctor_functions",
-    "motions/": "instants run_surface starts near_motions derivatives",
-    "graphics/": "drawing printed_numbers run_shown player",
-    "stability/": "modes linearize stability_report stability_measures printed_numbers",
-    "sweeps/": "sweep sweep_plan sweep_stores significance",
-    "verification/work_precision/": "work_precision work_precision_report printed_numbers",
-    "verification/": "agreement hardcases simulators printed_numbers",
-    "cli/": "command_line printed_numbers bad_input",
-    "ground/": "scene_surface run_shown printed_numbers hostile_surroundings limits",
-    "errors.py": "bad_input odd_input",
-}
 PLANTED = {  # faults that once were noticed by no test: file, what is changed, and into what
     "settling_time at the first time near": ("sweeps/measures.py", "Changes(*(x[-1:] for", "Changes(*(x[:1] for"),
     "settling_time within 2.06 %": ("sweeps/measures.py", "level = SETTLED * size", "level = 1.03 * SETTLED * size"),
@@ -157,41 +117,11 @@ START = 30  # s of processor, beside that
 HANG = 600  # s on the clock, after which what waits is taken to wait for ever
 
 
-class Recorder:
-    """Which lines of some files each test executes, and how long it takes."""
-
-    def __init__(self, modules: list[str]) -> None:
-        self._lines: dict[str, set[int]] = {str(SOURCE / module): set() for module in modules}
-        self._modules = {str(SOURCE / module): module for module in modules}
-        self.tests: dict[str, dict[str, Any]] = {}
-
-    def trace(self, frame: types.FrameType, event: str, argument: Any) -> Any:
-        """For sys.settrace."""
-        lines = self._lines.get(frame.f_code.co_filename)
-        if lines is None:
-            return None
-        lines.add(frame.f_lineno)
-        return self.trace
-
-    def note(self, name: str, run: Callable[[], object]) -> None:
-        """Run a test with its fixtures."""
-        begin = time.process_time()
-        sys.settrace(self.trace)
-        try:
-            run()
-        finally:
-            sys.settrace(None)
-        lines = [(self._modules[file], line) for file, found in self._lines.items() for line in found]
-        self.tests[name] = {"seconds": time.process_time() - begin, "lines": lines}
-        for found in self._lines.values():
-            found.clear()
-
-
 class Planter:
     """In the place of pytest's own loop: collected tests run in forked processes, each with a fault."""
 
     def __init__(self, faults: list[Fault], lines: Path, seconds: float, done: Callable[[Fault, str], None]) -> None:
-        self._faults, self._file, self._seconds, self._done = faults, lines, seconds, done
+        self._faults, self._lines, self._seconds, self._done = faults, lines, seconds, done
         self._failed = list[str]()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -202,25 +132,33 @@ class Planter:
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Record, then plant."""
         items = {item.nodeid: item for item in session.items}
-        assert items, "pytest collects no test: run it with these tests alone"
-        if not self._file.exists():
-            modules = modules_of_tests(tests_of(self._faults[0].module))
-            print(f"{len(items)} tests: which lines of {', '.join(modules)} they execute", flush=True)
-            failed = in_a_fork(lambda: self._record(items, modules), resource.RLIM_INFINITY)
-            assert not failed, f"without a fault: {failed}"
-        tests = json.loads(self._file.read_text())
+        if not self._lines.exists():
+            print(f"{len(items)} tests: which lines they execute", flush=True)
+            in_a_fork(lambda: self._record(items), resource.RLIM_INFINITY)
+        reach = Reach(self._lines)
         for fault in self._faults:
-            chosen = reaching(fault, tests, self._seconds)
-            most = START + int(PATIENCE * sum(tests[name]["seconds"] for name in chosen))
+            chosen = reach.choose(fault, self._seconds)
+            most = START + int(PATIENCE * sum(reach.seconds[name] for name in chosen))
             self._done(fault, in_a_fork(lambda: self._meet(fault, [items[x] for x in chosen if x in items]), most))  # noqa: B023
         return True
 
-    def _record(self, items: dict[str, pytest.Item], modules: list[str]) -> str:
-        recorder = Recorder(modules)
+    def _record(self, items: dict[str, pytest.Item]) -> str:
+        """Which lines of the package each test executes that passes without a fault, and how long it takes."""
+        seconds = dict[str, float]()
+        recorder = Coverage(
+            data_file=str(self._lines.with_suffix(".coverage")), include=[f"{SOURCE}/*"], config_file=False
+        )
+        recorder.set_option("run:core", "ctrace")
+        recorder.start()
         for name, item in items.items():
-            recorder.note(name, lambda: self._run(item))  # noqa: B023
-        self._file.write_text(json.dumps(recorder.tests))
-        return ", ".join(self._failed)
+            recorder.switch_context(name)
+            begin = sum(os.times()[:4])
+            self._run(item)
+            seconds[name] = sum(os.times()[:4]) - begin
+        recorder.stop()
+        recorder.save()
+        self._lines.write_text(json.dumps({name: x for name, x in seconds.items() if name not in self._failed}))
+        return ""
 
     def _run(self, item: pytest.Item) -> None:
         """Run a test, and make and take down all its fixtures."""
@@ -234,6 +172,33 @@ class Planter:
             if self._failed:
                 return self._failed[0]
         return ""
+
+
+class Reach:
+    """Which tests execute which lines, and how long they take."""
+
+    def __init__(self, lines: Path) -> None:
+        self.seconds: dict[str, float] = json.loads(lines.read_text())
+        self._data = CoverageData(str(lines.with_suffix(".coverage")))
+        self._data.read()
+        self._executed = Counter[str]()  # lines of the package, by test
+        for file in self._data.measured_files():
+            self._executed.update(chain.from_iterable(self._data.contexts_by_lineno(file).values()))
+
+    def choose(self, fault: Fault, seconds: float) -> list[str]:
+        """Tests that execute a fault's line, or its file where none is known to, of so many s together, the best first."""
+        lines = self._data.contexts_by_lineno(str(SOURCE / fault.module))
+        here = Counter(chain.from_iterable(lines.values()))
+        names = [name for name in lines.get(fault.line) or here if name in self.seconds]
+        # quick ones that execute little else come first, one case of each function before the others
+        price = {name: self.seconds[name] * self._executed[name] / here[name] for name in names}
+        cases = Counter[str]()
+        for name in sorted(names, key=price.__getitem__):
+            cases[name.partition("[")[0]] += 1
+            price[name] *= cases[name.partition("[")[0]]
+        names.sort(key=price.__getitem__)
+        spent = np.cumsum([self.seconds[name] for name in names])
+        return names[: max(1, int((spent <= seconds).sum()))]
 
 
 def in_a_fork(run: Callable[[], str], most: int) -> str:
@@ -283,30 +248,9 @@ def place(code: types.CodeType) -> tuple[str, int, bytes]:
     return code.co_qualname, code.co_firstlineno, code.co_linetable
 
 
-def reaching(fault: Fault, tests: dict[str, dict[str, Any]], seconds: float) -> list[str]:
-    """The tests that execute a fault's line, or some of its module where none is known to: the shortest, up to `seconds`."""
-    wanted = [fault.module, fault.line]
-    some = [name for name, test in tests.items() if wanted in test["lines"]]
-    some = some or [name for name, test in tests.items() if any(module == fault.module for module, _ in test["lines"])]
-    some = sorted(some, key=lambda name: tests[name]["seconds"])
-    spent = np.cumsum([tests[name]["seconds"] for name in some])
-    return some[: max(1, int((spent <= seconds).sum()))]
-
-
-def tests_of(module: str) -> str:
-    """The tests that concern a module."""
-    return next(tests for place, tests in TESTS.items() if module.startswith(place))
-
-
 def all_modules() -> list[str]:
-    """The files that TESTS names: all that do something."""
-    paths = (str(path.relative_to(SOURCE)) for path in SOURCE.rglob("*.py") if path.name != "__init__.py")
-    return sorted(path for path in paths if path.startswith(tuple(TESTS)))
-
-
-def modules_of_tests(tests: str) -> list[str]:
-    """The files that some tests concern."""
-    return [module for module in all_modules() if tests_of(module) == tests]
+    """The files of the package."""
+    return sorted(str(path.relative_to(SOURCE)) for path in SOURCE.rglob("*.py"))
 
 
 def planted() -> list[Fault]:
@@ -340,48 +284,42 @@ def verdict_of(row: dict[str, Any]) -> str:
     return "killed" if row["by"] else "equivalent" if names & known else "left"
 
 
-def plant(faults: list[Fault], file: Path, profile: str, seconds: float) -> None:
-    """Plant faults that concern the same tests, in this process's children, and write what became of each."""
-    tests = tests_of(faults[0].module)
+def plant(faults: list[Fault], options: argparse.Namespace) -> None:
+    """Plant faults in this process's children, and write what became of each."""
 
     def done(fault: Fault, by: str) -> None:
         row = {"module": fault.module, "line": fault.line, "kind": fault.kind, "name": fault.name, "by": by}
-        with file.open("a") as out:
+        with options.file.open("a") as out:
             out.write(json.dumps(row) + "\n")
         print(f"{fault.kind}, line {fault.line}, {fault.name}: {by or 'LEFT'}", flush=True)
 
-    lines = file.with_name(f"{file.stem}.{tests.replace(' ', '.')}.{profile}.lines")
-    options = ["-s", "-n0", "-p", "no:cacheprovider", f"--hypothesis-profile={profile}"]
-    names = [str(TOP / "tests" / f"test_{name}.py") for name in tests.split()]
-    pytest.main([*options, *names], plugins=[Planter(faults, lines, seconds, done)])
+    names = [str(TOP / "tests" / f"test_{name}.py") for name in options.tests] or [str(TOP / "tests")]
+    arguments = ["-s", "-n0", "-p", "no:cacheprovider", f"--hypothesis-profile={options.hypothesis_profile}", *names]
+    pytest.main(arguments, plugins=[Planter(faults, options.file.with_suffix(".lines"), options.seconds, done)])
 
 
 def main() -> None:
     """Plant what is missing, print the table and what is left."""
+    right = {"PYTHONPATH": str(TOP / "src"), "OMP_NUM_THREADS": "1"}
+    if not right.items() <= os.environ.items():
+        os.execve(sys.executable, [sys.executable, *sys.argv], os.environ | right)
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("count", type=int)
     parser.add_argument("file", type=Path)
     parser.add_argument("--seed", type=int, default=0)
-    parser.add_argument("--modules", nargs="+", help="files in src/pendpin; all of TESTS if left out")
+    parser.add_argument("--modules", nargs="+", help="files in src/pendpin; all if left out")
     parser.add_argument("--planted", action="store_true", help="PLANTED in place of random ones")
     parser.add_argument("--again", action="store_true", help="also those that were left")
     parser.add_argument("--hypothesis-profile", default="usual")
     parser.add_argument("--seconds", type=float, default=np.inf)
-    parser.add_argument("--tests", help=argparse.SUPPRESS)  # of one process
+    parser.add_argument("--tests", nargs="+", default=[], help="names of files in tests; all if left out")
     options = parser.parse_args()
     modules = options.modules or all_modules()
     chosen = planted() if options.planted else faults_of(SOURCE, modules, options.seed)[: options.count]
     known = rows_of(options.file)
     done = {(row["name"], row["line"]) for row in known.values() if row["by"] or not options.again}
-    missing = [fault for fault in chosen if (fault.name, fault.line) not in done]
-    if options.tests:
-        mine = [fault for fault in missing if tests_of(fault.module) == options.tests]
-        plant(mine, options.file, options.hypothesis_profile, options.seconds)
-        return
-    for tests in dict.fromkeys(TESTS.values()):
-        if any(tests_of(fault.module) == tests for fault in missing):
-            environment = os.environ | {"PYTHONPATH": str(TOP / "src"), "OMP_NUM_THREADS": "1"}
-            subprocess.run([sys.executable, *sys.argv, "--tests", tests], env=environment, check=True)
+    if missing := [fault for fault in chosen if (fault.name, fault.line) not in done]:
+        plant(missing, options)
     rows = rows_of(options.file)
     rows = [rows[key] for fault in chosen if (key := (fault.name, fault.line)) in rows]
     Console().print(table(rows))
