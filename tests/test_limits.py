@@ -4,7 +4,10 @@ import json
 import re
 import subprocess
 import sys
+import time
 from collections import OrderedDict
+from dataclasses import replace
+from itertools import count
 from threading import Event
 from typing import Any
 
@@ -14,11 +17,14 @@ import pytest
 import pendpin as pp
 from laws import HANG
 from pendpin.dynamics import compiling
+from pendpin.effects import Gravity
 from pendpin.errors import Halted, Interrupted
 from pendpin.ground import libraries
 from pendpin.runs import limits, run
+from pendpin.verification.hardcases import CASES, run_case
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
+METHODS: dict[str, dict[str, float]] = {"dop853": {}, "taylor": {}, "gauss4": {"step": 0.01}, "rk4": {"step": 0.01}}
 
 
 class Clock:
@@ -202,6 +208,24 @@ def test_a_run_that_waits_for_the_processor_goes_on(clock: Clock, monkeypatch: p
     used = 2 * limits.WINDOW
     with pytest.raises(Halted, match="the rest would take about"):
         patience(1e-9)
+
+
+def test_times_are_differences_of_a_clock(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Of one that shows a million s, and a microsecond more at each reading: nothing that is timed takes a second."""
+    readings = count(1_000_000_000_000)
+    for name in ("thread_time", "process_time"):
+        monkeypatch.setattr(time, name, lambda: next(readings) * 1e-6)
+    scene = pp.Scene(duration=0.1, model=pp.Chain(rods=[ROD]), effects=[Gravity()], solver=pp.Solver(samples=3))
+    runs = [pp.simulate(scene, method=method, **setting) for method, setting in METHODS.items()]
+    runs.append(pp.simulate_many(scene, np.full((4, 2), 0.3), np.zeros((4, 2))))
+    times = [x for run in runs for x in (run.stats.seconds, run.stats.seconds + run.stats.compile_seconds)]
+    points = [point for curve in pp.cost(scene, methods=["dop853"]).curves for point in curve.points]
+    assert points
+    times += [x for point in points for x in (point.seconds, point.seconds + point.compile_seconds)]
+    case = replace(CASES["thin-pole"], measure=lambda solve, full: 0.0)
+    times.append(run_case(case, next(iter(case.methods)), full=False).seconds)
+    assert min(times) > 0
+    assert max(times) < 1
 
 
 def test_an_ample_limit_changes_nothing() -> None:
