@@ -1,15 +1,18 @@
 """Fits: free numbers and their coordinates, and swings as they are read and cut."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
-from hypothesis import example, given
+from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, ROD, scene_of
 from pendpin.effects import Drag, DryFriction, Viscous
 from pendpin.fitting.data import FEWEST, MOST_SAMPLES, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
+from pendpin.fitting.parameters import combinations, free_parameters, replace_checked, substitute
 from pendpin.scene import Chain, Data
 
 STRIBECK = DryFriction(kinetic=1e-3, static=1.5e-3, stribeck=5.0)
@@ -100,6 +103,42 @@ def test_a_thin_rod_keeps_no_inertia_about_itself() -> None:
         rod = pp.Rod(length=length, mass=0.3, inertia=(length / 7, length / 7 * (1 + 1e-15), length / 7 * 1e-15))
         scene = pp.Scene(**thin.given() | {"model": Chain(rods=[rod])})
         assert free_parameters(scene, "model.rods[0].inertia").transform.shape == (3, 1)
+
+
+@settings(max_examples=5)
+@given(st.integers(0, 2**32 - 1))
+def test_combinations_are_ratios_of_energies(seed: int) -> None:
+    """Of unequal rods: the first moment and the inertia of each with all below it are what lifts and what turns it alone.
+
+    Their slopes are those of their values, along any direction.
+    """
+    draw = np.random.default_rng(seed)
+    rods = [pp.Rod(length=a, mass=b, radius=0.05 * c, com=0.4 * a) for a, b, c in draw.uniform(0.2, 2, (3, 3)).tolist()]
+    friction = Viscous(coefficient=float(draw.uniform(0.1, 1)))
+    scene = pp.Scene(**SCENE.given() | {"model": Chain(rods=rods), "effects": [SCENE.effects[0], friction]})
+    energy, still = pp.bind(scene).energy, np.zeros(6)
+    inertia, moment = np.zeros(3), np.zeros(3)
+    for i in range(3):
+        alone = np.zeros(6)
+        alone[2 * i : 2 * i + 4 : 2] = [1, -1][: 3 - i]  # the joint below turns back
+        inertia[i] = 2 * energy(still, alone)[0]
+        moment[i] = (energy(np.pi * alone, still)[1] - energy(still, still)[1]) / (2 * 9.81)
+    lengths, parts = inertia / moment, moment / moment[2]
+    expected = [lengths[0], parts[0], lengths[1], parts[1], lengths[2], friction.coefficient / moment[2]]
+
+    free = free_parameters(scene, "physics")
+    along = draw.normal(size=len(free.start))
+    known: Any = SimpleNamespace(
+        scale=along, enough=True, determined=lambda slope: True, error=lambda slope: slope @ along
+    )
+    found, above, below = (
+        combinations(scene, free, free.start + step * along, known, {"effects[1].coefficient"})
+        for step in (0, 1e-4, -1e-4)
+    )
+    assert [one.value for one in found] == pytest.approx(expected, rel=1e-9)
+    assert [one.unit for one in found] == ["m", "", "m", "", "m", ""]
+    slopes = [(one.value - other.value) / 2e-4 for one, other in zip(above, below, strict=True)]
+    assert [one.error for one in found] == pytest.approx(slopes, rel=1e-4, abs=1e-6)
 
 
 # --- swings ---------------------------------------------------------------------------------------------------------

@@ -53,7 +53,10 @@ def test_an_interval_is_no_wider_than_the_noise_where_the_numbers_are_known() ->
 
 
 def test_the_region_of_two_numbers_is_that_of_their_covariance() -> None:
-    """Every point at one distance, that of chi-squared with two degrees of freedom; its extent, that of each number."""
+    """Every point at one distance, that of chi-squared with two degrees of freedom; its extent, that of each number.
+
+    The curve is closed, and goes round once.
+    """
     fit = pp.fit(scene(2.0), swings_of(scene(2.0), [0.8], [0.5]), [*FREE, "model.rods[0].length"][:2])
     for one, other in combinations(fit.errors, 2):
         places = [list(fit.errors).index(key) for key in (one, other)]
@@ -62,6 +65,9 @@ def test_the_region_of_two_numbers_is_that_of_their_covariance() -> None:
             off = fit.confidence_region(one, other, level) - [fit.values[one], fit.values[other]]
             distance = np.einsum("ki,ij,kj->k", off, np.linalg.inv(covariance), off)
             np.testing.assert_allclose(distance, chi2(2).ppf(level), rtol=1e-6)
+            np.testing.assert_allclose(off[0], off[-1], rtol=1e-9)
+            turned = np.unwrap(np.arctan2(*(off @ np.linalg.inv(np.linalg.cholesky(covariance)).T).T))
+            assert abs(turned[-1] - turned[0]) == pytest.approx(2 * np.pi)
             size = np.sqrt(chi2(2).ppf(level)) * np.array([fit.errors[one], fit.errors[other]])
             np.testing.assert_allclose(off.max(0), size, rtol=1e-3)  # of 200 points, the nearest
     with pytest.raises(pp.InputError, match="give two numbers with errors"):
