@@ -116,6 +116,16 @@ def test_a_wrong_model_is_noticed(single) -> None:
     assert "cannot explain the data at all" in pp.fit(truth, double, "physics").verdict
 
 
+def test_a_rhythm_below_the_noise_is_a_missing_effect() -> None:
+    """Residuals that are no larger than the noise, but neither white nor of one correlation time."""
+    truth = scene_of(1, Viscous(coefficient=2e-4), data=ANGLE, duration=3.0)
+    table = swings_of(truth, [0.8], [0.5])
+    beating = table | {"a1": table["a1"] + 7e-5 * np.sin(2 * np.pi * 8.0 * table["t"])}
+    fits = [pp.fit(truth, data, ["model.rods[0].com"]) for data in (table, beating)]
+    assert [fit.explained for fit in fits] == [True, False]
+    assert "residuals are small, but go with the motion" in fits[1].verdict
+
+
 @pytest.mark.parametrize(("memory", "size"), [(0.5, 1e-3), (0.9, 1e-3), (0.98, 2e-4)])
 def test_correlated_noise_is_no_missing_effect(single, memory: float, size: float) -> None:
     """Noise of first order: of the right model it explains what is left over; where the drag is missing, it does not."""
