@@ -1,7 +1,11 @@
 """Sections: side by side as one by one, exact curves, areas that stay, published doublings, hostile input."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
+from hypothesis import given, settings
+from hypothesis import strategies as st
 
 import pendpin as pp
 from bad_input import run_main
@@ -177,6 +181,38 @@ def test_doublings_of_the_driven_pendulum() -> None:
     words = str(diagram.report())
     assert "the same point in every period" in words
     assert "a cycle of 4 points" in words
+
+
+def turn_back(text: str) -> int:
+    """How many points a row of the diagram's table names."""
+    return int(text.split()[3]) if text.startswith("a cycle") else {"the": 1, "no": 0}[text.split()[0]]
+
+
+@settings(max_examples=30)
+@given(st.lists(st.integers(0, 6), min_size=1, max_size=9), st.lists(st.integers(0, 6), min_size=1, max_size=9))
+def test_a_diagram_is_the_cycles_that_it_was_made_of(up: list[int], down: list[int]) -> None:
+    """Any cycles, with whole turns, up and down: its points count them, and its table has them, read row by row."""
+    many = min(len(up), len(down))
+    rows = np.full((2, many, 13, 2), np.nan)
+    for way, counts in enumerate((up[:many], down[:many])):
+        for place, count in enumerate(counts):
+            if count:  # an angle that goes round beside a number, each of `count` values
+                turns = 2 * np.pi * np.arange(13)
+                points = np.arange(13) % count
+                rows[way, place] = np.stack([points / 7 + turns, 100.0 * points], -1)
+    at = np.arange(many) / 2
+    section = sections.strobe(1.0, of=("theta", "theta_rate"), count=13)
+    units = {"theta": "rad", "theta_rate": "rad/s", "key": ""}
+    diagram = sections.Bifurcation("key", at, section, rows[0], rows[1], (), units)
+    for way, values, counts in (("up", diagram.up, up), ("down", diagram.down, down)):
+        assert diagram.points(values).tolist() == counts[:many]
+        order = slice(None, None, 1 if way == "up" else -1)
+        changes = [(float(x), turn_back(text)) for row, x, text in diagram.report().tables[0].rows if row == way]
+        assert all(one[1] != other[1] for one, other in pairwise(changes))
+        read, (first, *_) = dict(changes), at[order]
+        assert changes[0][0] == first
+        now = 0
+        assert [now := read.get(float(x), now) for x in at[order]] == counts[:many][order]
 
 
 # --- the commands, and what is refused --------------------------------------------------------------------------------
