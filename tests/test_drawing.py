@@ -3,11 +3,13 @@
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
+from matplotlib.collections import QuadMesh
 
 import pendpin as pp
 from laws import HANG
@@ -15,7 +17,8 @@ from pendpin.fitting.report import interrupt
 from pendpin.graphics.drawing import TURN, Drawing, Shape, smooth
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.run_drawing import drawing_of
-from pendpin.sweeps.figure import describe_empty_cells
+from pendpin.sweeps.figure import describe_empty_cells, draw_map
+from pendpin.sweeps.plan import samples
 from swinging import swinging
 
 
@@ -105,6 +108,48 @@ def test_a_map_says_what_its_empty_cells_are() -> None:
     keys = {"start.positions.theta_1": [0.1, 0.2], "start.positions.phi_1": [0.0, 0.1]}
     found = pp.sweep(scene, keys, measure=["flip_time"])
     assert describe_empty_cells("flip_time", found) == "did not turn over in 0.5 s"
+
+
+def short_swing() -> pp.Scene:
+    """A rod that is let go for a tenth of a second."""
+    rod, start = (
+        pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.02)]),
+        pp.Start(positions={"theta": 0.5, "phi": 0.1}),
+    )
+    return pp.Scene(duration=0.1, model=rod, start=start, effects=[pp.effects.Gravity()])
+
+
+@pytest.mark.parametrize("at_random", [False, True])
+def test_a_line_goes_over_the_first_number_that_varies(at_random: bool) -> None:
+    """In steps or at random: the axis has its name and its unit, the points are those of the table."""
+    pytest.importorskip("xarray")
+    spreads = {"model.rods[0].length": ("uniform", 0.5, 2.0), "start.positions.phi": ("uniform", 0.0, 0.3)}
+    varied: Any = samples(spreads, 5, "latin", seed=0) if at_random else {"model.rods[0].length": [0.5, 0.7, 2.0]}
+    table = pp.sweep(short_swing(), varied, "swing")
+    ax = draw_map(table).axes[0]
+    assert ax.get_xlabel() == "model.rods[0].length (m)"
+    assert ax.get_ylabel() == "swing (rad)"
+    np.testing.assert_array_equal(ax.lines[0].get_xdata(), table["length"].values)
+    np.testing.assert_array_equal(ax.lines[0].get_ydata(), table["swing"].values)
+
+
+def test_a_map_has_the_cells_of_its_table() -> None:
+    """A panel for each value of the first number, in its order; the second number to the right, the third upwards."""
+    pytest.importorskip("xarray")
+    lengths, thetas, phis = [0.5, 0.7, 2.0], [0.1, 0.4], [0.0, 0.2, 0.3, 0.5]
+    varied = {"model.rods[0].length": lengths, "start.positions.theta": thetas, "start.positions.phi": phis}
+    table = pp.sweep(short_swing(), varied, "swing")
+    panels = [ax for ax in draw_map(table).axes if ax.get_title("left")]
+    assert [ax.get_title("left") for ax in panels] == [f"model.rods[0].length (m) = {x:.4g}" for x in lengths]
+    for ax, values in zip(panels, table["swing"].values, strict=True):
+        mesh = next(x for x in ax.collections if isinstance(x, QuadMesh))
+        np.testing.assert_array_equal(np.reshape(mesh.get_array(), (4, 2)), values.T)
+        corners = mesh.get_coordinates()
+        for edges, centres in ((corners[0, :, 0], thetas), (corners[:, 0, 1], phis)):
+            assert np.digitize(centres, edges).tolist() == list(range(1, len(edges)))
+    assert [ax.get_xlabel() for ax in panels] == ["theta (rad)"] * 3
+    assert panels[0].get_ylabel() == "phi (rad)"
+    assert [mesh.norm.vmin for ax in panels for mesh in ax.collections[:1]] == [table["swing"].values.min()] * 3
 
 
 def test_a_quantity_that_one_run_lacks_is_left_out() -> None:
