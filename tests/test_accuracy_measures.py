@@ -58,14 +58,14 @@ def ruler_of(scene: pp.Scene, length: float, samples: int) -> Ruler:
 
 
 @pytest.mark.parametrize("begin", [0.0, 50.0])
-@pytest.mark.parametrize("length", [0.5, 2.0])
-def test_the_path_of_a_spinning_tip(begin: float, length: float) -> None:
-    """Speed RATE and path RATE t in lengths, whenever the run begins; the tip is up to 2 lengths from its start."""
-    scene = spinning(begin=begin, length=length)
+@pytest.mark.parametrize(("length", "rate"), [(0.5, RATE), (2.0, RATE), (2.0, 1e-4), (2.0, 1e3)])
+def test_the_path_of_a_spinning_tip(begin: float, length: float, rate: float) -> None:
+    """Its speed and path, in lengths, at any rate, whenever the run begins; the tip is up to 2 lengths from its start."""
+    scene = spinning(duration=6 / rate, begin=begin, length=length, rate=rate)
     run, ruler = pp.simulate(scene), ruler_of(scene, length, 7)
-    assert ruler.measure_speeds(run) == pytest.approx(np.full(7, RATE), rel=1e-6)
-    assert bound_rounding(np.zeros(7), 1.0, run, ruler).path == pytest.approx(RATE * 3.0, rel=1e-6)
-    assert ruler.measure_extent(run) == pytest.approx(2 * max(abs(np.sin(RATE * np.linspace(0, 3, 7) / 2))), rel=1e-8)
+    assert ruler.measure_speeds(run) == pytest.approx(np.full(7, rate), rel=1e-6)
+    assert bound_rounding(np.zeros(7), 1.0, run, ruler).path == pytest.approx(6.0, rel=1e-6)
+    assert ruler.measure_extent(run) == pytest.approx(2 * max(abs(np.sin(np.linspace(0, 6, 7) / 2))), rel=1e-8)
 
 
 def test_rounding_is_in_proportion_to_the_gap_of_a_shift() -> None:

@@ -1,6 +1,7 @@
 """Fits: exact motions, synthetic truth found again within its errors, what cannot be told."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -162,6 +163,21 @@ def test_what_is_odd_in_the_data_is_named(single, tmp_path: Path) -> None:
     for key, error in clean.errors.items():  # Huber's weights cost 3 % of the errors, one clipped sample of 900 nothing
         assert robust.errors[key] == pytest.approx(error, rel=0.3), key
         assert abs(robust.values[key] - clean.values[key]) < 2 * error, key
+
+
+@pytest.mark.parametrize("count", [2, 5])
+def test_the_farthest_samples_are_named(single, count: int) -> None:
+    """With their places and how far they are off, the farthest three; how many there are is said in any case."""
+    scene, table = single
+    far = {50 + 40 * k: 0.3 + 0.1 * k for k in range(count)}
+    angles = table["a1"].copy()
+    angles[list(far)] += list(far.values())
+    first = pp.fit(scene, table | {"a1": angles}, free="effects[1].coefficient").report().sentences[0]
+    assert first.startswith(f"{count} samples stand out{', the farthest' if count > 3 else ''}: ")
+    found = re.findall(r"sample (\d+), column a1, by (\S+) rad", first)
+    assert [int(place) - 1 for place, _ in found] == sorted(far, reverse=True)[:3]
+    assert [float(size) for _, size in found] == pytest.approx(sorted(far.values(), reverse=True)[:3], abs=0.02)
+    assert first.endswith("Correct or remove them, or use --robust (robust=True).")
 
 
 def test_a_thin_rod_does_not_explain_a_thick_one() -> None:

@@ -255,6 +255,7 @@ def test_the_commands(tmp_path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.
         (lambda: sections.crossing("theta_1", 0.0, np.nan, of="theta_2"), "direction: nan"),  # type: ignore[arg-type]
         (lambda: sections.crossing("theta_1", of=()), "are not names of quantities"),
         (lambda: sections.crossing("theta_1", of=(3,)), "are not names of quantities"),  # type: ignore[arg-type]
+        (lambda: sections.strobe(of=("theta_1", 3)), "are not names of quantities"),  # type: ignore[arg-type]
         (lambda: sections.crossing("theta_1", of="theta_2", count=0), "count: 0 is not a whole number from 1"),
         (lambda: sections.crossing("theta_1", of="theta_2", count=True), "count: True is not a whole number"),
         (lambda: sections.crossing("theta_1", of="theta_2", skip=-1), "skip: -1 is not a whole number from 0"),
