@@ -4,10 +4,13 @@ from itertools import product
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
+from pendpin.sweeps.attractors import number_attractors
 
 pytest.importorskip("zarr")
 
@@ -52,6 +55,15 @@ def test_basins_are_those_of_runs_of_ones_own(amplitude: float, kinds: set[tuple
     for number, (n, turns, _) in zip(numbers, own, strict=True):
         words = f"rotation, {turns:+}" if turns else f"cycle of {n} periods"
         assert words in kind[int(number)]
+
+
+@given(st.lists(st.sampled_from([-3.0, -1e-9, -0.0, 0.0, 1e-9, 0.4, 3.0]), min_size=1, max_size=3))
+def test_a_rest_is_named_by_its_angles(angles: list[float]) -> None:
+    """Of any joints; an angle of rounding is 0, whatever its sign."""
+    row = np.concatenate([[1.0], 0 * np.array(angles), np.cos(angles), np.sin(angles), 0 * np.array(angles)])
+    numbers, (words,) = number_attractors(row[None])
+    assert numbers.tolist() == [1]
+    assert words == f"1: fixed point at ({', '.join(f'{x:.3g}' if abs(x) > 1e-6 else '0' for x in angles)})"
 
 
 def test_rests_and_rotations_without_a_drive() -> None:

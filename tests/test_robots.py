@@ -48,6 +48,19 @@ def tree(folder: Path, kind: str = "revolute", tied: str = "", pitch: float = 0.
     return build(pp.UrdfModel(path=path, **options))
 
 
+def test_an_axis_has_the_length_of_one(tmp_path: Path) -> None:
+    """Whatever a file says of its length; one that has it, but for rounding, is the one of the file to the last bit."""
+    path, draw = tmp_path / "axes.urdf", np.random.default_rng(0)
+    for size in (1.0, *draw.uniform(1e-3, 1e3, 20), 1e-300, 1e300):
+        written = draw.normal(size=3)
+        written *= size / np.linalg.norm(written)
+        text = " ".join(map(repr, written.tolist()))
+        path.write_text(TREE.format(kind="revolute", tied="", pitch=0.5, inertial=INERTIAL).replace("1 2 -1", text))
+        (axis, *_) = build(pp.UrdfModel(path=path)).tree.axes
+        np.testing.assert_allclose(axis, written / size, rtol=0 if size == 1 else 1e-15)
+        assert np.linalg.norm(axis) == pytest.approx(1, abs=1e-15)
+
+
 # --- 66 robots ------------------------------------------------------------------------------------------------------
 
 
