@@ -24,6 +24,12 @@ MOST_NESTED = 3  # derivatives of derivatives
 STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differences of eighth order
 
 
+# what a quantity is measured in, as powers of kg, m, s; - for what has several units, or what no text names
+UNITS: dict[str, Dimension | None] = {"-": None, "1": (0, 0, 0), "kg": (1, 0, 0), "kg m": (1, 1, 0), "m": (0, 1, 0)}
+UNITS |= {"s": (0, 0, 1), "1/s": (0, 0, -1), "1/s2": (0, 0, -2), "m/s": (0, 1, -1), "m/s2": (0, 1, -2)}
+UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1)}
+# in tables: rates, angles, bodies and axes
+MARKS = {"{d}": ("", "d", "dd"), "{q}": ("theta", "phi"), "{n}": "12", "{i}": "123", "{c}": "xyz"}
 NUMBERS = ("sin", "cos", "sqrt", "pi")  # what a formula may use of its type of number
 SIGNS = ("theta_sign", "phi_sign", "swapped", "along", "y_sign", "z_sign")  # and of the convention
 FUNCTIONS = {*NUMBERS, "dot", "cross", "vector", "slope", *SIGNS}
@@ -48,6 +54,15 @@ def formula(text: str) -> Formula:
 def formulas(texts: Mapping[str, str]) -> dict[str, Formula]:
     """Formulas from their texts."""
     return {name: formula(text) for name, text in texts.items()}
+
+
+def read_table(table: str) -> list[list[str]]:
+    """The cells of each row: name, unit, how it is written or printed, formula. A row with a mark or names is several."""
+    lines = table.strip().splitlines()
+    for mark, values in MARKS.items():
+        lines = [line.replace(mark, value) for line in lines for value in (values if mark in line else ("",))]
+    rows = ([*(cell.strip() for cell in line.split("|")), "", ""][:4] for line in lines)
+    return [[name, *cells] for names, *cells in rows for name in names.split()]
 
 
 @dataclass(frozen=True)

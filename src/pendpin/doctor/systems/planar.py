@@ -7,38 +7,40 @@ high(x) and rise(x) are how far to the side and up the end of a unit link is, an
 """
 
 import re
-from collections.abc import Callable
 from itertools import product
 
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, dot, formula, formulas, inverse
+from pendpin.doctor.systems.base import Formula, Spec, formula, formulas
 from pendpin.doctor.systems.tables import table_spec
 
-BODIES = {
-    "any": "any rigid body",
-    "point": "a point mass on a string or massless rod",
-    "uniform": "a uniform rod",
-    "tip": "masses with an inertia at the ends of massless rods",
+BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
+    "any": ("any rigid body", {}),
+    "point": ("a point mass on a string or massless rod", {"h": "l", "I": "0*m"}),
+    "uniform": ("a uniform rod", {"h": "l/2", "I": "m*l**2/12"}),
+    "tip": ("masses with an inertia at the ends of massless rods", {"h": "l"}),
 }
 POSES = {  # from where angles are measured, in words; and across, high and rise
     "down": ("the vertical", "sin", "-cos", "sin"),
     "up": ("upright", "sin", "cos", "-sin"),
     "horizontal": ("the horizontal", "cos", "sin", "cos"),
 }
-_NO_INERTIA = {
-    "any": (),
-    "tip": ("h1", "h2"),
-    "uniform": (),
-    "point": ("I", "I1", "I2", "k"),
-}  # names that a text on such bodies does not use
+_NO_INERTIA = ("I", "I1", "I2", "k")  # names that a text on point masses does not use
+_OTHER_WAY = ", positive the other way"
 AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angle
 conical_rate = formula(
     "sqrt(m*g*h/J/cos(theta))"
 )  # of the azimuth, for a spherical pendulum that keeps its polar angle
 
+_COMMON = """
+g | m/s2 | g G g_0
+L | N m | L
+E | N m | E H
+ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
+"""
+
 _PLANE = """
 theta | 1 | theta q q_1 theta_1
 m | kg | m m_1 M
-g | m/s2 | g G g_0
 l | m | l L ell l_1 L_1 R r
 h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
@@ -57,7 +59,6 @@ alpha | 1/s2 | alpha acc | ddtheta
 w0 | 1/s | omega omega_0 omega_n Omega w w_0 w_n | sqrt(m*g*h/J)
 T | N m | T K E_k E_c T_1 E_kin | J*dtheta*dtheta/2
 V | N m | V U E_p E_pot PE Pi pe | g*(m*h*high(theta))
-L | N m | L
 E | N m | E H E_0 H_0
 p | N m s | p p_theta L_O H_O L p_1 p_q | J*dtheta
 S | N | T S F_T N R_n F_r F_n R_r R_3 F T_s | m*(h*dtheta**2 - g*high(theta))
@@ -65,26 +66,21 @@ Rx | N | R_x O_x A_x F_x H N_x X | m*h*(cos(theta)*ddtheta - sin(theta)*dtheta**
 Ry | N | R_y O_y A_y F_y V N_y Y | m*(g + h*(rise(theta)*ddtheta - high(theta)*dtheta**2))
 Rt | N | R_t F_t O_t R_1 N_t | m*(h*ddtheta + g*rise(theta))
 W | N | W F_g G | m*g
+mass | - | | vector(vector(J))
+force_ | - | | vector(-g*(m*h)*rise(theta))
 torque | N m | tau M_O tau_g M N tau_O | -m*g*h*rise(theta)
 period | s | T T_0 tau P | 2*pi/w0
-ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
 """
 
 _TWO = """
 theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
-m1 | kg | m_1 M_1 m
-m2 | kg | m_2 M_2 m
-g | m/s2 | g G g_0
+m{n} | kg | m_{n} M_{n} m
 l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 d_1 r R
 l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 d_2 r R
-h1 | m | h_1 l_c1 r_1 d_1 l_c,1 s_1 l_cm1 l_g1 lc_1 a_1 c_1 l_1 h lc1
-h2 | m | h_2 l_c2 r_2 d_2 l_c,2 s_2 l_cm2 l_g2 lc_2 a_2 c_2 l_2 h lc2
-I1 | kg m2 | I_1 J_1 I_c1 I_c,1 I_G1 I J
-I2 | kg m2 | I_2 J_2 I_c2 I_c,2 I_G2 I J
-J1 | kg m2 | J_1 I_1 I_O1 | I1 + m1*h1**2
-J2 | kg m2 | J_2 I_2 I_O2 | I2 + m2*h2**2
+h{n} | m | h_{n} l_c{n} r_{n} d_{n} l_c,{n} s_{n} l_cm{n} l_g{n} lc_{n} a_{n} c_{n} l_{n} h lc{n}
+I{n} | kg m2 | I_{n} J_{n} I_c{n} I_c,{n} I_G{n} I J
+J{n} | kg m2 | J_{n} I_{n} I_O{n} | I{n} + m{n}*h{n}**2
 x1 | m | x_1 | h1*across(theta1)
 y1 | m | y_1 z_1 | h1*high(theta1)
 x2 | m | x_2 | l1*across(theta1) + h2*across(second)
@@ -97,17 +93,13 @@ T | N m | T K E_k E_c | (p1*dtheta1 + p2*dtheta2)/2
 V | N m | V U E_p  | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
 T1 | N m | T_1 K_1 E_k1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning**2)/2
-V1 | N m | V_1 U_1 E_p1 | m1*g*y1
-V2 | N m | V_2 U_2 E_p2 | m2*g*y2
+V{n} | N m | V_{n} U_{n} E_p{n} | m{n}*g*y{n}
 S1 | N | T_1 S_1 F_1 N_1 | -m1*(ddx1*(x1/h1) + (ddy1 + g)*(y1/h1)) - m2*(ddx2*(x1/h1) + (ddy2 + g)*(y1/h1))
 S2 | N | T_2 S_2 F_2 N_2 | -m2*(ddx2*((x2 - xp1)/h2) + (ddy2 + g)*((y2 - yp1)/h2))
-L | N m | L
-E | N m | E H
-p1 | N m s | p_1 p_theta1 p_theta_1 p_theta,1 ptheta_1 P_1 p_q1 p_phi1 | M11*dtheta1 + M12*dtheta2
-p2 | N m s | p_2 p_theta2 p_theta_2 p_theta,2 ptheta_2 P_2 p_q2 p_phi2 | M12*dtheta1 + M22*dtheta2
-M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11
-M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21
-M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22
+p{n} | N m s | p_{n} p_theta{n} p_theta_{n} p_theta,{n} ptheta_{n} P_{n} p_q{n} p_phi{n} | M1{n}*dtheta1 + M{n}2*dtheta2
+M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11 | a_ + turns_*(b_ + b_ + d_)
+M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21 | b_ + turns_*d_
+M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22 | d_
 C11 | N m s | C_11 c_11 h_11 V_11 | turns_*s_*dtheta2
 C12 | N m s | C_12 c_12 h_12 V_12 | s_*turning
 C21 | N m s | C_21 c_21 h_21 V_21 | -s_*dtheta1
@@ -121,10 +113,8 @@ tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
 v1 | m/s | v_1 | h1*dtheta1
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
-alpha1 | 1/s2 | alpha_1 acc_1 | ddtheta1
-alpha2 | 1/s2 | alpha_2 acc_2 | ddtheta2
-w1 | 1/s | omega_1 w_1 velocity_1 vel_1 angular_velocity_1 angularVelocity_1 | dtheta1
-w2 | 1/s | omega_2 w_2 velocity_2 vel_2 angular_velocity_2 angularVelocity_2 | dtheta2
+alpha{n} | 1/s2 | alpha_{n} acc_{n} | ddtheta{n}
+w{n} | 1/s | omega_{n} w_{n} velocity_{n} vel_{n} angular_velocity_{n} angularVelocity_{n} | dtheta{n}
 tau | N m | *tau *Q *u *f tau | vector(tau1, tau2)
 q | 1 | q *q *theta theta Theta *Theta | vector(theta1, theta2)
 mass | kg m2 | *M *H *D *B | vector(vector(M11, M12), vector(M12, M22))
@@ -140,8 +130,7 @@ b_ | - | | m2*l1*h2*cos(theta1 - second)
 d_ | - | | m2*h2*h2 + I2
 f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - s_*turning**2
 k_ | - | | -g*(m2*h2)*rise(second) + s_*dtheta1**2
-ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
+force_ | - | | vector(f_ + turns_*k_ + tau1, k_ + tau2)
 """
 
 _CART = """
@@ -149,7 +138,6 @@ x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
 M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0 M_cart masscart mc cart_mass
 m | kg | m m_p m_2 m_P m_1 m_pole M_p masspole mp pole_mass m_pend M_pole
-g | m/s2 | g G g_0
 l | m | l L ell l_1 l_p L_p r R length
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
 I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
@@ -164,8 +152,6 @@ Vc | N m | V_c U_c V_1 U_1 | 0*V
 Vp | N m | V_p U_p V_2 U_2 | V
 S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
 Sc | N | S T R N F_T F_r | -S
-L | N m | L
-E | N m | E H
 M11 | kg | M_11 m_11 H_11 D_11 | M + m
 M12 | kg m | M_12 M_21 m_12 m_21 H_12 H_21 D_12 | b_
 M22 | kg m2 | M_22 m_22 H_22 D_22 | J
@@ -184,8 +170,7 @@ P | N | P V N_y | m*(g + ddyp)
 b_ | - | | side*(m*h)*cos(theta)
 f_ | - | | F + side*(m*h)*sin(theta)*dtheta**2
 k_ | - | | -g*(m*h)*rise(theta)
-ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
+force_ | - | | vector(f_, k_)
 """
 
 _CART_TWO = """
@@ -193,15 +178,10 @@ x | m | x q_1 q_0 s z x_c x_0
 theta1 | 1 | theta_1 q_2 phi_1 alpha_1
 theta2 | 1 | theta_2 q_3 phi_2 alpha_2
 M | kg | M m_c M_c m_0 m_cart mc
-m1 | kg | m_1 M_1 m
-m2 | kg | m_2 M_2 m
-g | m/s2 | g G g_0
-l1 | m | l_1 L_1 l L
-l2 | m | l_2 L_2 l L
-h1 | m | h_1 l_c1 r_1 d_1 a_1 l_1 L_1 l L
-h2 | m | h_2 l_c2 r_2 d_2 a_2 l_2 L_2 l L
-I1 | kg m2 | I_1 J_1 I J
-I2 | kg m2 | I_2 J_2 I J
+m{n} | kg | m_{n} M_{n} m
+l{n} | m | l_{n} L_{n} l L
+h{n} | m | h_{n} l_c{n} r_{n} d_{n} a_{n} l_{n} L_{n} l L
+I{n} | kg m2 | I_{n} J_{n} I J
 x1 | m | x_1 | x + side*(h1*across(theta1))
 y1 | m | y_1 | h1*high(theta1)
 x2 | m | x_2 | x + side*(l1*across(theta1) + h2*across(theta2))
@@ -214,10 +194,7 @@ T0 | N m | T_0 T_c T_M K_c K_0 | M*dx**2/2
 T1 | N m | T_1 K_1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 | (m2*(dx2**2 + dy2**2) + I2*dtheta2**2)/2
 V | N m | V U E_p | V1 + V2
-V1 | N m | V_1 U_1 | m1*g*y1
-V2 | N m | V_2 U_2 | m2*g*y2
-L | N m | L
-E | N m | E H
+V{n} | N m | V_{n} U_{n} | m{n}*g*y{n}
 px | N m s | p_x p_1 | m_*dx + b_*dtheta1 + c_*dtheta2
 p1 | N m s | p_theta1 p_2 | b_*dx + a_*dtheta1 + e_*dtheta2
 p2 | N m s | p_theta2 p_3 | c_*dx + e_*dtheta1 + d_*dtheta2
@@ -236,6 +213,7 @@ turn | - | *C *H | vector(vector(0, f_, k_), vector(0, 0, s_*dtheta2), vector(0,
 turned | - | *C *c *h | vector(f_*dtheta1 + k_*dtheta2, s_*dtheta2**2, -s_*dtheta1**2)
 weight | - | *G *g | vector(0, g*(m1*h1 + m2*l1)*rise(theta1), g*(m2*h2)*rise(theta2))
 load | - | *Q *F *tau *u tau | vector(F, 0, 0)
+force_ | - | | load - turned - weight
 q | - | q *q *theta | vector(x, theta1, theta2)
 B | - | *B *b | vector(1, 0, 0)
 """
@@ -244,7 +222,6 @@ _POLAR = """
 theta | 1 | theta
 phi | 1 | phi
 m | kg | m M
-g | m/s2 | g G g_0
 l | m | l L R r ell a
 h | m | h l L R r ell a d
 J | kg m2 | J I J_1 I_1
@@ -255,12 +232,12 @@ z | m | z | h*high(theta)
 v | m/s | v | h*sqrt(square_)
 T | N m | T K E_k E_c | J*square_/2
 V | N m | V U E_p | m*g*z
-L | N m | L
-E | N m | E H
 p | N m s | p_phi L_z l_z J_z J h_z p L_0 h ell | J*dphi*sin(theta)**2
 ptheta | N m s | p_theta | J*dtheta
 S | N | T S N F_T F R_3 | m*(h*square_ - g*high(theta))
 square_ | - | | dtheta**2 + (dphi*sin(theta))**2
+mass | - | | vector(vector(J, 0), vector(0, J*sin(theta)**2))
+force_ | - | | vector(J*dphi**2*sin(theta)*cos(theta) - m*g*h*rise(theta), -2*J*dtheta*dphi*sin(theta)*cos(theta))
 ex | 1 | *e_x *i *x *u_x | vector(1, 0, 0)
 ey | 1 | *e_y *j *y *u_y | vector(0, 1, 0)
 ez | 1 | *e_z *k *z *u_z | vector(0, 0, 1)
@@ -273,139 +250,101 @@ W | N | | vector(0, 0, -m*g)
 """
 
 
-def _body(body: str, index: str = "") -> dict[str, Formula]:
-    """The centre of mass and the inertia about it of a body; none where they are parameters."""
-    m, length, h, inertia = (name + index for name in "mlhI")
-    texts = {
-        "any": {},
-        "tip": {h: length},
-        "point": {h: length, inertia: f"0*{m}"},
-        "uniform": {h: f"{length}/2", inertia: f"{m}*{length}**2/12"},
-    }
-    return formulas(texts[body])
-
-
-def _with(table: str, pose: str, **words: str) -> str:
-    """A table for one pose, some words of its formulas replaced."""
+def _table(table: str, pose: str, **words: str) -> str:
+    """A table with what all share, for one pose, some words of its formulas replaced."""
     every = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)) | words
-    return re.sub(r"\b(?:across|high|rise|second|turning|side)\b", lambda word: every[word[0]], table)
+    return re.sub(r"\b(?:across|high|rise|second|turning|side)\b", lambda word: every[word[0]], _COMMON + table.strip())
 
 
-def _solver(**accelerations: str) -> Callable[[Quantities], dict[str, Values]]:
-    """What gives accelerations by their formulas."""
-    every = formulas(accelerations)
-    return lambda q: {name: value(q) for name, value in every.items()}
+def _bodies(body: str, *indices: str) -> tuple[tuple[str, ...], dict[str, Formula]]:
+    """The parameters of bodies of a kind beside mass and length, and the formulas of what is no parameter."""
+    given = BODIES[body][1]
+    texts = {f"{name}{i}": re.sub(r"\b[mlh]\b", rf"\g<0>{i}", text) for name, text in given.items() for i in indices}
+    return tuple(f"{name}{i}" for name in "hI" if name not in given for i in indices), formulas(texts)
 
 
 def _plane(body: str, pose: str) -> Spec:
-    parameters = ("m", "g", "l", "theta0", *(("h", "I") if body == "any" else ()))
+    own, given = _bodies(body, "")
     return table_spec(
         f"plane {body} {pose}",
-        f"a pendulum in a plane, {BODIES[body]}, in its angle from {POSES[pose][0]}",
-        _with(_PLANE, pose),
+        f"a pendulum in a plane, {BODIES[body][0]}, in its angle from {POSES[pose][0]}",
+        _table(_PLANE, pose),
         ("theta",),
-        parameters,
-        _solver(ddtheta=_with("-g*(m*h)*rise(theta)/J", pose)),
-        _body(body),
-        _NO_INERTIA[body],
-        extra=(*(("h", "I", "J") if body == "any" else ("h",)), "omega", "v", "x"),
+        ("m", "g", "l", "theta0", *own),
+        given,
+        absent=_NO_INERTIA if body == "point" else (),
+        extra=("h", "I", "J", "omega", "v", "x") if body == "any" else ("h", "omega", "v", "x"),
         values={"theta0": AMPLITUDE},
     )
 
 
 def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
+    own, given = _bodies(body, "1", "2")
     loads, driven = {
         "": ((), ""),
         "acrobot": (("tau2",), ", with a torque at the second joint"),
         "both": (("tau1", "tau2"), ", with torques at both joints"),
     }[drive]
-    more = {"M11": "a_", "M12": "b_", "M22": "d_", "q1_": "f_ + tau1", "q2_": "k_ + tau2"}
-    if relative:
-        more |= {"M11": "a_ + b_ + b_ + d_", "M12": "b_ + d_", "q1_": "f_ + k_ + tau1"}
-    more |= {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
-    parameters = (
-        "m1",
-        "m2",
-        "g",
-        "l1",
-        "l2",
-        *(("h1", "h2", "I1", "I2") if body == "any" else ("I1", "I2") if body == "tip" else ()),
-    )
+    more = {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
+    parameters = ("m1", "m2", "g", "l1", "l2", *own)
     if equal:
         more |= {name: f"{name[:-1]}1" for name in parameters if name.endswith("2")}
         parameters = tuple(name for name in parameters if not name.endswith("2"))
-    kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies", "tip": BODIES["tip"]}[body]
+    kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies", "tip": BODIES["tip"][0]}[body]
     which, both = ("relative", "theta1+theta2") if relative else ("absolute", "theta1-theta2")
-    title = (
-        f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {POSES[pose][0]}{driven}"
-    )
-    second = {"second": "(theta1 + theta2)", "turning": "(dtheta1 + dtheta2)"} if relative else {}
+    second = ("(theta1 + theta2)", "(dtheta1 + dtheta2)") if relative else ("theta2", "dtheta2")
     return table_spec(
         f"double {body} {which}{' equal' * equal} {pose} {drive}".rstrip(),
-        title,
-        _with(_TWO, pose, **{"second": "theta2", "turning": "dtheta2"} | second),
+        f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {POSES[pose][0]}{driven}",
+        _table(_TWO, pose, second=second[0], turning=second[1]),
         ("theta1", "theta2"),
         (*parameters, *loads),
-        _solver(
-            ddtheta1="(M22*q1_ - M12*q2_)/(M11*M22 - M12*M12)",
-            ddtheta2="(M11*q2_ - M12*q1_)/(M11*M22 - M12*M12)",
-        ),
-        _body(body, "1") | _body(body, "2") | formulas(more),
-        (*_NO_INERTIA[body], *(("h1", "h2") if body == "point" else ())),  # beside l_1, l_c1 is a centre of mass
-        (f"sin {both}", f"cos {both}"),
+        given | formulas(more),
+        # beside l_1, l_c1 is a centre of mass
+        absent=(*_NO_INERTIA * (body == "point"), *("h1", "h2") * (body in ("point", "tip"))),
+        atoms=(f"sin {both}", f"cos {both}"),
     )
 
 
 def _cart(body: str, pose: str, mirrored: bool) -> Spec:
+    own, given = _bodies(body, "")
     return table_spec(
         f"cart-pole {body} {pose}{' mirrored' * mirrored}",
-        f"a pendulum on a cart, {BODIES[body]}, its angle from {POSES[pose][0]}{', positive the other way' * mirrored}",
-        _with(_CART, pose, side="-1" if mirrored else "1"),
+        f"a pendulum on a cart, {BODIES[body][0]}, its angle from {POSES[pose][0]}{_OTHER_WAY * mirrored}",
+        _table(_CART, pose, side="-1" if mirrored else "1"),
         ("x", "theta"),
-        ("M", "m", "g", "l", *(("h", "I") if body == "any" else ()), "F"),
-        _solver(
-            ddx="(J*f_ - b_*k_)/((M + m)*J - b_*b_)",
-            ddtheta="((M + m)*k_ - b_*f_)/((M + m)*J - b_*b_)",
-        ),
-        _body(body),
-        _NO_INERTIA[body],
+        ("M", "m", "g", "l", *own, "F"),
+        given,
+        absent=_NO_INERTIA if body == "point" else (),
         extra=("J", "I", "F"),
     )
 
 
 def _cart_two(body: str, pose: str, mirrored: bool) -> Spec:
-    def solve(q: Quantities) -> dict[str, Values]:
-        rows, force = inverse(q["mass"], q), q["load"] - q["turned"] - q["weight"]
-        return {f"dd{name}": dot(row, force) for name, row in zip(q.spec.coordinates, rows, strict=True)}
-
-    where = f"their angles from {POSES[pose][0]}{', positive the other way' * mirrored}"
+    own, given = _bodies(body, "1", "2")
+    kinds, where = "point masses" if body == "point" else "rigid bodies", f"their angles from {POSES[pose][0]}"
     return table_spec(
         f"cart-double {body} {pose}{' mirrored' * mirrored}",
-        f"two pendulums, one below the other, on a cart, {'point masses' if body == 'point' else 'rigid bodies'}, {where}",
-        _with(_CART_TWO, pose, side="-1" if mirrored else "1"),
+        f"two pendulums, one below the other, on a cart, {kinds}, {where}{_OTHER_WAY * mirrored}",
+        _table(_CART_TWO, pose, side="-1" if mirrored else "1"),
         ("x", "theta1", "theta2"),
-        ("M", "m1", "m2", "g", "l1", "l2", *(("h1", "h2", "I1", "I2") if body == "any" else ()), "F"),
-        solve,
-        _body(body, "1") | _body(body, "2"),
-        _NO_INERTIA[body],
-        ("sin theta1-theta2", "cos theta1-theta2"),
+        ("M", "m1", "m2", "g", "l1", "l2", *own, "F"),
+        given,
+        absent=_NO_INERTIA if body == "point" else (),
+        atoms=("sin theta1-theta2", "cos theta1-theta2"),
     )
 
 
 def _polar(body: str, up: bool) -> Spec:
     pose, where = ("up", "upwards") if up else ("down", "downwards")
-    own = _body(body) | formulas({"J": "I + m*h**2"}) if body != "any" else {}
+    _, given = _bodies(body, "")
     return table_spec(
         f"polar {body}{' up' * up}",
-        f"a spherical pendulum, {BODIES[body]}: theta is the polar angle from {where} and phi the azimuth",
-        _with(_POLAR, pose),
+        f"a spherical pendulum, {BODIES[body][0]}: theta is the polar angle from {where} and phi the azimuth",
+        _table(_POLAR, pose),
         ("theta", "phi"),
         ("m", "g", "l", *(("h", "J") if body == "any" else ())),
-        _solver(
-            ddtheta=_with("dphi**2*sin(theta)*cos(theta) - m*g*h*rise(theta)/J", pose),
-            ddphi="-2*dtheta*dphi*cos(theta)/sin(theta)",
-        ),
-        own,
+        given | (formulas({"J": "I + m*h**2"}) if given else {}),
         extra=("J", "p"),
     )
 
@@ -415,9 +354,7 @@ FAMILIES = {
     "plane": [_plane(body, pose) for body, pose in product(_SINGLE, _VERTICAL)],
     "polar": [_polar(body, up) for body, up in product(_SINGLE, _FLAGS)],
     "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
-    "cart-double": [
-        _cart_two(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE[:2], _VERTICAL, _FLAGS)
-    ],
+    "cart-double": [_cart_two(body, pose, side) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
     "double": [
         _two(b, a, e, pose) for pose, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")
     ],

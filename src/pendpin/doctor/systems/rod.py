@@ -12,7 +12,19 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS, Written
-from pendpin.doctor.systems.base import ENERGY_SUMS, Formula, Quantities, Spec, Values, cross, dot, formulas, with_zeros
+from pendpin.doctor.systems.base import (
+    ENERGY_SUMS,
+    UNITS,
+    Formula,
+    Quantities,
+    Spec,
+    Values,
+    cross,
+    dot,
+    formulas,
+    read_table,
+    with_zeros,
+)
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 
@@ -78,59 +90,87 @@ def _cosines(source: str, target: str) -> Formula:
     return value
 
 
-FORMULAS: dict[str, Formula] = formulas(
-    {f"{d}theta_": f"theta_sign*({d}phi if swapped else {d}theta)" for d in ("", "d", "dd")}
-    | {f"{d}phi_": f"phi_sign*({d}theta if swapped else {d}phi)" for d in ("", "d", "dd")}
-    | {f"{f[0]}_{angle}": f"{f}({angle})" for f in ("sin", "cos") for angle in ANGLES}
-    | {f"{f[0]}t_": f"{f}(theta_)" for f in ("sin", "cos")}
-    | {f"{f[0]}_": f"{f}(phi_)" for f in ("sin", "cos")}
-    | {
-        "x_": "vector(1, 0, 0)",
-        "y_": "vector(0, 1, 0)",
-        "z_": "vector(0, 0, 1)",
-        "a2_": "vector(0, ct_, -st_)",
-        "a3_": "vector(0, st_, ct_)",
-        "b1_": "vector(c_, -st_*s_, -ct_*s_)",
-        "b2_": "a2_",
-        "b3_": "vector(s_, st_*c_, ct_*c_)",
-        "a1": "x_",
-        "b1": "b1_",
-        **{name: f"along*{name}_" for name in ("a2", "a3", "b2", "b3")},
-        "xhat": "x_",
-        "yhat": "y_sign*y_",
-        "zhat": "z_sign*z_",
-        "I2": "I1",
-        "J1": "I1 + m*h**2",
-        "J2": "I2 + m*h**2",
-        "J3": "I3",
-        "Fg": "m*g",
-        "field": "g*z_",
-        "weight": "m*field",
-        "rG": "h*b3_",
-        "rT": "l*b3_",
-        "vG": "h*(dphi_*b1_ + dtheta_*c_*b2_)",
-        "aG": "h*((ddphi_ + dtheta_*dtheta_*s_*c_)*b1_ + (ddtheta_*c_ - 2*dtheta_*dphi_*s_)*b2_"
-        " + -(dphi_*dphi_ + dtheta_*dtheta_*c_*c_)*b3_)",
-        "omega": "-dtheta_*c_*b1_ + dphi_*b2_ + -dtheta_*s_*b3_",
-        "alpha": "(-ddtheta_*c_ + dtheta_*dphi_*s_)*b1_ + ddphi_*b2_ + (-ddtheta_*s_ - dtheta_*dphi_*c_)*b3_",
-        "speed": "sqrt(dot(vG, vG))",
-        **{f"{c}": f"dot(rG, {c}hat)" for c in "xyz"},
-        **{f"{c}T": f"dot(rT, {c}hat)" for c in "xyz"},
-        **{f"{v}{c}": f"dot({v}G, {c}hat)" for v in "va" for c in "xyz"},
-        **{f"{v}c{i}": f"dot({v}G, b{i})" for v in "va" for i in "123"},
-        **{f"w{c}": f"dot(omega, {axis})" for c, axis in zip("xyz123", (*AXES["I"], *AXES["B"]), strict=True)},
-        **{f"wd{c}": f"dot(alpha, {axis})" for c, axis in zip("xyz123", (*AXES["I"], *AXES["B"]), strict=True)},
-        "R": "R1*b1_ + along*R2*b2_ + -R3*b3_",
-        "Mc": "M3/c_",
-        "M": "along*Mc*a3_",
-        "M1": "dot(M, b1)",
-        "M2": "dot(M, b2)",
-        "T": "(m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2",
-        "V": "-m*g*h*c_*ct_",
-    }
-)
+# name, unit, how it is printed where the text does not print it, and what it is where that is no parameter or unknown
+TABLE = r"""
+{d}theta_ | - | | theta_sign*({d}phi if swapped else {d}theta)
+{d}phi_ | - | | phi_sign*({d}theta if swapped else {d}phi)
+st_ | - | | sin(theta_)
+ct_ | - | | cos(theta_)
+s_ | - | | sin(phi_)
+c_ | - | | cos(phi_)
+x_ | - | | vector(1, 0, 0)
+y_ | - | | vector(0, 1, 0)
+z_ | - | | vector(0, 0, 1)
+a2_ | - | | vector(0, ct_, -st_)
+a3_ | - | | vector(0, st_, ct_)
+b1_ | - | | vector(c_, -st_*s_, -ct_*s_)
+b2_ | - | | a2_
+b3_ | - | | vector(s_, st_*c_, ct_*c_)
+pi | 1 | \pi
+{q} | 1 | \{q}
+d{q} | 1/s | \dot{\{q}}
+dd{q} | 1/s2 | \ddot{\{q}}
+s_{q} | 1 | s_\{q} | sin({q})
+c_{q} | 1 | c_\{q} | cos({q})
+a1 | 1 | \hat{a}_1 | x_
+a2 | 1 | \hat{a}_2 | along*a2_
+a3 | 1 | \hat{a}_3 | along*a3_
+b1 | 1 | \hat{b}_1 | b1_
+b2 | 1 | \hat{b}_2 | along*b2_
+b3 | 1 | \hat{b}_3 | along*b3_
+xhat | 1 | \hat{x} | x_
+yhat | 1 | \hat{y} | y_sign*y_
+zhat | 1 | \hat{z} | z_sign*z_
+m | kg
+l r h | m
+g | m/s2
+I1 | kg m2 | I_1
+I2 | kg m2 | I_2 | I1
+I3 | kg m2 | I_3
+J1 | kg m2 | J_1 | I1 + m*h**2
+J2 | kg m2 | J_2 | I2 + m*h**2
+J3 | kg m2 | J_3 | I3
+Fg | N | F_g | m*g
+field | m/s2 | \mathbf{g} | g*z_
+weight | N | \mathbf{F}_g | m*field
+rG | m | \mathbf{r}_G | h*b3_
+rT | m | | l*b3_
+vG | m/s | \mathbf{v}_G | h*(dphi_*b1_ + dtheta_*c_*b2_)
+aG | m/s2 | \mathbf{a}_G | h*(ag1_*b1_ + (ddtheta_*c_ - 2*dtheta_*dphi_*s_)*b2_ + ag3_*b3_)
+ag1_ | - | | ddphi_ + dtheta_*dtheta_*s_*c_
+ag3_ | - | | -(dphi_*dphi_ + dtheta_*dtheta_*c_*c_)
+omega | 1/s | \omega | -dtheta_*c_*b1_ + dphi_*b2_ + -dtheta_*s_*b3_
+alpha | 1/s2 | \dot{\omega} | al1_*b1_ + ddphi_*b2_ + (-ddtheta_*s_ - dtheta_*dphi_*c_)*b3_
+al1_ | - | | -ddtheta_*c_ + dtheta_*dphi_*s_
+speed | m/s | v | sqrt(dot(vG, vG))
+{c} | m | | dot(rG, {c}hat)
+{c}T | m | | dot(rT, {c}hat)
+v{c} | m/s | v_{c} | dot(vG, {c}hat)
+a{c} | m/s2 | a_{c} | dot(aG, {c}hat)
+vc{i} | m/s | v_{i} | dot(vG, b{i})
+ac{i} | m/s2 | a_{G,{i}} | dot(aG, b{i})
+w{c} | 1/s | | dot(omega, {c}hat)
+w{i} | 1/s | \omega_{i} | dot(omega, b{i})
+wd{c} | 1/s2 | | dot(alpha, {c}hat)
+wd{i} | 1/s2 | \dot{\omega}_{i} | dot(alpha, b{i})
+R{i} | N | R_{i}
+R | N | \mathbf{R} | R1*b1_ + along*R2*b2_ + -R3*b3_
+Mc | N m | M_c | M3/c_
+M | N m | \mathbf{M} | along*Mc*a3_
+M1 | N m | M_1 | dot(M, b1)
+M2 | N m | M_2 | dot(M, b2)
+M3 | N m | M_3
+L E | N m
+T | N m | | (m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2
+V | N m | | -m*g*h*c_*ct_
+"""
+ROWS = read_table(TABLE)
+FORMULAS: dict[str, Formula] = formulas({name: text for name, _, _, text in ROWS if text})
 FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
 FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J"), **ENERGY_SUMS}
+LATEX = {name: printed for name, _, printed, _ in ROWS if printed} | {"inertia": r"\mathbf{I}"}
+DIMENSION_OF = {name: powers for name, unit, _, _ in ROWS if (powers := UNITS[unit]) is not None}
+DIMENSION_OF |= dict.fromkeys(MATRICES, (0, 0, 0)) | dict.fromkeys(("inertia", "inertiaO"), (1, 2, 0))
 
 
 def _laws(q: Quantities) -> list[Values]:
@@ -226,38 +266,6 @@ def _undotted(written: Written) -> tuple[str, ...]:
             return tuple(names.format(name=parts.get("name"), n=number, c="xyz"[int(number) - 1]).split())
     return ()
 
-
-_POWERS = {  # powers of kg, m, s
-    (0, 0, -1): "dtheta dphi omega w1 w2 w3 wx wy wz",
-    (0, 0, -2): "ddtheta ddphi alpha wd1 wd2 wd3 wdx wdy wdz",
-    (1, 0, 0): "m",
-    (0, 1, 0): "l h r x y z xT yT zT rG rT",
-    (0, 1, -1): "vG vx vy vz vc1 vc2 vc3 speed",
-    (0, 1, -2): "g field aG ax ay az ac1 ac2 ac3",
-    (1, 2, 0): "I1 I2 I3 J1 J2 J3 inertia inertiaO",
-    (1, 1, -2): "weight R R1 R2 R3 Fg",
-    (1, 2, -2): "M M1 M2 M3 Mc T V L E",
-}
-DIMENSIONS = {powers: names.split() for powers, names in _POWERS.items()}
-DIMENSIONS[0, 0, 0] = [
-    "theta",
-    "phi",
-    "pi",
-    *SHORT_FUNCTIONS,
-    *UNIT_VECTORS,
-    *sorted(MATRICES - {"inertia", "inertiaO"}),
-]
-DIMENSION_OF = {name: dimension for dimension, names in DIMENSIONS.items() for name in names}
-
-LATEX = {"theta": r"\theta", "phi": r"\phi", "Mc": "M_c", "Fg": "F_g", "omega": r"\omega", "alpha": r"\dot{\omega}"}
-LATEX |= {f"{d * 'd'}{angle}": rf"\{d * 'd'}ot{{\{angle}}}" for angle in ("theta", "phi") for d in (1, 2)}
-LATEX |= {f"{c}hat": rf"\hat{{{c}}}" for c in "xyz"} | {f"{f}{i}": rf"\hat{{{f}}}_{i}" for f in "ab" for i in "123"}
-LATEX |= {"speed": "v", "pi": r"\pi", "inertia": r"\mathbf{I}", "field": r"\mathbf{g}", "weight": r"\mathbf{F}_g"}
-LATEX |= {f"{f}{i}": f"{f}_{i}" for f in "IJRM" for i in "123"} | {f"{f}{c}": f"{f}_{c}" for f in "va" for c in "xyz"}
-LATEX |= {f"w{i}": rf"\omega_{i}" for i in "123"} | {f"wd{i}": rf"\dot{{\omega}}_{i}" for i in "123"}
-LATEX |= {"rG": r"\mathbf{r}_G", "vG": r"\mathbf{v}_G", "aG": r"\mathbf{a}_G", "R": r"\mathbf{R}", "M": r"\mathbf{M}"}
-LATEX |= {f"{f}_{angle}": f"{f}_\\{angle}" for f in "sc" for angle in ("theta", "phi")}
-LATEX |= {f"ac{i}": f"a_{{G,{i}}}" for i in "123"} | {f"vc{i}": f"v_{i}" for i in "123"}
 
 _COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")
 _FAMILIES = """x y z; vx vy vz; ax ay az; w1 w2 w3; wd1 wd2 wd3; ac1 ac2 ac3; vc1 vc2 vc3; I1 I2 I3 J1 J2 J3; T V L E

@@ -10,29 +10,24 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.reading.names import Written
-from pendpin.doctor.systems.base import ENERGY_SUMS, Dimension, Formula, Quantities, Spec, Values, formulas
+from pendpin.doctor.systems.base import (
+    ENERGY_SUMS,
+    UNITS,
+    Dimension,
+    Formula,
+    Quantities,
+    Spec,
+    Values,
+    dot,
+    formulas,
+    inverse,
+    read_table,
+)
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Gravity
 from pendpin.errors import InputError
 from pendpin.scene import Chain, Scene
 
-# what a quantity is measured in, as powers of kg, m, s; - for components of several kinds
-UNITS: dict[str, Dimension | None] = {
-    "-": None,
-    "1": (0, 0, 0),
-    "kg": (1, 0, 0),
-    "kg m": (1, 1, 0),
-    "m": (0, 1, 0),
-    "s": (0, 0, 1),
-    "1/s": (0, 0, -1),
-    "1/s2": (0, 0, -2),
-    "m/s": (0, 1, -1),
-    "m/s2": (0, 1, -2),
-    "kg m2": (1, 2, 0),
-    "N": (1, 1, -2),
-    "N m": (1, 2, -2),
-    "N m s": (1, 2, -1),
-}
 # positions and mass matrices: they have no unit of time, and yet they move
 MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
 MOST_RODS = 6  # of a chain whose equations anybody writes down
@@ -45,20 +40,20 @@ def table_spec(
     table: str,
     coordinates: tuple[str, ...],
     parameters: tuple[str, ...],
-    solve: Callable[[Quantities], dict[str, Values]],
     more: Mapping[str, Formula],
+    solve: Callable[[Quantities], dict[str, Values]] | None = None,
     absent: tuple[str, ...] = (),
     atoms: tuple[str, ...] = (),
     extra: tuple[str, ...] = (),
     **others: Any,
 ) -> Spec:
-    """A system of scalars, whose accelerations `solve` gives.
+    """A system of scalars, whose accelerations `solve` gives, or its mass matrix, mass, and its forces, force_.
 
     `table` has lines such as "p | N m s | p p_theta L_O | J*dtheta": name, unit, writings, and the formula of what is no
     coordinate or parameter; `more` holds formulas beside these, and `absent` names that are not written. `atoms` are sines
     and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
     """
-    rows = [[*(cell.strip() for cell in line.split("|")), ""][:4] for line in table.strip().splitlines()]
+    rows = read_table(table)
     every = {**formulas({name: text for name, _, _, text in rows if text}), **ENERGY_SUMS, **more}
     ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
     every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
@@ -72,7 +67,7 @@ def table_spec(
     for name, _, writings, _ in rows:
         for rank, one in enumerate(writings.split() if name not in absent else ()):
             ranked.setdefault(one, []).append((rank, name))
-    written = {one: [name for _, name in sorted(names)] for one, names in ranked.items()}
+    written = {one: list(dict.fromkeys(name for _, name in sorted(names))) for one, names in ranked.items()}
 
     def words(one: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
@@ -81,6 +76,10 @@ def table_spec(
         names = (one.styled and written.get("*" + key)) or written.get(key, ())
         moving = (name for name in names if not (one.dots and (name in still or name in parameters)))
         return tuple("d" * one.dots + name for name in moving if not one.frames)
+
+    def accelerations(q: Quantities) -> dict[str, Values]:
+        rows = inverse(q["mass"], q)
+        return {f"dd{name}": dot(row, q["force_"]) for name, row in zip(coordinates, rows, strict=True)}
 
     rates, unknowns = (tuple(order + name for name in coordinates) for order in ("d", "dd"))
     angles = [name for name in coordinates if dimensions[name] == (0, 0, 0)]
@@ -95,7 +94,7 @@ def table_spec(
         parameters=parameters,
         unknowns=unknowns,
         formulas=every,
-        solve=solve,
+        solve=solve or accelerations,
         words=words,
         dimensions=dimensions,
         printed={name: _latex(name, coordinates) for name in dimensions},
@@ -152,5 +151,5 @@ def scene_spec(scene: Scene) -> Spec:
     title = f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}"
     energies = {"T": energy(0), "V": energy(1)}
     return table_spec(
-        "scene", title, "\n".join(rows), joints, tuple(values), solve, energies, values=values, analytic=False
+        "scene", title, "\n".join(rows), joints, tuple(values), energies, solve, values=values, analytic=False
     )
