@@ -25,14 +25,7 @@ from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
-from pendpin.doctor.mending.mends import (
-    Mend,
-    mends,
-    mends_of_definition,
-    mends_of_mismatch,
-    mends_of_unknown,
-    styles_of,
-)
+from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
 from pendpin.doctor.mending.writing import Writer
 from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
@@ -120,9 +113,10 @@ class _Doctor:
         except Unread as error:
             if said:
                 return replace(found, kind="condition", remark=said), []
-            if isinstance(error, Mismatch):
-                return self._mismatched(found, one, error.reason), []
-            return self._slip(found, one, error.reason) or self._unread(found, one, error.reason), []
+            if healed := self._mended_without_value(found, one, error):
+                return healed, []
+            mixed = isinstance(error, Mismatch)
+            return replace(found, remark=error.reason) if mixed else self._unread(found, one, error.reason), []
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
         if verdict.holds:
@@ -279,31 +273,29 @@ class _Doctor:
         idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
         return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
 
-    def _slip(self, found: Finding, one: Printed, reason: str) -> Finding | None:
-        """An equation with a symbol that stands nowhere else, in place of one with which it holds; None for any other."""
-        if len(one.unknown) != 1 or one.defines or self.reading.unknown:
-            return None
-        others = [other for other in self.reading.equations if other is not one]
-        right = sum(holding(other, self.system) is not None for other in others)
-        letters = {bare(name) for other in others for name in other.names}
-        if right < NEIGHBOURS or bare(next(iter(one.unknown))) in letters:
-            return None
-        healed = mends_of_unknown(self._patient(one, next(one.readings())), *one.unknown)
-        return self._without_value(found, healed, reason) if healed else None
+    def _mended_without_value(self, found: Finding, one: Printed, error: Unread) -> Finding | None:
+        """An equation without a value that a small change gives one with which it holds; None for any other.
 
-    def _mismatched(self, found: Finding, one: Printed, reason: str) -> Finding:
-        """An equation that mixes numbers and vectors: wrong if a small change makes it hold, else not read."""
-        names = one.sides[0].kind == "symbol" and len(one.sides) == 2 and not self.reading.chosen
-        for equation in [] if self.reading.unknown or names else list(one.readings())[:2]:
-            if healed := mends_of_mismatch(self._patient(one, equation)):
-                return self._without_value(found, healed, reason)
-        return replace(found, remark=reason)
-
-    def _without_value(self, found: Finding, healed: list[Mend], reason: str) -> Finding:
-        """An equation that fails and has no value, so that its error is as large as its terms in every motion."""
-        kind = kind_of(healed[0].equation, self.system.spec)
-        found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
-        return replace(found, mends=tuple(healed), remark=reason)
+        It mixes numbers and vectors, or has a symbol that stands nowhere else in a text of which other equations hold.
+        """
+        if self.reading.unknown:
+            return None
+        if isinstance(error, Mismatch):
+            if one.sides[0].kind == "symbol" and len(one.sides) == 2 and not self.reading.chosen:
+                return None
+        else:
+            others = [other for other in self.reading.equations if other is not one]
+            right = sum(holding(other, self.system) is not None for other in others)
+            letters = {bare(name) for other in others for name in other.names}
+            strange = {*map(bare, one.unknown)}
+            if len(strange) != 1 or strange & letters or one.defines or right < NEIGHBOURS:
+                return None
+        for equation in islice(one.readings(), 2):
+            if healed := mends(self._patient(one, equation), False):
+                kind = kind_of(healed[0].equation, self.system.spec)
+                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
+                return replace(found, mends=tuple(healed), remark=error.reason)
+        return None
 
     def _to_first_order(self, one: Printed) -> System | None:
         """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""

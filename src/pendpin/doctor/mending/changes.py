@@ -16,10 +16,10 @@ import numpy as np
 
 from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.mending.numbers import CLOSE, Monomial, Part, fraction_of, parts_of, reader_of, swapped
+from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fraction_of, parts_of, reader_of, swapped
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols, walk
+from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import System, Values, dot, random_states
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
@@ -30,6 +30,7 @@ ODDNESS = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 24: 0.
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
+NUMBER = Node("number", (0, 0), Fraction(1))  # that is printed nowhere
 
 
 @dataclass(frozen=True, eq=False)
@@ -57,19 +58,15 @@ class Change:
         return Change((*self.splices, *other.splices), self.cost + other.cost, *words, swaps, count=2)
 
 
-def number(value: Fraction | int) -> Node:
-    """A number that is printed nowhere."""
-    return Node("number", (0, 0), Fraction(value))
-
-
 def times(node: Node, monomial: Monomial) -> Node:
     """A part times a monomial."""
-    factors = [("*", node), ("*", number(monomial.factor))]
+    factors = [("*", node), ("*", replace(NUMBER, value=monomial.factor))]
     for name, power in monomial.powers:
         function, _, quantity = name.rpartition(" ")
         atom = Node("symbol", (0, 0), quantity)
         atom = Node("function", (0, 0), function, (atom,)) if function else atom
-        factors.append(("*" if power > 0 else "/", Node("power", (0, 0), Fraction(abs(power)), (atom,))))
+        atom = atom if abs(power) == 1 else Node("power", (0, 0), Fraction(abs(power)), (atom,))
+        factors.append(("*" if power > 0 else "/", atom))
     operators, children = zip(*factors, strict=True)
     return Node("product", node.span, operators, children, ((0, 0),) * len(children))
 
@@ -80,12 +77,20 @@ def oddness(factor: Fraction) -> float:
 
 
 class Patient:
-    """A wrong equation: one reading of what is printed, and every small change of it, written as its text is."""
+    """A wrong equation: one reading of what is printed, and every small change of it, written as its text is.
+
+    `numbers` holds its values at random states; without any it mixes numbers and vectors, or has an unknown symbol.
+    """
 
     def __init__(self, printed: Printed, equation: Equation, system: System, writer: Writer) -> None:
         self.printed, self.equation, self.system, self.writer = printed, equation, system, writer
-        self.spec, self.parts = system.spec, parts_of(equation)
-        self.context = equation.context(random_states(system))
+        self.spec, self.parts, self.numbers = system.spec, parts_of(equation), None
+        states = random_states(system)
+        with suppress(Unread):
+            self.numbers = Numbers(equation, states)
+        self.strange = printed.unknown if self.numbers is None else set[str]()
+        self.mixed = self.numbers is None and not self.strange
+        self.context = equation.context(states)
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
         self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
@@ -100,7 +105,10 @@ class Patient:
     # --- what is listed -----------------------------------------------------------------------------------------
 
     def listed(self) -> Iterator[Change]:
-        """The changes that can be listed: of one part, then of all parts that are printed alike."""
+        """The changes that can be listed: of one part, of all that are printed alike, of two letters for each other."""
+        if self.strange:
+            yield from self._of_unknown_symbols()
+            return
         alike: dict[tuple, list[Part]] = defaultdict(list)
         for part in self.parts:
             yield from self._of_part(part)
@@ -113,7 +121,6 @@ class Patient:
                 first = self._replaced(group[0], splices[0], cost + (0.15 if new.kind == "number" else 0.35), new)
                 swaps = {id(part.node): new for part in group}
                 yield replace(first, splices=splices, words=f"{first.words}, {where}", swaps=swaps)
-
         letters = [group for group in alike.values() if group[0].node.kind == "symbol"]
         for first, second in combinations(letters, 2):
             a, b = (self.writer.of(group[0].node.span) for group in (first, second))
@@ -130,10 +137,8 @@ class Patient:
             yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)
             for factor in (*FACTORS, *self._forgotten):
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
-        if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, 1.25)
-        if part.role in ("factor", "divisor"):
-            yield self._removed(part, 1.2)
+        if part.role in ("factor", "divisor") or (part.role == "term" and len(part.parents[-1].children) > 1):
+            yield self._removed(part, 1.25 if part.role == "term" else 1.2)
         if part.whole or part.role == "factor":
             yield from self._brackets(part)
         for new, text, cost in self._replacements(part):
@@ -147,39 +152,31 @@ class Patient:
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
 
     def _brackets(self, part: Part) -> Iterator[Change]:
-        """A bracket that ends too late, m (a + b), or that is missing in m a + b."""
-        node, positive = part.node, part.role != "term" or part.parents[-1].value[part.index] > 0
-        if node.kind == "product" and part.whole and positive and node.children[-1].bracketed and not node.fraction:
-            inside, (_, end) = node.children[-1], node.children[-1].bracketed or (0, 0)
-            for i in range(1, len(inside.children)) if inside.kind == "sum" and {*node.value[1:]} <= {"*"} else ():
-                first = replace(inside, value=inside.value[:i], children=inside.children[:i])
-                first = replace(node, children=(*node.children[:-1], first))
-                moved = Node("sum", node.span, (1, *inside.value[i:]), (first, *inside.children[i:]))
-                cut = inside.children[i - 1].outer[1]
-                rest = self.writer.of((cut, end - 1))
-                yield Change(
-                    ((cut, cut, ")"), (end - 1, end, "")),
-                    1.2,
-                    f"{rest} belongs behind the bracket",
-                    rest,
-                    rest,
-                    {id(node): moved},
-                )
-        if (
-            node.kind == "sum"
-            and node.value[0] > 0
-            and node.children[0].kind == "product"
-            and not node.marks[0][1] > node.span[0]
-        ):
-            head = node.children[0]
-            for i in range(1, len(head.children)) if {*head.value[1:]} <= {"*"} and not head.bracketed else ():
-                rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
-                total = replace(node, children=(rest, *node.children[1:]))
-                moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
-                start, end = head.children[i].outer[0], node.children[-1].outer[1]
-                words = f"a bracket is missing around {self.writer.of((start, end))}"
-                cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
-                yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
+        """A bracket that ends too late, as in m (a + b), or that is missing, as in m a + b."""
+        node, free = part.node, part.role != "term" or part.parents[-1].value[part.index] > 0
+        last = node.children[-1] if node.kind == "product" and not node.fraction else node
+        inside = last.bracketed if last is not node and last.kind == "sum" and part.whole and free else None
+        for i in range(1, len(last.children)) if inside and {*node.value[1:]} <= {"*"} else ():
+            first = replace(last, value=last.value[:i], children=last.children[:i])
+            first = replace(node, children=(*node.children[:-1], first))
+            moved = Node("sum", node.span, (1, *last.value[i:]), (first, *last.children[i:]))
+            cut, end = last.children[i - 1].outer[1], inside[1] if inside else 0
+            rest, splices = self.writer.of((cut, end - 1)), ((cut, cut, ")"), (end - 1, end, ""))
+            yield Change(splices, 1.2, f"{rest} belongs behind the bracket", rest, rest, {id(node): moved})
+        head = (
+            node.children[0]
+            if node.kind == "sum" and node.value[0] > 0 and not node.marks[0][1] > node.span[0]
+            else node
+        )
+        plain = head is not node and head.kind == "product" and not head.bracketed and {*head.value[1:]} <= {"*"}
+        for i in range(1, len(head.children)) if plain else ():
+            rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
+            total = replace(node, children=(rest, *node.children[1:]))
+            moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
+            start, end = head.children[i].outer[0], node.children[-1].outer[1]
+            words = f"a bracket is missing around {self.writer.of((start, end))}"
+            cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
+            yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
@@ -187,7 +184,7 @@ class Patient:
         if node.kind == "number" and node.value:
             for value in (node.value * factor.factor for factor in FACTORS):
                 if value.denominator == 1 or node.value == 1:
-                    yield number(value), writer.number(value), 0.05 + _cost_of_number(part, value)
+                    yield replace(NUMBER, value=value), writer.number(value), 0.05 + _cost_of_number(part, value)
         if node.kind == "symbol":
             name, own = self.context.meaning(str(node.value)), self.context.definitions
             for other in own.keys() - {name}:  # what the text or the user defined, of the same dimension
@@ -196,7 +193,7 @@ class Patient:
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
             for other in self._alternatives(name):
-                cost = 1.05 if units.get(other) == units.get(name) else 1.3
+                cost = 1.05 if units.get(other) == units.get(name) else 1.15 if self.mixed else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)
                 yield replace(node, value=other), writer.symbol(other), cost
         if node.kind == "function" and node.value in CIRCULAR:
@@ -208,8 +205,11 @@ class Patient:
                 yield replace(node, value=other), writer.symbol(other), 1.1
 
     def _alternatives(self, name: str) -> list[str]:
-        """Names that could stand in place of one: of its family first, and the common ones."""
+        """Names that could stand in place of one: of its family first, and the common ones; numbers for vectors if mixed."""
         spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
+        if self.mixed:
+            scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
+            return list(scalars if name in spec.vectors else spec.directions)
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
         known = (known | self.writer.styles.keys()) - {name}
@@ -220,13 +220,25 @@ class Patient:
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:
-        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or a cosine."""
+        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine; a direction."""
         spec, q = self.spec, self.context.quantities
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
+        powers = [(name, 1) for name in spec.directions] if self.mixed else powers
         return [Monomial(Fraction(1), (power,)) for power in powers]
+
+    def _of_unknown_symbols(self) -> Iterator[Change]:
+        """A quantity in place of a symbol that nobody knows, with its dots, wherever it stands."""
+        nodes = [part.node for part in self.parts if part.node.kind == "symbol" and part.node.value in self.strange]
+        dots = ["d" * node.written.dots if node.written else "" for node in nodes]
+        for name in (*self.spec.coordinates, *self.spec.parameters) if nodes else ():
+            texts = [self.writer.symbol(d + name) for d in dots]
+            splices = tuple(self.writer.put(node.span, text) for node, text in zip(nodes, texts, strict=True))
+            swaps = {id(node): replace(node, value=d + name) for node, d in zip(nodes, dots, strict=True)}
+            old = self.writer.of(nodes[0].span)
+            yield Change(splices, 1.0, f"{old} should be {texts[0]}", old, texts[0], swaps)
 
     # --- what has a size ----------------------------------------------------------------------------------------
 
@@ -234,7 +246,8 @@ class Patient:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
         node, reader = part.node, reader_of(self.context.quantities)
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
-            yield self._in_place(part, number(wanted), self.writer.number(wanted), _cost_of_number(part, wanted))
+            new, cost = replace(NUMBER, value=wanted), _cost_of_number(part, wanted)
+            yield self._in_place(part, new, self.writer.number(wanted), cost)
         if value.ndim != needed.ndim or value.ndim > 2 or not np.isfinite(needed).all():
             return
         if part.whole:
@@ -284,36 +297,6 @@ class Patient:
         falls = any(power < 0 and name in self.spec.moving for name, power in monomial.powers)
         return bool(extra) and (monomial.size > most or (falls and extra[-1] != "M3"))
 
-    # --- what has no value --------------------------------------------------------------------------------------
-
-    def between_number_and_vector(self, part: Part) -> Iterator[Change]:
-        """Changes that turn a number into a vector or the reverse, for an equation that mixes them."""
-        node, spec = part.node, self.spec
-        for text in map(self.writer.symbol, spec.directions) if part.whole and node.kind != "sum" else ():
-            words = f"{text} is missing after {self.writer.of(node.outer)}"
-            yield self._replaced(part, (node.outer[1], node.outer[1], self.writer.joint + text), 1.2, node, words)
-        if part.role == "factor" and node.kind == "symbol":
-            yield self._removed(part, 1.25)
-        if part.role == "term" and len(part.parents[-1].children) > 1:
-            yield self._removed(part, 1.3)
-        scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
-        for name in (scalars if node.value in spec.vectors else spec.directions) if node.kind == "symbol" else ():
-            yield self._in_place(part, node, self.writer.symbol(name), 1.15)
-
-    def everywhere(self, unknown: str) -> Iterator[Change]:
-        """A quantity in place of a symbol that nobody knows, with its dots or derivatives, wherever it stands."""
-        places: dict[tuple[int, int], int] = {}  # how many dots the symbol has there
-        for part in self.parts:
-            *outer, inner = walk(part.node)
-            if inner.value == unknown and all(node.kind == "derivative" for node in outer):
-                dots = len(outer) + (inner.written.dots if inner.written else 0)
-                places[part.node.span] = max(places.get(part.node.span, 0), dots)
-        for name in (*self.spec.coordinates, *self.spec.parameters) if places else ():
-            texts = {span: self.writer.symbol("d" * dots + name) for span, dots in places.items()}
-            old, new = self.writer.of(min(texts)), texts[min(texts)]
-            splices = tuple(self.writer.put(span, text) for span, text in texts.items())
-            yield Change(splices, 1.0, f"{old} should be {new}", old, new)
-
     # --- a change written ---------------------------------------------------------------------------------------
 
     def _in_place(self, part: Part, new: Node, text: str, cost: float) -> Change:
@@ -329,17 +312,17 @@ class Patient:
     def _removed(self, part: Part, cost: float) -> Change:
         """A sum without a term, which leaves 0 of any shape in its place, or a product without a factor."""
         what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
-        new = times(part.node, Monomial(Fraction(0))) if what == "term" else number(1)
-        return Change(
-            (self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", {id(part.node): new}
-        )
+        new = replace(NUMBER, value=Fraction(0)) if self.mixed else times(part.node, Monomial(Fraction(0)))
+        swaps = {id(part.node): new if what == "term" else NUMBER}
+        return Change((self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", swaps)
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
-        """A part with one more factor in front of it."""
-        text = self.writer.monomial(factor)
+        """A part with one more factor in front of it, or with a direction behind it."""
+        text, (start, end) = self.writer.monomial(factor), part.node.outer
         text = f"({text})" if "/" in text and not self.writer.latex else text
+        splice = (end, end, self.writer.joint + text) if self.mixed else self.writer.before(start, text)
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
-        return self._replaced(part, self.writer.before(part.node.outer[0], text), cost, times(part.node, factor), words)
+        return self._replaced(part, splice, cost, times(part.node, factor), words)
 
 
 def _cost_of_number(part: Part, value: Fraction) -> float:

@@ -11,7 +11,7 @@ from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.dimensions import of_equation
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of, swapped
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
@@ -65,13 +65,16 @@ class Mend(Change):
 
 def mends(patient: Patient, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
-    every = patient.parts
+    every, numbers = patient.parts, patient.numbers
     if len(every) > MOST_NODES:
         return []
     listed = sorted(patient.listed(), key=lambda change: change.order)[: MOST_WORK // len(every)]
     if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
         return _verified(patient, listed)
-    numbers = Numbers(patient.equation, random_states(patient.system))
+    if numbers is None:
+        wrong, system = patient.equation, patient.system
+        changed = ((one, tuple(swapped(side, one.swaps) for side in wrong.sides)) for one in listed)
+        return _verified(patient, (one for one, sides in changed if _holds(replace(wrong, sides=sides), system)))
     sized: list[Change] = []
     for part in every:
         if (needed := numbers.needed(part)) is not None:
@@ -82,17 +85,6 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
         return chosen
     likely = listed[:MOST_TOGETHER] if len(every) < MOST_NODES // 8 else []
     return _verified(patient, _pairs(effects, numbers)) or _verified(patient, _pairs_of_terms(likely, every, numbers))
-
-
-def mends_of_mismatch(patient: Patient) -> list[Mend]:
-    """Mends of an equation that mixes numbers and vectors, so that no part has a value: tried on the text."""
-    few = patient.parts if len(patient.parts) <= MOST_NODES // 2 else []
-    return _verified(patient, (change for part in few for change in patient.between_number_and_vector(part)))
-
-
-def mends_of_unknown(patient: Patient, unknown: str) -> list[Mend]:
-    """Mends of an equation with one symbol that is not known: another one wherever it stands, tried on the text."""
-    return _verified(patient, patient.everywhere(unknown))
 
 
 def mends_of_definition(

@@ -183,7 +183,4 @@ class Reader:
                     yield Monomial(found.factor, (*found.powers, (name, power)))
 
 
-@cache
-def reader_of(quantities: Quantities) -> Reader:
-    """The reader for some quantities."""
-    return Reader(quantities)
+reader_of = cache(Reader)
