@@ -314,3 +314,29 @@ def test_a_fault_in_code_on_states_is_mended():
     assert [finding.verdict for finding in found.findings] == ["holds"] * 3 + ["fails"]
     assert found.wrong[0].mends[0].latex == "dx4 = -2*x3*x4/tan(x1)"
     assert found.title.startswith("a spherical pendulum")
+
+
+ALIKE = r"""A pendulum on a cart, the pole upright at theta = 0.
+$$L = \frac12 (M+m)\dot x^2 + m L \dot x\dot\theta\cos\theta + \frac12 m L^2\dot\theta^2 - m g L\cos\theta$$
+$$\frac{\partial L}{\partial\dot\theta} = m L\dot x\cos\theta + m L^2\dot\theta$$
+$$\frac{d}{dt}\frac{\partial L}{\partial\dot\theta}
+    = m L\ddot x\cos\theta - m L\dot x\dot\theta\sin\theta + m L^2\ddot\theta$$
+$$\frac{\partial L}{\partial\theta} = -m L\dot x\dot\theta\sin\theta + m g L\sin\theta$$
+"""
+
+
+def test_a_letter_is_the_lagrangian_on_the_left_and_a_length_on_the_right():
+    """A wrong one is mended as it is read."""
+    assert pp.diagnose(ALIKE).ok
+    for right, wrong in ((r"\frac12 m L^2", "m L^2"), (r"+ m L^2\dot", r"+ m L\dot"), (r"g L\sin", r"g L\cos")):
+        (found,) = [f for f in pp.diagnose(ALIKE.replace(right, wrong)).findings if f.verdict != "holds"]
+        assert found.verdict == "fails"
+        assert pp.diagnose(ALIKE.replace(found.latex, found.mends[0].latex)).ok
+
+
+def test_a_load_that_gets_a_name_is_not_wrong():
+    """F_x = F(t) - d x' says what F_x is where the law that it belongs to holds without the damping d."""
+    text = r"""A pendulum on a cart. $F_x = F(t) - d \dot x$
+    $$(M + m)\ddot x + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F(t) - d\dot x$$
+    $$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$"""
+    assert [f.verdict for f in pp.diagnose(text).findings] == ["not checked", "holds if", "holds"]

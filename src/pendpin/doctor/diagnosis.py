@@ -250,8 +250,9 @@ class _Doctor:
             condition = next(filter(None, alike), "") if not self.reading.unknown else ""
             equation = without(next(one.readings()), one.lacking)
             with suppress(Unread):
-                if condition and (healed := mends(self._patient(one, equation), False)):
-                    error, moment = relative_error(equation, random_states(self.system)), when(equation, self.system)
+                error = relative_error(equation, random_states(self.system)) if condition else 0.0
+                if error > TOLERANCE and (healed := mends(self._patient(one, equation), False)):
+                    moment = when(equation, self.system)
                     found = replace(found, verdict="fails", kind="equation of motion", error=error, when=moment)
                     remark = f"compared where {condition}, as another equation holds"
                     return replace(found, proved=True, mends=tuple(healed), remark=remark, equation=equation)

@@ -29,9 +29,13 @@ class Equation:
     meanings: dict[str, str] = field(default_factory=dict)
     definitions: dict[str, Node] = field(default_factory=dict)
     tight: bool = False  # 3g/2l is read as 3g/(2l)
+    right: dict[str, str] = field(default_factory=dict)  # names that mean another thing behind the first side
 
     def __post_init__(self) -> None:
         """A statement that something is constant says that its rate is 0."""
+        if self.right:
+            first, *rest = self.sides
+            object.__setattr__(self, "sides", (first, *(_with_meanings(side, self.right) for side in rest)))
         *others, last = self.sides
         if others and last.value in CONSTANTS - self.definitions.keys():
             rates = [Node("derivative", side.span, "t", (side,)) for side in others]
@@ -69,7 +73,10 @@ class Equation:
         return Context(quantities, self.definitions, self.frame, self.meanings, tensors, floats)
 
     def readings(self, words: Vocabulary) -> Iterator["Equation"]:
-        """Itself with every other meaning of its names and columns, the likeliest first."""
+        """Itself with every other meaning of its names and columns, the likeliest first.
+
+        At last with L as the Lagrangian on the left and a length on the right.
+        """
         several: dict[str, tuple[str, ...]] = {}
         for written in filter(None, (part.written for part in parts(self.sides))):
             if len(found := words(written)) > 1 and found[0] not in self.definitions:
@@ -78,6 +85,17 @@ class Equation:
         choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
         for *chosen, frame in islice(choices, MOST_READINGS):
             yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
+        both = symbols(self.sides[0]) & set().union(*map(symbols, self.sides[1:])) if not self.right else set[str]()
+        for name, found in several.items():
+            lengths = [other for other in found if other not in ENERGIES] if name in both and "L" in found else []
+            for other in lengths:
+                yield from replace(self, right={name: other}).readings(words)
+
+
+def _with_meanings(node: Node, meanings: dict[str, str]) -> Node:
+    """An expression in which some names have another meaning."""
+    value = meanings.get(node.value, node.value) if node.kind == "symbol" else node.value
+    return replace(node, value=value, children=tuple(_with_meanings(child, meanings) for child in node.children))
 
 
 def residuals(
