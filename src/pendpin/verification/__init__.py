@@ -6,11 +6,13 @@ simulators.py runs a scene in MuJoCo, Drake and SciPy for the others.
 May import: graphics, motions, runs and what is below them; no other tool.
 """
 
+from abc import abstractmethod
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
 from pendpin.errors import InputError, Interrupted, PendpinError, not_one_of, shown
+from pendpin.ground.report import Result
 
 Progress = Callable[[str], None]  # called with the case and method that begin
 C = TypeVar("C")
@@ -68,10 +70,19 @@ def choose_cases(cases: Mapping[str, C], names: Sequence[str], command: str) -> 
     return {name: cases[name] for name in names or cases}
 
 
-def describe_broken(broken: Iterable[object]) -> str | None:
-    """Broken claims in one line, as they print; None if all hold."""
-    lines = "; ".join(map(str, broken))
-    return f"broken: {lines}" if lines else None
+class Claims(Result):
+    """What became of some claims, each of which prints as a line."""
+
+    @property
+    @abstractmethod
+    def broken(self) -> tuple[Claim, ...]:
+        """The claims that do not hold."""
+
+    @property
+    def fault(self) -> str | None:
+        """The broken claims in one line; None if all hold."""
+        lines = "; ".join(map(str, self.broken))
+        return f"broken: {lines}" if lines else None
 
 
 def name_once(names: Sequence[str]) -> list[str]:

@@ -9,7 +9,7 @@ from copy import copy
 from dataclasses import dataclass
 from importlib import import_module
 from importlib.util import find_spec
-from typing import Any, Literal, NamedTuple
+from typing import Any, Literal
 from xml.etree import ElementTree
 
 import numpy as np
@@ -33,6 +33,8 @@ NOT_FINITE = "its state is not finite"
 
 Kind = Literal["tolerance", "step"]
 Look = Callable[[], None]  # at the clock; raises RunError when the time is up
+# A run that is built and not begun: q (nv,) at each output time after the first, and the steps and evaluations so far.
+Prepared = Callable[[Look], Iterator[tuple[Array, int, int]]]
 
 
 @dataclass(frozen=True, eq=False)
@@ -61,13 +63,6 @@ class PeerTask:
             raise InputError(f"model: {library} makes another model of it: accelerations differ by {off:.1e}")
 
 
-class Prepared(NamedTuple):
-    """A run that is built and not begun."""
-
-    rows: Callable[[Look], Iterator[Array]]  # q (nv,) at each output time after the first
-    counts: Callable[[], tuple[int, int]]  # steps and evaluations so far
-
-
 @dataclass(frozen=True, eq=False)
 class PeerRun:
     """What one run reached, and what it took."""
@@ -94,7 +89,7 @@ class Peer:
         """A run over scene.times with a tolerance, or in equal steps up to a step in s; its failure says what is wrong."""
         if not 0 < setting < math.inf:
             raise InputError(f"{self.name}: {self.kind} {setting:g} is not a positive number")
-        motion, rows, failure = self.prepare(setting), [self.task.q], None
+        motion, rows, failure = self.prepare(setting), [(self.task.q, 0, 0)], None
         begin = time.thread_time()
 
         def look() -> None:
@@ -102,16 +97,16 @@ class Peer:
                 raise RunError(f"took over {limit:g} s")
 
         try:
-            rows.extend(motion.rows(look))
+            rows.extend(motion(look))
         except Exception as error:  # each library has its own
             failure = one_line(str(error)) or type(error).__name__
         seconds = time.thread_time() - begin
-        q = np.array(rows)
+        q, counts = np.array([row for row, *_ in rows]), rows[-1][1:]
         if not (good := np.isfinite(q).all(1)).all():
             q, failure = q[: np.argmin(good)], failure or NOT_FINITE
         if failure:
             failure += f"; it got to {self.task.times[len(q) - 1]:g} s"
-        return PeerRun(self.task.times[: len(q)], q, *motion.counts(), seconds, failure)
+        return PeerRun(self.task.times[: len(q)], q, *counts, seconds, failure)
 
 
 def peers(scene: Scene) -> tuple[Peer, ...]:
@@ -219,26 +214,23 @@ def mujoco_peers(task: PeerTask) -> Iterator[Peer]:
     task.check("mujoco", probed.qacc[at_v])
 
     def prepared(name: str, step: float) -> Prepared:
-        stepped, data, count, taken = copy(model), mujoco.MjData(model), count_equal_steps(task.interval, step), 0
+        stepped, data, count = copy(model), mujoco.MjData(model), count_equal_steps(task.interval, step)
         stepped.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
         stepped.opt.timestep = task.interval / count
         qpos = data.qpos
         qpos[at_q], data.qvel[at_v] = task.q, task.v
 
-        def rows(look: Look) -> Iterator[Array]:
-            nonlocal taken
+        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
             with _mujoco_warnings(mujoco) as said:
-                for _ in task.times[1:]:
+                for taken in count * np.arange(1, len(task.times)):
                     for left in range(count, 0, -STEPS_AT_ONCE):
-                        steps = min(left, STEPS_AT_ONCE)
-                        mujoco.mj_step(stepped, data, steps)
-                        taken += steps
+                        mujoco.mj_step(stepped, data, min(left, STEPS_AT_ONCE))
                         if said:
                             raise RunError(said[0])
                         look()
-                    yield qpos[at_q]
+                    yield qpos[at_q], int(taken), STAGES[name] * int(taken)
 
-        return Prepared(rows, lambda: (taken, STAGES[name] * taken))
+        return rows
 
     library = f"mujoco {version('mujoco')}"
     for name in STAGES:
@@ -318,14 +310,15 @@ def drake_peers(task: PeerTask) -> Iterator[Peer]:
             v, a = (float(np.abs(part.CopyToVector()).max()) for part in parts)
             integrator.request_initial_step_size_target(FIRST_TURN / (1 + v + math.sqrt(a)))
 
-        def rows(look: Look) -> Iterator[Array]:
+        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
             simulator.set_monitor(lambda context: look())
             simulator.Initialize()
             for t in task.times[1:]:
                 simulator.AdvanceTo(t)
-                yield plant.GetPositions(context)[at_q]
+                counts = integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()
+                yield plant.GetPositions(context)[at_q], *counts
 
-        return Prepared(rows, lambda: (integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()))
+        return rows
 
     for name, how in DRAKE.items():
         yield Peer(f"drake {name}", f"drake {version('drake')}", how[1], task, lambda x, how=how: prepared(*how, x))
@@ -393,19 +386,18 @@ def scipy_peers(task: PeerTask) -> Iterator[Peer]:
         return derivative
 
     def prepared(method: str, tolerance: float) -> Prepared:
-        start, evaluations = state(task.q, task.v), 0
+        start = state(task.q, task.v)
         options: Any = {"method": method, "rtol": max(tolerance, 100 * EPS), "atol": tolerance}  # of rtol the least
 
-        def rows(look: Look) -> Iterator[Array]:
-            nonlocal evaluations
+        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
             with warnings.catch_warnings(action="ignore"):  # the failure says it
                 solution = solve_ivp(right_hand_side(look), task.times[[0, -1]], start, t_eval=task.times, **options)
-            evaluations = solution.nfev
-            yield from np.reshape(solution.y, (len(start), -1))[places].T[1:]
+            for q in np.reshape(solution.y, (len(start), -1))[places].T[1:]:
+                yield q, 0, solution.nfev
             if not solution.success:
                 raise RunError(solution.message)
 
-        return Prepared(rows, lambda: (0, evaluations))
+        return rows
 
     task.check("pinocchio", right_hand_side(lambda: None)(0.0, state(*task.probe[:2]))[nv + places])
     library = f"scipy {version('scipy')}, pin {version('pin')}"

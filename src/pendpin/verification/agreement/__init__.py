@@ -26,14 +26,14 @@ from pendpin.ground.arguments import number_at
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template
 from pendpin.ground.records import Number, Positive, Record
-from pendpin.ground.report import Report, Result, Table
+from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import scale
 from pendpin.motions.periodic import periodic_orbit
 from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import METHODS, Scene
-from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once
+from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once
 
 FOLDER = Path(__file__).parent / "cases"
 WINDOW = 0.02  # of a published bound of stability: where the verdict is looked for to change
@@ -202,7 +202,7 @@ class Comparison(Claim):
 
 
 @dataclass(frozen=True, repr=False)
-class AgreementReport(Result):
+class AgreementReport(Claims):
     """The comparisons so far, and what was left out with the reasons."""
 
     comparisons: tuple[Comparison, ...]
@@ -223,11 +223,6 @@ class AgreementReport(Result):
             if before.measured is not None and not (row.measured or np.inf) <= before.measured:
                 worst[row.case, row.quantity] = row
         return tuple(worst.values())
-
-    @property
-    def fault(self) -> str | None:
-        """The broken comparisons in one line; None if all hold."""
-        return describe_broken(self.broken)
 
     def report(self) -> Report:
         """Of each published quantity the method that differs most; the runs that failed; what was left out; the counts."""

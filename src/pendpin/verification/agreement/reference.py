@@ -159,8 +159,7 @@ def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, An
     columns = []  # of the mass matrix: the torques that unit accelerations need, without rates and gravity
     for unit in xp.asarray(np.eye(len(q))):
         wrench = recursion.wrenches(tree, q_, xp.asarray(np.zeros(len(q))), unit, none, xp=xp)
-        parts = [row[3:] if kind == "revolute" else row[:3] for row, kind in zip(wrench, tree.kinds, strict=True)]
-        columns.append([axis @ part for axis, part in zip(prepared_tree.axes, parts, strict=True)])
+        columns.append(recursion.along_axes(prepared_tree, wrench))
     M = np.array(columns).T * signs[:, None]
 
     places: dict[int, tuple[Array, Array]] = {-1: (xp.asarray(np.eye(3)), none)}

@@ -14,13 +14,13 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import MissingLibrary, RunError
-from pendpin.ground.report import Report, Result, Table
+from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
-from pendpin.verification import Claim, Progress, attempt, choose_cases, collect, describe_broken, name_once, simulators
+from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once, simulators
 from pendpin.verification.hardcases import chains, rods
 from pendpin.verification.hardcases.base import Case, Solve, scene
 
@@ -51,7 +51,7 @@ class Outcome(Claim):
 
 
 @dataclass(frozen=True, repr=False)
-class HardReport(Result):
+class HardReport(Claims):
     """The outcomes so far, and their cases."""
 
     outcomes: tuple[Outcome, ...]
@@ -63,11 +63,6 @@ class HardReport(Result):
         """The claims that did not hold."""
         return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
 
-    @property
-    def fault(self) -> str | None:
-        """The broken claims in one line; None if all claims hold."""
-        return describe_broken(self.broken)
-
     def report(self) -> Report:
         """What was measured of each case on each method, which runs failed, and how many claims are broken."""
         rows = []
@@ -76,10 +71,8 @@ class HardReport(Result):
             rows.append((name, o.method, measured, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"))
         words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
         if claims := [o for o in self.outcomes if o.claimed]:
-            plural = "s" if len(claims) != 1 else ""
-            words.append(
-                f"{len(claims)} claim{plural}, {len(self.broken)} broken, {sum(o.seconds for o in claims):.0f} s"
-            )
+            count, seconds = f"{len(claims)} claim{'s' * (len(claims) != 1)}", sum(o.seconds for o in claims)
+            words.append(f"{count}, {len(self.broken)} broken, {seconds:.0f} s")
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
         described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
         data = {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": described}

@@ -317,15 +317,11 @@ SWINGS = 1_000_000
 STEPS_A_SWING = 30  # of a method of high order near rounding
 
 
-def swing_period() -> float:
-    """The period of the thin rod of 1 m from ANGLE at rest, s."""
+def _swings(solve: Solve, full: bool) -> float:
     from scipy.special import ellipk
 
-    return 4 / SWING * float(ellipk(np.sin(ANGLE / 2) ** 2))
-
-
-def _swings(solve: Solve, full: bool) -> float:
-    duration, samples = ((SWINGS if full else 30) + 0.3) * swing_period(), 11  # the end is in full swing
+    period = 4 / SWING * float(ellipk(np.sin(ANGLE / 2) ** 2))  # s, of the thin rod of 1 m from ANGLE at rest
+    duration, samples = ((SWINGS if full else 30) + 0.3) * period, 11  # the end is in full swing
     run = solve(scene(THIN, q=(ANGLE,), duration=duration, samples=samples))
     return tip_errors(run, run.q[:, 0], planar(ANGLE, 0.0, REDUCED, G, np.linspace(0.0, duration, samples)))
 

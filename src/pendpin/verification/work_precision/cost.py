@@ -22,14 +22,7 @@ from pendpin.runs.simulate import Budget, halting, run_to_setting
 from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods, least_tolerance
 from pendpin.verification import simulators
 from pendpin.verification.simulators import Peer
-from pendpin.verification.work_precision.references import (
-    LARGE,
-    QUICK,
-    SOLUTIONS,
-    Reference,
-    reference,
-    refuse_other_equations,
-)
+from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
 
 OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
@@ -76,11 +69,6 @@ class Series:
     def curve(self) -> Curve:
         """What was measured."""
         return Curve(self.name, self.library, self.kind, tuple(self.points), tuple(self.failures), self.peer)
-
-    @property
-    def expected(self) -> float:
-        """The s that the next run takes, about; 0 before the first."""
-        return GROWTH * self.points[-1].seconds if self.points else 0.0
 
     def first_at(self, error: float) -> float | None:
         """The least s of a first run that meets an error, compiling included."""
@@ -146,8 +134,13 @@ def cost(
     others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
     contested, interrupted = list[float](), False
     try:
-        # keeps what came before Ctrl-C
-        contested.extend(_compare_at_accuracies(bench, series, others, accuracy, limit))
+        # from coarse to fine; the time left is shared among the accuracies that can be answered
+        accuracies = sorted({*ACCURACIES, accuracy}, reverse=True)
+        for i, error in enumerate(accuracies):
+            asked = max(sum(other >= bench.known.error for other in accuracies[i:]), 1)
+            bench.compare(series, error, Budget(limit.left / asked / (2 if others else 1)))
+            bench.compare(others, error, Budget(limit.left / (2 * asked - 1)))
+            contested.append(error)
         for one in series + others if thorough else ():
             bench.refine(one, bench.known.error, budget, limit)
     except (KeyboardInterrupt, Interrupted):
@@ -176,7 +169,7 @@ class _Bench:
     """What all series share."""
 
     scene: Scene  # up to the reference's horizon
-    known: Reference
+    known: references.Reference
     model: Model
     first_step: float  # s, of series of steps
     compiles: bool  # whether methods compile the scene's equations, and can be asked not to
@@ -187,12 +180,11 @@ class _Bench:
 
     def refine(self, series: Series, error: float, worth: float, limit: Budget) -> None:
         """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left."""
-        while not series.ended and series.first_at(error) is None and series.expected <= worth and limit.left > 0:
-            setting = None
-            for setting in series.settings:
-                if self.thorough or series.kind == "step" or setting <= error * (1 + 1e-9):
-                    break
-            if setting is None:
+        while not series.ended and series.first_at(error) is None and limit.left > 0:
+            if series.points and GROWTH * series.points[-1].seconds > worth:  # which the next run takes, about
+                return
+            usable = (x for x in series.settings if self.thorough or series.kind == "step" or x <= error * (1 + 1e-9))
+            if (setting := next(usable, None)) is None:
                 series.ended = True
                 return
             self.progress(f"{series.name}, {setting:.1e}")
@@ -228,28 +220,16 @@ def _prepare_bench(
 ) -> _Bench:
     samples = scene.solver.samples or (SAMPLES if scene.duration else 1)
     scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
-    solutions, limit = (SOLUTIONS, np.inf) if thorough else (QUICK, OF_REFERENCE)
-    known = reference(scene, KNOWN * accuracy, solutions, limit)
+    solutions, limit = (references.SOLUTIONS, np.inf) if thorough else (references.QUICK, OF_REFERENCE)
+    known = references.reference(scene, KNOWN * accuracy, solutions, limit)
     solver = scene.solver.model_copy(update={"samples": len(known.t)})
     scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
     pilot = run_to_setting(scene.by("dop853", 1e-3))
     if not thorough:
-        refuse_other_equations(scene, pilot)
+        references.refuse_other_equations(scene, pilot)
     first_step = scene.duration / max(pilot.stats.steps, len(known.t) - 1, 1)
     compiles = scene.solver.engine == "auto" and "compiled" in pilot.stats.engine
     return _Bench(scene, known, build(scene.model), first_step, compiles, thorough, repetitions, budget, progress)
-
-
-def _compare_at_accuracies(
-    bench: _Bench, series: list[Series], others: list[Series], accuracy: float, limit: Budget
-) -> Iterator[float]:
-    """Every series up to each accuracy, from coarse to fine; the time left is shared among those that can be answered."""
-    accuracies, least = sorted({*ACCURACIES, accuracy}, reverse=True), bench.known.error
-    for i, error in enumerate(accuracies):
-        asked = max(sum(other >= least for other in accuracies[i:]), 1)
-        bench.compare(series, error, Budget(limit.left / asked / (2 if others else 1)))
-        bench.compare(others, error, Budget(limit.left / (2 * asked - 1)))
-        yield error
 
 
 def _all_methods() -> tuple[str, ...]:
@@ -264,7 +244,7 @@ def _suitable_methods(bench: _Bench) -> Iterator[str]:
     joints = len(bench.model.joints)
     for name in _all_methods():
         method = METHODS[name.removesuffix(UNCOMPILED)]
-        slow = (name == "taylor" and joints > FEW_JOINTS) or (method.implicit and joints > LARGE)
+        slow = (name == "taylor" and joints > FEW_JOINTS) or (method.implicit and joints > references.LARGE)
         twice = name != method.name and not bench.compiles
         if (bench.thorough or not slow) and not twice:
             yield name
