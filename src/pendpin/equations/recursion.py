@@ -90,6 +90,12 @@ def wrenches(
     return np.stack(inward(pass_on, needed, tree.parents, xp), -2)
 
 
+def along_axes(tree: Tree, wrench: Array) -> Array:
+    """The torques (..., n) in N m about the joints' axes, forces in N along those of slides, in wrenches (..., n, 6)."""
+    turns = np.array([kind == "revolute" for kind in tree.kinds])
+    return (np.where(turns[:, None], wrench[..., 3:], wrench[..., :3]) * tree.axes).sum(-1)
+
+
 def accelerations(
     tree: Tree, q: Array, v: Array, field: Array, tau: Array | None = None, external: Array | None = None, xp: Any = np
 ) -> Array:
@@ -120,7 +126,9 @@ def accelerate_or_hold(
     joints = joints_at(tree, signs * q, xp)
     torques = np.zeros(len(joints)) if tau is None else signs * tau
     needed = _inertial(tree, joints, signs * v, np.zeros(len(joints)), field, external, xp)
-    bodies = [_rigid(tree, i, wrench) for i, wrench in enumerate(needed)]
+    bodies = []  # each link as a body, with its wrench at zero joint acceleration
+    for m, com, inertia, wrench in zip(tree.masses, tree.coms, tree.inertias, needed, strict=True):
+        bodies.append(_Body(_about_origin(m, com, inertia), skew(m * com), m * _UNIT, wrench.moment, wrench.force))
 
     def release(i: int, body: _Body) -> tuple[_Body, _Answer]:
         # a slide exchanges the roles of moment and force, of turning and of moving
@@ -160,13 +168,6 @@ def _inertial(
         return _LinkMotion(omega, alpha, a, K), _Wrench(force, moment)
 
     return outward(move, _LinkMotion(np.zeros(3), np.zeros(3), -field, np.zeros((3, 3))), tree.parents, xp)
-
-
-def _rigid(tree: Tree, i: int, needed: _Wrench) -> _Body:
-    """One link as a body; `needed` is its wrench at zero joint acceleration."""
-    m, com = tree.masses[i], tree.coms[i]
-    J = _about_origin(m, com, tree.inertias[i])
-    return _Body(J, skew(m * com), m * _UNIT, needed.moment, needed.force)
 
 
 def _release(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:

@@ -83,7 +83,13 @@ class ChainInertia:
         """The constants of the equations."""
         n, m, h, k = self.n, self.m, self.h, self.l - self.h
         inertia = np.array([self.I1, self.I2, self.I3])
-        inverse = 1 / np.where(inertia > 0, inertia, self._stand_ins())
+        # substitutes (3, n) in kg m² for zero inertias in the factored matrix: small compared with the rods' own
+        transverse = STAND_IN * m * h**2
+        axial, thick = np.empty(n), np.inf
+        for i in reversed(range(n)):
+            thick = self.I3[i] if self.I3[i] > 0 else thick
+            axial[i] = STAND_IN * min(self.I1[i] or transverse[i], thick)
+        inverse = 1 / np.where(inertia > 0, inertia, np.array([transverse, transverse, axial]))
         across = inverse[[1, 0]]  # a force along b1 turns the rod about b2, and the other way round
         base, cross, tip = np.tile(1 / m, (3, 3, 1))
         base[:2] += h * h * across
@@ -93,15 +99,6 @@ class ChainInertia:
         twist = np.array([above2, inverse[0], above3, inverse[2]])
         levers = h * across[:2], k * inverse[0], above(k, n) * above2
         return Rods(n, m, h, k, inertia, inverse, base, cross, above(tip, n), *levers, twist)
-
-    def _stand_ins(self) -> Array:
-        """Substitutes (3, n) in kg m² for zero inertias in the factored matrix: small compared with the rods' own."""
-        transverse = STAND_IN * self.m * self.h**2
-        axial, thick = np.empty(self.n), np.inf
-        for i in reversed(range(self.n)):
-            thick = self.I3[i] if self.I3[i] > 0 else thick
-            axial[i] = STAND_IN * min(self.I1[i] or transverse[i], thick)
-        return np.array([transverse, transverse, axial])
 
 
 def above(x: Array, n: int) -> Array:
@@ -160,10 +157,6 @@ class Joints(NamedTuple):
     def into(self, x: Array) -> Array:
         """Components in a rod's own frame of a vector (3, K) given in the frame above it."""
         return np.add.reduce(self.R * x[:, None], 0)
-
-    def out_of(self, x: Array) -> Array:
-        """Components in the frame above of a vector (3, K) given in a rod's own frame."""
-        return np.add.reduce(self.R * x, 1)
 
     def propagated(self, own: Array) -> Array:
         """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""

@@ -60,17 +60,14 @@ def solve(
     external = _external(chain, joints, torque, force, moment)
     _, s, _, c = joints.trig
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    if chain.n == 1 and external.first_spherical == 0:
-        x, alpha = _solve_single_thin(chain.rods, joints, field, omega, drift, external)
-    else:
-        axes, states = Axes(joints.trig, None), q[..., 0].size // chain.n
-        if external.first_spherical < chain.n:
-            spherical = np.tile(np.arange(chain.n) >= external.first_spherical, states)
-            axes = Axes(np.where(spherical, 0.0, joints.trig), spherical)
-        rods = chain.rods.repeated(states)
-        x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
-        if axes.spherical is not None:
-            alpha = _add_spin(joints, axes.spherical, omega, drift, alpha)
+    axes, states = Axes(joints.trig, None), q[..., 0].size // chain.n
+    if external.first_spherical < chain.n:
+        spherical = np.tile(np.arange(chain.n) >= external.first_spherical, states)
+        axes = Axes(np.where(spherical, 0.0, joints.trig), spherical)
+    rods = chain.rods.repeated(states)
+    x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
+    if axes.spherical is not None:
+        alpha = _add_spin(joints, axes.spherical, omega, drift, alpha)
     shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if external.torque is None else external.torque.copy()
     moment_at_joint[0] -= s * x[3]
     moment_at_joint[2] += c * x[3]
@@ -128,21 +125,6 @@ def _count_to_last(marked: Mask, n: int) -> int:
     """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
     rods = np.flatnonzero(marked.reshape(-1, n).any(0))
     return int(rods[-1]) + 1 if rods.size else 0
-
-
-def _solve_single_thin(
-    rod: Rods, joints: Joints, field: Array, omega: Array, drift: Array, external: _External
-) -> tuple[Array, Array]:
-    """Reactions (4, K) and angular accelerations (3, K) of single rods without axial inertia and moment."""
-    # Nothing hangs on them: the moments about the joint have one unknown each. The frame spins as its angles do.
-    (_, s, _, c), (o1, o2, o3) = joints.trig, omega
-    moment1, moment2, _ = np.broadcast_to(external.moment, omega.shape)
-    still = joints.into(-np.reshape(field, (-1, 3)).T) - external.push  # m/s², of a rod at rest, less free fall
-    lever, inertia = rod.m * rod.h, rod.inertia[0] + rod.m * rod.h**2
-    a1, a2 = (moment1 + lever * still[1]) / inertia, (moment2 - lever * still[0]) / inertia  # without spin
-    x, spun = np.zeros((4, len(a1))), a1 + o2 * o3
-    x[:3] = rod.m * (still + rod.h * np.array([a2, -a1, -(o1 * o1 + o2 * o2)]))
-    return x, np.array([spun, a2 - o1 * o3, (drift + s * spun) / c])
 
 
 def _balances(

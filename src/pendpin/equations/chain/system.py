@@ -116,7 +116,7 @@ class Balances(System):
         """Force and moment about G of reactions x (4, K), in B."""
         rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
         # of the joint below: force in this rod's frame, the parts of Mc on b2 and b3
-        up = below(np.concatenate([joints.out_of(F), [s_t * Mc, c_t * Mc]]), rods.n)
+        up = below(np.concatenate([np.add.reduce(joints.R * F, 1), [s_t * Mc, c_t * Mc]]), rods.n)
         across = rods.h * F[1] + rods.k * up[1] - s * Mc, -rods.h * F[0] - rods.k * up[0] - up[3]
         return RodLoads(F - up[:3], np.array([*across, c * Mc - up[4]]))
 
