@@ -14,7 +14,7 @@ from matplotlib.collections import QuadMesh
 import pendpin as pp
 from laws import HANG
 from pendpin.fitting.report import interrupt
-from pendpin.graphics.drawing import TURN, Drawing, Shape, smooth
+from pendpin.graphics.drawing import TURN, Shape, smooth
 from pendpin.graphics.page import DRAWN, contents
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.sweeps.figure import describe_empty_cells, draw_map
@@ -71,11 +71,6 @@ def test_any_size_is_drawn_alike(factor: float) -> None:
     for name in ("positions", "quaternions"):
         assert other[name]["data"] == one[name]["data"]
     assert other["trail"]["points"]["scale"] / other["extent"] == pytest.approx(one["trail"]["points"]["scale"])
-
-
-def test_drawing_names_shapes_that_do_not_fit() -> None:
-    with pytest.raises(ValueError, match="do not fit"):
-        Drawing(**(vars(swinging()) | {"forces": np.zeros((121, 2, 3))}))
 
 
 def test_the_drawn_frames_are_those_of_the_computation(tmp_path: Path) -> None:

@@ -8,11 +8,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
+from pendpin.ground.files import folder_of
 from pendpin.model.build import build
-from pendpin.scene import urdf_folder
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))
-URDF = pp.UrdfModel(path=urdf_folder() / "universal_rod.urdf")
+URDF = pp.UrdfModel(path=folder_of("urdf") / "universal_rod.urdf")
 GRAVITY = (pp.effects.Gravity(),)
 angle, rate = st.floats(-np.pi, np.pi), st.floats(-100, 100)
 

@@ -23,7 +23,6 @@ from browser import Browser
 from laws import HANG
 from pendpin.errors import InputError
 from pendpin.graphics import view
-from pendpin.graphics.drawing import Drawing, Shape
 from pendpin.graphics.page import POSES, contents, pick, quaternions
 from swinging import LEFT, RIGHT, swinging, tip_side
 
@@ -49,22 +48,6 @@ def test_quaternions_turn_without_jumps() -> None:
 def test_a_single_pose_stands_still_for_a_second() -> None:
     still = contents(swinging(samples=1))
     assert still["duration"] == 1
-
-
-@pytest.mark.parametrize(
-    ("field", "value"),
-    [
-        ("t", np.zeros(3)),
-        ("trail", np.zeros((121, 2))),
-        ("poses", np.full((121, 1, 4, 4), np.nan)),
-        ("poses", np.empty((121, 0, 4, 4))),
-        ("shapes", (Shape("sphere", (1.0,), np.eye(4), 0, 1),)),
-        ("extent", 0.0),
-    ],
-)
-def test_drawing_refuses_parts_that_do_not_fit(field: str, value: object) -> None:
-    with pytest.raises(ValueError, match=r"fit|finite|bodies|length"):
-        Drawing(**(vars(swinging()) | {field: value}))
 
 
 # ---- the live view ---------------------------------------------------------------------------------------------------

@@ -84,7 +84,7 @@ class Drawing:
     known: forces (n, bodies, 3) in N and moments (n, bodies, 3) in N m, of the joints on the bodies, at their origins;
     quantities to be plotted, and plots of several of them; joints to be looked at; `support`, the body from which the others
     hang; notes to be shown; a label that tells this motion from `others`, which are drawn with it as ghosts; whether
-    something leaves, so that the camera looks at the start alone. Raises ValueError where these do not fit together.
+    something leaves, so that the camera looks at the start alone.
     """
 
     title: str
@@ -104,21 +104,6 @@ class Drawing:
     label: str = ""
     others: tuple["Drawing", ...] = ()
     leaves: bool = False
-
-    def __post_init__(self) -> None:
-        n, bodies = self.poses.shape[:2]
-        parts = [(self.t, (n,)), (self.poses, (n, bodies, 4, 4)), (self.trail, (n, 3)), (self.velocity, (n, 3))]
-        parts += [(self.forces, (n, bodies, 3)), (self.moments, (n, bodies, 3))]
-        parts += [(quantity.values, (n,)) for quantity in self.quantities]
-        given = [(values, shape) for values, shape in parts if values is not None]
-        if n < 1 or bodies < 1 or any(values.shape != shape for values, shape in given):
-            raise ValueError(f"shapes {[x.shape for x, _ in given]} do not fit {[shape for _, shape in given]}")
-        if not all(np.isfinite(values).all() for values, _ in given):
-            raise ValueError("a pose, time, force or plotted value is not finite")
-        if not all(WORLD <= shape.body < bodies for shape in self.shapes):
-            raise ValueError(f"a shape belongs to none of the {bodies} bodies")
-        if not 0 < self.extent < np.inf:
-            raise ValueError(f"extent {self.extent} is not a length")
 
     def scaled(self, factor: float) -> "Drawing":
         """The drawing with all lengths times a factor."""

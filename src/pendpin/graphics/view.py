@@ -7,7 +7,9 @@ import threading
 import time
 import warnings
 from collections.abc import Callable, Sequence
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any, cast
 
 import numpy as np
@@ -15,7 +17,7 @@ import numpy as np
 from pendpin.errors import InputError, MissingLibrary, shown
 from pendpin.graphics.drawing import Drawing, Runs, labels_of, runs_of, smooth_trail
 from pendpin.graphics.page import FRAMES_PER_SECOND as PAGE_RATE
-from pendpin.graphics.page import compress, page, pick, placement_of, write_page
+from pendpin.graphics.page import compress, page, pick, solids, write_page
 from pendpin.graphics.report import Check, page_report
 from pendpin.graphics.run_drawing import compared_drawing, drawing_of, ends_of
 from pendpin.graphics.style import COLORS, plain_name
@@ -276,10 +278,10 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     drawing = drawing_of(run)
     group = viewer[GROUP]
     group.delete()
-    for place, shape in enumerate(drawing.shapes):
-        node = group[name_of(shape.body)][f"shape_{place}"]
-        node.set_object(*_object(shape))
-        node.set_transform(placement_of(shape))
+    for place, shape in enumerate(drawing.shapes):  # as the page has them
+        one, path = replace(drawing, shapes=(shape,)), group[name_of(shape.body)][f"shape_{place}"].path.lower()
+        command = {"type": "set_object", "path": path, "object": solids(one, [max(shape.body, 0)])}
+        viewer.window.send(SimpleNamespace(lower=lambda command=command: command))
     farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
     distance = AWAY * (float(farthest) or 1.0)  # of the camera, which looks at the origin and sees all of it
     for name, value in (("position", [distance * x for x in FROM]), ("near", distance / 100), ("far", 100 * distance)):
@@ -291,21 +293,3 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
                 frame[GROUP][name_of(body)].set_transform(drawing.poses[row, body])
     viewer.set_animation(film, play=True, repetitions=1)
     return viewer
-
-
-def _object(shape: Any) -> tuple[Any, Any]:
-    """A solid as meshcat's geometry and material."""
-    import meshcat.geometry as g
-
-    material = g.MeshPhongMaterial(color=shape.color)
-    if shape.geometry == "cylinder":
-        return g.Cylinder(shape.size[1], shape.size[0]), material
-    if shape.geometry == "sphere":
-        return g.Sphere(shape.size[0]), material
-    if shape.geometry == "box":
-        return g.Box(list(shape.size)), material
-    kinds = {".obj": g.ObjMeshGeometry, ".stl": g.StlMeshGeometry, ".dae": g.DaeMeshGeometry}
-    kind = kinds.get(shape.path[-4:].lower())
-    if kind is None:
-        raise InputError(f"{shape.path}: a mesh to be shown is one of: {', '.join(kinds)}")
-    return kind.from_file(shape.path), material

@@ -11,7 +11,7 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.rod_tree import JointKind
 from pendpin.equations.trees import Tree
 from pendpin.errors import MissingLibrary, find
-from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.arrays import Array
 from pendpin.scene.models import FARTHEST
 
 NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
@@ -238,11 +238,6 @@ def tree_of(model: Any) -> Tree:
         coms=np.array([inertia.lever for inertia in inertias]),
         inertias=np.array([inertia.inertia for inertia in inertias]),
     )
-
-
-def prismatic(model: Any) -> Mask:
-    """Which joints of a pin.Model are prismatic, (nv,)."""
-    return np.array([_kind_and_axis(model.joints[i])[0] == "prismatic" for i in range(1, model.njoints)], bool)
 
 
 def twist_of(joint: Any) -> Array:

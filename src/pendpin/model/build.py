@@ -23,7 +23,6 @@ from pendpin.model.bodies import (
     find_rods,
     mass_matrix,
     pinocchio,
-    prismatic,
     scale_masses,
     tree_of,
     twist_of,
@@ -82,7 +81,7 @@ class Model:
     @cached_property
     def slides(self) -> Mask:
         """Which joints are prismatic, (nv,)."""
-        return np.zeros(len(self.joints), bool) if self.rod_tree is not None else prismatic(self.pin)
+        return np.array([kind == "prismatic" for kind in self.tree.kinds], bool)
 
     @cached_property
     def alike(self) -> bool:

@@ -176,18 +176,22 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
     if model.chain is not None:
         moving = kinematics.motion(model.chain, split_by_rod(q), split_by_rod(v))
         return _chain_poses(moving.frames, moving.tips), kinematics.kinetic_energy(model.chain, moving)
-    placed, velocity, spin = _motion_of_bodies(model, q, v)
+    return poses(model, q), kinetic_energies(model, q, v).sum(-1)
+
+
+def kinetic_energies(model: Model, q: Array, v: Array) -> Array:
+    """The kinetic energy of each body, (n, bodies) in J, at states q, v (n, nv)."""
     masses, inertias = (np.array([getattr(body, name) for body in model.bodies]) for name in ("mass", "inertia"))
-    turning = (spin * applied(inertias, spin)).sum(-1)
-    return placed, (masses * (velocity**2).sum(-1) + turning).sum(-1) / 2
+    velocity, spin = _motion_of_bodies(model, q, v)
+    return (masses * (velocity**2).sum(-1) + (spin * applied(inertias, spin)).sum(-1)) / 2
 
 
-def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array, Array]:
-    """Poses (n, bodies, 4, 4) in W, velocities of centres and spins (n, bodies, 3) in the links' frames, at q, v (n, nv)."""
+def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
+    """Velocities of the bodies' centres and spins (n, bodies, 3) in the links' frames, at q, v (n, nv)."""
     joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
     _, velocity, spin, _ = motions_in_links(model.tree, q, v)
     velocity, spin = velocity[:, joints], spin[:, joints]
-    return joint_poses(model, q, joints), velocity + cross(spin, com), spin
+    return velocity + cross(spin, com), spin
 
 
 def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
@@ -202,7 +206,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
         omega, frames = moving.omega, moving.frames
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
-        placed, velocity, spin = _motion_of_bodies(model, run.q, run.v)
+        placed, (velocity, spin) = poses(model, run.q), _motion_of_bodies(model, run.q, run.v)
         centres = np.einsum("nrij,rj->nri", placed[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
         omega, frames = spin * SIGNS, FLIP @ placed[..., :3, :3] @ FLIP
         orbital = cross(centres, tree.m[:, None] * applied(placed[..., :3, :3], velocity))

@@ -27,5 +27,4 @@ from pendpin.scene.scene import (
     load_scene,
     scene_of,
     unit_of_key,
-    urdf_folder,
 )

@@ -18,7 +18,7 @@ from pendpin.ground.files import folder_of, path_of, write_whole
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
 from pendpin.scene.methods import MAX_SAMPLES, Solver, fixed_methods
 from pendpin.scene.models import AnyModel, UrdfModel
-from pendpin.scene.toml import example_names, read_toml, scene_data
+from pendpin.scene.toml import MAX_SCENE_BYTES, example_names, read_toml, scene_text
 
 Values = Annotated[
     Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~by name")]
@@ -143,8 +143,11 @@ class Scene(Record):
         """
         path = path_of(path)
         with inside(str(path)):
-            data = scene_data(self, path.absolute().parent)
-        return write_whole(path, lambda file: file.write(data))
+            text = scene_text(self, path.absolute().parent).encode("utf-8", "surrogatepass")
+            if len(text) > MAX_SCENE_BYTES:
+                most = f"a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
+                raise InputError(f"this scene needs {len(text) / 1e6:.3g} MB; {most}")
+        return write_whole(path, lambda file: file.write(text))
 
     def recorded(self) -> dict[str, Any]:
         """The scene as the plain data that a run is saved with. Raises InputError if a file cannot hold it."""
@@ -206,15 +209,10 @@ def builtin_scene() -> Scene:
     return Scene(
         title="A rod on a universal joint",
         duration=10.0,
-        model=UrdfModel(path=urdf_folder() / "universal_rod.urdf"),
+        model=UrdfModel(path=folder_of("urdf") / "universal_rod.urdf"),
         start=Start(positions={"theta": 0.7, "phi": 0.4}, velocities={"theta": 1.3, "phi": -0.8}),
         effects=(Gravity(),),
     )
-
-
-def urdf_folder() -> Path:
-    """Where the URDFs that come with pendpin are."""
-    return folder_of("urdf")
 
 
 def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:

@@ -44,15 +44,6 @@ def read_toml(path: Path) -> dict[str, Any]:
     return raw
 
 
-def scene_data(scene: Record, folder: Path) -> bytes:
-    """A scene as the content of a file in `folder`. Raises InputError for what does not go into TOML, or is too large."""
-    data = scene_text(scene, folder).encode("utf-8", "surrogatepass")
-    if len(data) > MAX_SCENE_BYTES:
-        reason = f"this scene needs {len(data) / 1e6:.3g} MB; a scene file has {MAX_SCENE_BYTES / 1e6:g} at most"
-        raise InputError(reason)
-    return data
-
-
 def scene_text(scene: Record, folder: Path) -> str:
     """A scene as TOML, files below `folder` relative to it. Raises InputError for what does not go into TOML."""
     import tomlkit

@@ -7,11 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.vibrations import Matrices
 from pendpin.effects import FrameEffect, Idle
-from pendpin.engines import Engine
 from pendpin.errors import InputError, shown
 from pendpin.graphics.style import COLORS, PALE, new_figure, styled, with_unit, write_figure
 from pendpin.graphics.view import Animation
@@ -20,7 +18,7 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.integrators import Run
 from pendpin.model import kinematics
-from pendpin.model.build import build
+from pendpin.model.build import Model, build
 from pendpin.motions.periodic import small_motions
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.run import fill_in
@@ -72,22 +70,18 @@ class Modes(Result):
     @cached_property
     def participation(self) -> Array:
         """The share of each body in the kinetic energy of each mode, (k, bodies); rows add up to 1."""
-        return np.array([self._shares(shape) for shape in self.shapes])
+        return self._shares(self.shapes)
+
+    def _shares(self, shapes: Array) -> Array:
+        """The share of each body in the kinetic energy, (n, bodies), of n modes with these shapes (n, nv)."""
+        at_rest = np.broadcast_to(self.q, shapes.shape)
+        parts = (kinematics.kinetic_energies(self._model, at_rest, v) for v in (np.real(shapes), np.imag(shapes)))
+        energy = np.add(*parts)
+        return energy / energy.sum(-1, keepdims=True)
 
     @cached_property
-    def _engine(self) -> Engine:
-        model = build(self.scene.model)
-        return Dynamics(model, (), "chain" if model.chain else "auto", "angles").engine
-
-    def _shares(self, shape: Array) -> Array:
-        """The share of each body in the kinetic energy (bodies,) of a mode with a shape (nv,)."""
-        engine, bodies, energy = self._engine, bodies_of(self._engine.model), 0.0
-        for v in [np.real(shape), np.imag(shape)] if np.iscomplexobj(shape) else [shape]:
-            motion = engine.motion(engine.pack(self.q, v))
-            spin = (motion.rotation.swapaxes(-1, -2) @ motion.spin[..., None])[..., 0]  # in the link frames
-            turning = (spin * (bodies.inertia @ spin[..., None])[..., 0]).sum(-1)
-            energy = energy + (bodies.mass * (motion.velocities(bodies.com) ** 2).sum(-1) + turning) / 2
-        return energy / np.sum(energy)
+    def _model(self) -> Model:
+        return build(self.scene.model)
 
     @cached_property
     def _groups(self) -> list[list[int]]:
@@ -109,10 +103,10 @@ class Modes(Result):
         """The rows of the table, at most so many: modes of one frequency and damping together."""
         rows = []
         for group in self._groups[:most]:
-            share = np.mean([self._shares(self.shapes[i]) for i in group], 0)
+            share = self._shares(self.shapes[group]).mean(0)
             order = np.argsort(-share, kind="stable")  # the bodies until they have half of the energy
             count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
-            where = ", ".join(f"{self._engine.model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
+            where = ", ".join(f"{self._model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
             first, last, omega = group[0] + 1, group[-1] + 1, float(self.omega[group[0]])
             which = f"{first}" if first == last else f"{first}{', ' if last == first + 1 else ' to '}{last}"
             numbers = [f"{omega:.7g}", f"{omega / (2 * np.pi):.6g}", f"{self.damping_ratio[group[0]]:.4g}"]
@@ -126,7 +120,7 @@ class Modes(Result):
         if self.stable and self.neutral:
             some = f"{self.neutral} of {len(self.omega)} modes"
             verdict = f"is neutral: {some} have no frequency, nothing brings them back."
-        where = positions_in_words(self._engine.model, self.q)
+        where = positions_in_words(self._model, self.q)
         words = [f"The rest ({where}) {verdict}", *(f"note: {x}" for x in self.notes)]
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}
@@ -167,7 +161,7 @@ class Modes(Result):
 
     def _displacement(self, place: int) -> tuple[Array, Array, float, float]:
         """Both ends of every body at the rest, how they move to first order with a shape, (bodies, 2, 3) m; the sizes."""
-        model, small = build(self.scene.model), 1e-6
+        model, small = self._model, 1e-6
         poses = kinematics.poses(model, self.q + np.array([[0.0], [small], [-small]]) * np.real(self.shapes[place]))
         rest, ahead, behind = np.stack([poses[..., :3, 3], kinematics.tips(model, poses)], 2)
         moved = (ahead - behind) / (2 * small)
@@ -184,7 +178,7 @@ class Modes(Result):
         Some periods without damping, in slow motion or fast so that they last a few seconds; the support stays where it is.
         """
         place = self.place(k)
-        model, omega, shape = build(self.scene.model), self.omega[place] or 1.0, self.shapes[place]
+        model, omega, shape = self._model, self.omega[place] or 1.0, self.shapes[place]
         *_, extent, size = self._displacement(place)  # some body moves by a share of the extent, no joint turns far
         amplitude = min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(shape).max()))
         phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
