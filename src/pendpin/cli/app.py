@@ -11,7 +11,7 @@ import typer
 from typer.core import TyperCommand, TyperGroup
 
 from pendpin.cli.inputs import switch
-from pendpin.cli.outputs import drop_output, finish_output, prepare_streams, say
+from pendpin.cli.outputs import drop_output, prepare_streams, say
 from pendpin.cli.run import new, plot, reference, run, schema, urdf, view
 from pendpin.cli.sweep import fit, map_, sweep
 from pendpin.cli.tools import bifurcation, check, cost, doctor, effects, hard, modes, section, stability, validate
@@ -108,7 +108,10 @@ def main() -> None:
 
 
 def _fail(message: str, status: int = 1) -> None:
-    finish_output()
+    try:
+        sys.stdout.flush()
+    except OSError:  # nobody takes what was printed
+        drop_output()
     say(f"pendpin: {one_line(message)}")
     _leave(status)
 

@@ -222,14 +222,6 @@ def say(line: str) -> None:
         drop_output(2)
 
 
-def finish_output() -> None:
-    """Write out what was printed, or drop it where nobody takes it."""
-    try:
-        sys.stdout.flush()
-    except OSError:
-        drop_output()
-
-
 def drop_output(stream: int = 1) -> None:
     """Let the null device take what is left in a stream, or Python would complain at its end."""
     null = os.open(os.devnull, os.O_WRONLY)

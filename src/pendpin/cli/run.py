@@ -7,35 +7,22 @@ from typing import Annotated, Any
 
 from typer import Argument, BadParameter, Option
 
-from pendpin.cli.inputs import (
-    Accuracy,
-    Json,
-    Limit,
-    Method,
-    Plot,
-    SceneInput,
-    Tolerance,
-    naming_options,
-    on_scene,
-    read_scene,
-    refuse_alone,
-    switch,
-    with_duration,
-)
+from pendpin.cli import inputs
+from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import Halted, PendpinError, RunError, inside
 from pendpin.ground.files import write_whole
 
 
-@on_scene
+@inputs.on_scene
 def run(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     duration: Annotated[float | None, Option(help="Duration in s, in place of the scene's.")] = None,
     samples: Annotated[int | None, Option(help="Output times from 0 to the end, in place of the scene's.")] = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
+    method: inputs.Method = None,
+    tolerance: inputs.Tolerance = None,
     step: Annotated[float | None, Option(help="Step in s, for fixed-step methods.")] = None,
-    accuracy: Accuracy = None,
+    accuracy: inputs.Accuracy = None,
     limit: Annotated[float | None, Option(min=0, help="Stop the run after this time in s, with compiling.")] = None,
     checkpoint: Annotated[Path | None, Option(help="Save the state of the run here; continue from it.")] = None,
     every: Annotated[
@@ -43,14 +30,13 @@ def run(
     ] = None,
     out: Annotated[Path, Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, Option(help="Animation as one HTML page.")] = None,
-    plot: Plot = None,
+    plot: inputs.Plot = None,
     energy_balance: Annotated[bool, switch("--energy-balance", help="Compute the work of every effect.")] = False,
     anyway: Annotated[
         bool, switch("--anyway", help="Continue when the energy goes wrong; a note says from when.")
     ] = False,
-    explain: Annotated[bool, switch("--explain", help="Print the effects that act in this scene.")] = False,
     view: Annotated[bool, switch("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
-    json: Json = False,
+    json: inputs.Json = False,
 ) -> None:
     """Simulate a scene, save the run, and print its cost and its checks.
 
@@ -58,22 +44,22 @@ def run(
 
     If a run with a checkpoint was killed or stopped, the same command continues it.
     """
-    from pendpin.dynamics.dynamics import bind
-    from pendpin.dynamics.dynamics import explain as explain_run
     from pendpin.graphics.figure import save_plot
     from pendpin.graphics.report import run_report
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.motions.trajectory import simulate
     from pendpin.runs.checkpoint import EVERY, resumable
 
-    refuse_alone(every is not None and checkpoint is None, "--every", "--checkpoint FILE, which it saves so often")
-    scene = with_duration(chosen.scene, duration, samples)
+    inputs.refuse_alone(
+        every is not None and checkpoint is None, "--every", "--checkpoint FILE, which it saves so often"
+    )
+    scene = inputs.with_duration(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:
         html, plot = html or Path("run.html"), plot or Path("run.png")
     refuse_outputs(chosen.files, plot=plot, html=html, run=out, checkpoint=checkpoint)
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
-    with naming_options():
+    with inputs.naming_options():
         scene.solver.with_settings(**settings)
     settings |= {"energy_balance": energy_balance, "limit": limit, "checkpoint": checkpoint, "anyway": anyway}
     settings |= {"every": EVERY if every is None else every}
@@ -85,9 +71,6 @@ def run(
                 trajectory, stopped = error.partial, error
                 if scene.duration and not trajectory.stats.steps and not isinstance(error, Halted):
                     raise  # it did not begin: there is nothing to save
-        if explain and not json:
-            for line in explain_run(bind(scene), trajectory.stats):
-                print(line)
         report = crosscheck_run(trajectory)
         files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
         files += [save_plot(trajectory, plot)] if plot else []
@@ -180,7 +163,7 @@ def urdf(
     if not (scene.suffix or scene.exists()) and scene.name in robot_files():
         file = robot_files()[scene.name]
         raise PendpinError(f"{scene}: this robot has a URDF already, {file}; pendpin run --urdf {scene} runs it")
-    model = read_scene(scene).model
+    model = inputs.read_scene(scene).model
     if not isinstance(model, Chain):
         reason = f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
         raise PendpinError(reason)
@@ -192,13 +175,13 @@ def urdf(
         print_files([write_whole(out, lambda file: file.write(text.encode()))])
 
 
-@on_scene
+@inputs.on_scene
 def reference(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     out: Annotated[Path, Option(help="A new folder for the model files and the numbers.")],
     seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Write a model as URDF, MJCF and SDF with reference numbers and error bounds, for another engine's tests."""
     from pendpin.verification.agreement.reference import write_reference

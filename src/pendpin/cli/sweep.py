@@ -5,22 +5,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from typer import Argument, BadParameter, Option
 
-from pendpin.cli.inputs import (
-    Accuracy,
-    Json,
-    Limit,
-    Method,
-    Plot,
-    SceneInput,
-    Tolerance,
-    files_of,
-    naming_options,
-    on_scene,
-    print_notes,
-    read_scene,
-    refuse_alone,
-    switch,
-)
+from pendpin.cli import inputs
+from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import InputError, PendpinError, inside
 from pendpin.ground.report import Report
@@ -34,9 +20,9 @@ MEASURE = (
 )
 
 
-@on_scene
+@inputs.on_scene
 def sweep(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     vary: Annotated[list[str] | None, Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, Option(help=MEASURE)] = None,
     listed: Annotated[bool, switch("--list", help="List the measures and run nothing.")] = False,
@@ -57,11 +43,11 @@ def sweep(
     seed: Annotated[int, Option(min=0, help="Seed of random cases.")] = 0,
     workers: Annotated[int | None, Option(min=1, help="Processes on this machine; threads if absent.")] = None,
     dask: Annotated[str | None, Option(help="Address of a running Dask cluster, such as tcp://host:8786.")] = None,
-    method: Method = None,
-    tolerance: Tolerance = None,
-    accuracy: Accuracy = None,
-    limit: Limit = None,
-    json: Json = False,
+    method: inputs.Method = None,
+    tolerance: inputs.Tolerance = None,
+    accuracy: inputs.Accuracy = None,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Run a scene with many sets of numbers and measure each run."""
     from pendpin.sweeps.measures import measures_report
@@ -71,8 +57,8 @@ def sweep(
         print_report(measures_report(), json)
         return
     refuse_outputs([*chosen.files, cases], csv=csv, plot=plot, store=None if out is None or out.exists() else out)
-    refuse_alone(sampling is not None and sample is None, "--sampling", "--sample N")
-    with naming_options("vary"):
+    inputs.refuse_alone(sampling is not None and sample is None, "--sampling", "--sample N")
+    with inputs.naming_options("vary"):
         plan = _plan(vary or [], cases, in_pairs, sample, sampling or "latin", sobol, seed)
     settings: dict[str, Any] = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
     with limited(limit) as work, progress_bar("sweeping", plan.count, hidden=json) as bar:
@@ -93,8 +79,8 @@ def map_(
     store: Annotated[Path, Argument(help="Zarr store of a sweep, finished or not.")],
     measure: Annotated[str | None, Option(help="The measure; the first if absent.")] = None,
     csv: Annotated[Path | None, Option(help="Table of all cases.")] = None,
-    plot: Plot = None,
-    json: Json = False,
+    plot: inputs.Plot = None,
+    json: inputs.Json = False,
 ) -> None:
     """Show what a sweep has found so far."""
     from pendpin.sweeps.figure import chosen
@@ -172,9 +158,9 @@ def fit(
     csv: Annotated[
         Path | None, Option(help="Table of samples: measured, fitted or predicted, residual, interval.")
     ] = None,
-    plot: Plot = None,
-    limit: Limit = None,
-    json: Json = False,
+    plot: inputs.Plot = None,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Identify parameters of a scene from measured swings: values, errors, and which numbers the data cannot determine."""
     from pendpin.fitting import explain_residual as explained
@@ -184,10 +170,10 @@ def fit(
 
     if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
         raise BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
-    chosen = read_scene(scene)
-    refuse_outputs([scene, *data, *(hold_out or []), *files_of(chosen)], plot=plot, scene=out, csv=csv)
+    chosen = inputs.read_scene(scene)
+    refuse_outputs([scene, *data, *(hold_out or []), *inputs.files_of(chosen)], plot=plot, scene=out, csv=csv)
     with inside(str(scene)):
-        print_notes(chosen, strict=False)
+        inputs.print_notes(chosen, strict=False)
         table = data_table(chosen)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with working("fitting", limit, json) as progress, inside(str(scene)):

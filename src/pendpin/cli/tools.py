@@ -7,32 +7,21 @@ from typing import Annotated, Any
 
 from typer import Argument, BadParameter, Exit, Option
 
-from pendpin.cli.inputs import (
-    Json,
-    Limit,
-    Plot,
-    SceneInput,
-    naming_options,
-    on_scene,
-    once_each,
-    refuse_alone,
-    split_at_commas,
-    switch,
-    with_duration,
-)
+from pendpin.cli import inputs
+from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import limited, print_files, print_report, refuse_outputs, waiting, working
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.files import write_whole
 
 
-@on_scene
+@inputs.on_scene
 def check(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     states: Annotated[int, Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
     every_row: Annotated[bool, switch("--all", help="Print every pair of routes in every quantity too.")] = False,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Compute accelerations and reactions at random states by every route, and compare each pair of routes.
 
@@ -52,8 +41,8 @@ def hard(
     listed: Annotated[bool, switch("--list", help="List the cases and run none.")] = False,
     short: Annotated[bool, switch("--short", help="Run the short forms, as the tests do.")] = False,
     peers: Annotated[bool, switch("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Run the hard cases (docs/hard_cases.md), each on its methods against its bound."""
     from pendpin.verification.hardcases import catalogue_report
@@ -79,8 +68,8 @@ def validate(
         list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
     html: Annotated[Path | None, Option(help="A page with the table, the motions and the sources.")] = None,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Compare runs with published results of ADAMS, Dymola, OpenSim, benchmarks and closed forms (docs/agreement.md).
 
@@ -92,7 +81,7 @@ def validate(
     if listed:
         print_report(sources_report(), json)
         return
-    chosen = split_at_commas(methods) or None
+    chosen = inputs.split_at_commas(methods) or None
     with limited(limit) as work:
         with waiting("the published cases", json, work) as progress:
             report = compare(cases or (), chosen, progress)
@@ -105,9 +94,9 @@ def validate(
         raise PendpinError(report.fault)
 
 
-@on_scene
+@inputs.on_scene
 def cost(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     duration: Annotated[float | None, Option(help="Duration in s, in place of the scene's.")] = None,
     methods: Annotated[
         list[str] | None, Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
@@ -120,24 +109,24 @@ def cost(
     budget: Annotated[
         float, Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
-    plot: Plot = None,
+    plot: inputs.Plot = None,
     short: Annotated[
         bool, switch("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
     ] = False,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from pendpin.verification.work_precision.cost import cost as measure
 
-    refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
+    inputs.refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
     refuse_outputs(chosen.files, plot=plot)
     options = {"accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
-    chosen = replace(chosen, scene=with_duration(chosen.scene, duration, None))
+    chosen = replace(chosen, scene=inputs.with_duration(chosen.scene, duration, None))
     with limited(limit) as work:
-        asked = naming_options("methods", "accuracy")
+        asked = inputs.naming_options("methods", "accuracy")
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
-            report = measure(scene, methods=split_at_commas(methods) or None, **options, progress=progress)
+            report = measure(scene, methods=inputs.split_at_commas(methods) or None, **options, progress=progress)
         print_report(report.report(), json)
         if plot:
             print_files([report.plot(plot, short)], json)
@@ -168,8 +157,8 @@ def doctor(
     ] = None,
     scene: Annotated[Path | None, Option(help="A scene of a chain of rods that the equations describe.")] = None,
     html: Annotated[Path | None, Option(help="Where to write the report as one HTML page.")] = None,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Say which printed equation of a rod is wrong, and which change corrects it.
 
@@ -179,9 +168,9 @@ def doctor(
     from pendpin.doctor.recognition import check_choices
 
     refuse_outputs([file], html=html)
-    once_each(((text.partition("=")[0].strip(), text) for text in split_at_commas(symbols)), "--symbols")
+    inputs.once_each(((text.partition("=")[0].strip(), text) for text in inputs.split_at_commas(symbols)), "--symbols")
     differences, own = (",".join(texts) if texts else None for texts in (convention, symbols))
-    with naming_options():
+    with inputs.naming_options():
         check_choices(rod, differences)
     with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
@@ -193,9 +182,9 @@ def doctor(
         raise Exit(1)
 
 
-@on_scene
+@inputs.on_scene
 def stability(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     lyapunov: Annotated[
         bool, switch("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
@@ -203,9 +192,9 @@ def stability(
         bool, switch("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
     ] = False,
     period: Annotated[float | None, Option(help="Period in s of the motion; that of the drive if absent.")] = None,
-    limit: Limit = None,
-    plot: Plot = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    plot: inputs.Plot = None,
+    json: inputs.Json = False,
 ) -> None:
     """Print the rests of a scene and whether they are stable; with a drive, the multipliers of its periodic motion.
 
@@ -215,11 +204,11 @@ def stability(
     from pendpin.stability.lyapunov import lyapunov as exponents_of
 
     refuse_outputs(chosen.files, plot=plot)
-    refuse_alone(
+    inputs.refuse_alone(
         (plot or planar) and not lyapunov, "--plot" if plot else "--planar", "--lyapunov, whose exponents it is of"
     )
     what = "the exponents" if lyapunov else "the rests"
-    with chosen.noted() as scene, working(what, limit, json), naming_options("period"):
+    with chosen.noted() as scene, working(what, limit, json), inputs.naming_options("period"):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)
     _conclude(found, plot, json)
 
@@ -235,15 +224,15 @@ def _conclude(result: Any, plot: Path | None, json: bool) -> None:
         print_files([write_figure(plot, lambda: result.plot().figure)], json)
 
 
-@on_scene
+@inputs.on_scene
 def modes(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     every: Annotated[bool, switch("--all", help="Print every mode, not the lowest alone.")] = False,
-    plot: Plot = None,
+    plot: inputs.Plot = None,
     html: Annotated[Path | None, Option(help="Animation of a mode as one HTML page.")] = None,
     mode: Annotated[int | None, Option(min=1, help="Which mode the page plays; the lowest, 1, if absent.")] = None,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Print the natural frequencies, damping ratios and shapes of small motions about the rest of a scene.
 
@@ -252,7 +241,7 @@ def modes(
     from pendpin.stability.modes import MOST_ROWS
     from pendpin.stability.modes import modes as modes_of
 
-    refuse_alone(mode is not None and html is None, "--mode", "--html FILE, the page that plays it")
+    inputs.refuse_alone(mode is not None and html is None, "--mode", "--html FILE, the page that plays it")
     refuse_outputs(chosen.files, plot=plot, html=html)
     with chosen.noted() as scene:
         with working("the modes", limit, json):
@@ -264,23 +253,23 @@ def modes(
     print_files(files, json)
 
 
-@on_scene
+@inputs.on_scene
 def effects(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     accuracy: Annotated[
         float, Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
     thorough: Annotated[
         bool, switch("--thorough", help="Compare over the full duration, however long that takes.")
     ] = False,
-    limit: Limit = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    json: inputs.Json = False,
 ) -> None:
     """Show what each effect changes and costs, and which effects the scene needs at an accuracy."""
     from pendpin.sweeps.significance import significance
 
     what = "runs with and without each effect"
-    with working(what, limit, json), chosen.noted() as scene, naming_options("accuracy"):
+    with working(what, limit, json), chosen.noted() as scene, inputs.naming_options("accuracy"):
         report = significance(scene, accuracy, thorough)
     print_report(report.report(), json)
 
@@ -291,9 +280,9 @@ Of = Annotated[list[str], Option(help="Quantities to note, with commas: theta_2,
 Skip = Annotated[int, Option(min=0, help="Points of each motion before the first that counts.")]
 
 
-@on_scene
+@inputs.on_scene
 def section(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     at: Annotated[str, Option(help='Where: "theta_1 = 0, rising"; falling and both are other ways.')],
     of: Of,
     count: Annotated[int, Option(min=1, help="Points of each motion.")] = 300,
@@ -301,17 +290,17 @@ def section(
     starts: Annotated[int, Option(min=1, help="Motions; more than one need --energy.")] = 1,
     energy: Annotated[float | None, Option(help="Energy in J of starts that are drawn on the section.")] = None,
     seed: Annotated[int, Option(help="Seed of the starts.")] = 0,
-    limit: Limit = None,
-    plot: Plot = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    plot: inputs.Plot = None,
+    json: inputs.Json = False,
 ) -> None:
     """Print and draw a Poincaré section: a motion, or many of one energy, where a quantity crosses a level."""
     from pendpin.stability.sections import portrait
     from pendpin.stability.sections.points import read_crossing
 
     refuse_outputs(chosen.files, plot=plot)
-    with naming_options("at", "of", "count", "skip", "starts", "energy"):
-        place = read_crossing(at, tuple(filter(None, split_at_commas(of))), count, skip)
+    with inputs.naming_options("at", "of", "count", "skip", "starts", "energy"):
+        place = read_crossing(at, tuple(filter(None, inputs.split_at_commas(of))), count, skip)
     if plot and len(place.of) != 2:
         raise BadParameter("--plot draws two quantities: give --of two names", param_hint="--of")
     with chosen.noted() as scene, working("the section", limit, json):
@@ -319,17 +308,17 @@ def section(
     _conclude(drawn, plot, json)
 
 
-@on_scene
+@inputs.on_scene
 def bifurcation(
-    chosen: SceneInput,
+    chosen: inputs.SceneInput,
     vary: Annotated[list[str], Option(help="A number and its values: KEY=FROM:TO:COUNT.")],
     of: Of,
     strobe: Annotated[float | None, Option(help="Period in s of the strobe; that of the drive if absent.")] = None,
     count: Annotated[int, Option(min=1, help="Points of each motion.")] = 100,
     skip: Skip = 200,
-    limit: Limit = None,
-    plot: Plot = None,
-    json: Json = False,
+    limit: inputs.Limit = None,
+    plot: inputs.Plot = None,
+    json: inputs.Json = False,
 ) -> None:
     """Print and draw a bifurcation diagram: points once a period, the state carried from value to value, up and down."""
     from pendpin.stability.sections import bifurcation as diagram_of
@@ -337,13 +326,13 @@ def bifurcation(
     from pendpin.sweeps.plan import read_axes
 
     refuse_outputs(chosen.files, plot=plot)
-    with naming_options("vary", "of", "count", "skip"):
+    with inputs.naming_options("vary", "of", "count", "skip"):
         if len(vary) > 1:
             raise InputError(f"vary: a diagram has one number, not {len(vary)}; a sweep varies several")
         ((key, values),) = read_axes(vary).items()
         if strobe is not None and not 0 < strobe < float("inf"):
             raise BadParameter(f"{strobe} is not a number of seconds above 0", param_hint="--strobe")
-        place = strobe_of(strobe, of=tuple(filter(None, split_at_commas(of))), count=count, skip=skip)
+        place = strobe_of(strobe, of=tuple(filter(None, inputs.split_at_commas(of))), count=count, skip=skip)
     with chosen.noted() as scene, working("the diagram", limit, json):
         diagram = diagram_of(scene, key, values, place)
     _conclude(diagram, plot, json)

@@ -1,7 +1,7 @@
 """A model with its effects bound once: accelerations, joint wrenches, energy, efforts; nothing is evaluated for the rest."""
 
 import math
-from collections.abc import Callable, Hashable, Sequence
+from collections.abc import Callable, Hashable
 from copy import copy
 from dataclasses import replace
 from pathlib import Path
@@ -14,7 +14,7 @@ from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
 from pendpin.dynamics.compiling import EquationsOfMotion, compile_engine, drop_zeros
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
-from pendpin.effects import BodyEffect, ContactEffect, Effect, FieldEffect, Idle, JointEffect, Motion
+from pendpin.effects import ContactEffect, Effect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.pinocchio import centres_of, forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError, shown
@@ -25,7 +25,7 @@ from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model, build
 from pendpin.model.notes import homes
 from pendpin.scene import METHODS, Form, Scene, chosen_scene, scene_of
-from pendpin.trajectory import HingeReactions, Reactions, RunRecord, Stats
+from pendpin.trajectory import HingeReactions, Reactions, RunRecord
 
 CONTACTS = "contacts"  # dry friction and stops together
 
@@ -239,7 +239,7 @@ def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions 
     return HingeReactions(R1, R2, -minus_R3, M1, np.where(kinds == "x", M2, none), M3, Mc)
 
 
-# --- what acts on each joint of a run, effect by effect, and in words what a scene's dynamics evaluate -----------------
+# --- what acts on each joint of a run, effect by effect ---------------------------------------------------------------
 
 
 def efforts(run: RunRecord) -> dict[str, Array]:
@@ -278,40 +278,3 @@ def efforts(run: RunRecord) -> dict[str, Array]:
             out[bound.effect.kind][i] += effort(bound, float(t), q, v, motion)
         rest[i] = pin.rnea(model, data, q, v, a) - sum(one[i] for one in out.values())
     return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})
-
-
-def explain(dynamics: Dynamics, stats: Stats) -> tuple[str, ...]:
-    """Lines of text for a person, in the order in which an evaluation goes; `stats` of the run, which chose its engine."""
-    model, loads, effects = dynamics.model, dynamics.loads, dynamics.effects
-
-    def names(of: Sequence[str]) -> str:
-        more = f", ... ({len(of)} in all)" if len(of) > 6 else ""
-        return ", ".join(of[:6]) + more if of else "none"
-
-    def interface(title: str, chosen: list[Effect]) -> list[str]:
-        return [f"{title}: {names([effect.kind for effect in chosen])}"] if chosen else []
-
-    fields = [e for e in effects if isinstance(e, FieldEffect)]
-    constant = names([e.kind for e in fields if e.constant])
-    calls = {
-        "the fields that vary with time": loads.varying is not None,
-        "the joint torques": loads.torque is not None,
-        "the kinematics of the bodies and the wrenches on them": loads.wrench is not None,
-        "one solve for the accelerations": True,
-        "another one for the torques that hold joints, if any are held": dynamics.contacts is not None,
-    }
-    one = stats.method == "taylor" or "compiled" in stats.engine
-    called = "one compiled function of all this" if one else ", ".join(call for call, made in calls.items() if made)
-    return (
-        f"{len(model.joints)} joints, {len(model.bodies)} bodies; method: {stats.method}; engine: {stats.engine}",
-        f"constant fields: {constant}, summed once: {np.array2string(loads.constant, precision=6)} m/s²",
-        *interface("fields that vary with time", [e for e in fields if not e.constant]),
-        *(f"joint torques: {e.kind} on {names(e.on or model.joints)}" for e in effects if isinstance(e, JointEffect)),
-        *interface(
-            "body wrenches, from the poses and velocities of all bodies",
-            [e for e in effects if isinstance(e, BodyEffect)],
-        ),
-        *(f"events: {e.kind} on {names(e.joints or model.joints)}" for e in effects if isinstance(e, ContactEffect)),
-        *interface("of strength 0, left out", [e for e in effects if isinstance(e, Idle)]),
-        f"an evaluation calls: {called}",
-    )
