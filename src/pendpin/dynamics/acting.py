@@ -8,26 +8,11 @@ from typing import Any
 import numpy as np
 from pydantic import PrivateAttr
 
+from pendpin import effects as fx
 from pendpin.dynamics.parameters import GIVEN, Numbers
-from pendpin.effects import (
-    Anchor,
-    AsWritten,
-    Bodies,
-    BodyEffect,
-    ContactEffect,
-    Drag,
-    DryFriction,
-    Effect,
-    Idle,
-    JointEffect,
-    Motion,
-    Stop,
-    Torque,
-    Viscous,
-)
 from pendpin.effects.base import returned
 from pendpin.effects.pace import Pace
-from pendpin.errors import InputError, PendpinError, find, shown
+from pendpin.errors import InputError, find, shown
 from pendpin.ground.arrays import EPS, Array, Indices
 from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model
@@ -36,13 +21,13 @@ MOST = 5_000_000  # instants of a run: 40 MB for each joint
 NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice as far from corners (runs/integration.py)
 
 
-class HeldTorque(Torque):
+class HeldTorque(fx.Torque):
     """A Torque with `every` in the dynamics of one run: the function itself as long as none has begun.
 
     During the run it is what was sampled last; afterwards, for accelerations and work at the samples, the recorded output.
     """
 
-    _effect: Torque = PrivateAttr()
+    _effect: fx.Torque = PrivateAttr()
     _interval: float = PrivateAttr()  # s
     _joints: Indices = PrivateAttr()
     _start: float = PrivateAttr()  # s
@@ -51,14 +36,14 @@ class HeldTorque(Torque):
     _current: Array | None = PrivateAttr(None)  # (k,) N m, during an integration
 
     @classmethod
-    def of(cls, effect: Torque, joints: Indices, start: float) -> "HeldTorque":
+    def of(cls, effect: fx.Torque, joints: Indices, start: float) -> "HeldTorque":
         """The effect on the joints (k,), by their indices in the model, for runs from `start` in s."""
         held = cls.model_construct(**effect.given())
         assert effect.every is not None
         held._effect, held._joints, held._interval, held._start = effect, joints, effect.every, start
         return held
 
-    def since(self, start: float) -> tuple[Effect, float]:
+    def since(self, start: float) -> tuple[fx.Effect, float]:
         """Its instants are counted from the start of a run."""
         return self, 0.0
 
@@ -71,6 +56,7 @@ class HeldTorque(Torque):
         return Pace(corners, np.full(len(corners) + 1, np.inf))
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
+        """What is held at the moment, or was at time t, (k,) N m; before a run what the function returns."""
         if self._current is not None:
             return self._current.copy()
         if self._values is None:
@@ -140,7 +126,7 @@ def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: floa
         one.begin(start, end, outputs)
 
 
-def acting(model: Model, effects: Sequence[Effect], start: float = 0.0) -> tuple[Effect, ...]:
+def acting(model: Model, effects: Sequence[fx.Effect], start: float = 0.0) -> tuple[fx.Effect, ...]:
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
     In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold, from `start` in s
@@ -150,31 +136,31 @@ def acting(model: Model, effects: Sequence[Effect], start: float = 0.0) -> tuple
     acts = list(expand_as_written(model, effects))
     for i, effect in enumerate(acts):
         where = f"effects[{i}]"
-        if isinstance(effect, Drag) and any(body.payload_radius for body in model.bodies):
+        if isinstance(effect, fx.Drag) and any(body.payload_radius for body in model.bodies):
             acts[i] = effect = effect.model_copy(update={"payload_coefficient": effect.payload_coefficient})
-        if isinstance(effect, Torque) and effect.every is not None:
+        if isinstance(effect, fx.Torque) and effect.every is not None:
             acts[i] = HeldTorque.of(effect, chosen_joints(model, effect.on, where), start)
         elif effect.idle:
-            if isinstance(effect, JointEffect | ContactEffect):
+            if isinstance(effect, fx.JointEffect | fx.ContactEffect):
                 chosen_joints(model, effect.on, where)
-            elif isinstance(effect, BodyEffect):
+            elif isinstance(effect, fx.BodyEffect):
                 chosen_bodies(model, effect.on, where)
-            acts[i] = Idle(kind=effect.kind)
-        if isinstance(effect, Anchor) and effect.at is not None:
+            acts[i] = fx.Idle(kind=effect.kind)
+        if isinstance(effect, fx.Anchor) and effect.at is not None:
             length = float(np.linalg.norm(model.bodies[chosen_bodies(model, effect.on, where)[0]].tip))
             if not 0 <= np.real(effect.at) <= length * (1 + 10 * EPS):
                 raise InputError(f"{where}.at: {effect.at:g} m is beyond the ends of {effect.link}, 0 to {length:g} m")
     return tuple(acts)
 
 
-def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
+def in_order(effects: Sequence[fx.Effect]) -> list[tuple[fx.Effect, str]]:
     """The effects that act, with their key paths, in an order that does not depend on that of the list.
 
     It is that of the names of their classes, then of the numbers in their fields, as text. Every sum over effects uses this
     order, so that the order of a scene's list changes no bit: without it the 24 orders of gravity, viscous, spring and motor
     on two rods gave four motions, 1.3e-8 rad apart after 30 s at tolerance 1e-10.
     """
-    acts = [(effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, Idle)]
+    acts = [(effect, f"effects[{i}]") for i, effect in enumerate(effects) if not isinstance(effect, fx.Idle)]
 
     def text(value: Any) -> str:
         if isinstance(value, tuple):
@@ -182,7 +168,7 @@ def in_order(effects: Sequence[Effect]) -> list[tuple[Effect, str]]:
         # a number that derivatives.py makes complex has the place of the real one
         return repr(value.real) if isinstance(value, complex) else repr(value)
 
-    def place(pair: tuple[Effect, str]) -> list[str]:
+    def place(pair: tuple[fx.Effect, str]) -> list[str]:
         kind = type(pair[0])
         return [kind.__name__, *(text(getattr(pair[0], name)) for name in kind.model_fields)]
 
@@ -208,19 +194,19 @@ def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indi
     return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
 
 
-def plain_arithmetic(effects: Sequence[Effect]) -> bool:
+def plain_arithmetic(effects: Sequence[fx.Effect]) -> bool:
     """Whether the effects are pendpin's own and run on symbols: they then take many states at once too."""
     return built_in(effects) and all(effect.symbolic for effect in effects)
 
 
-def built_in(effects: Sequence[Effect]) -> bool:
+def built_in(effects: Sequence[fx.Effect]) -> bool:
     """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked."""
     # What is held from instant to instant jumps nowhere else.
     are_ours = (type(effect).__module__.startswith("pendpin.") for effect in effects)
-    return all(are_ours) and not any(isinstance(effect, Torque) and effect.every is None for effect in effects)
+    return all(are_ours) and not any(isinstance(effect, fx.Torque) and effect.every is None for effect in effects)
 
 
-def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Callable[..., Any]:
+def law(effect: fx.Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Callable[..., Any]:
     """A method of an effect, by its name. That of a user's own class gets copies, and what it returns is checked."""
     method = partial(getattr(numbers.effect(effect), name), xp=xp)
     if type(effect).__module__.startswith("pendpin."):
@@ -240,58 +226,39 @@ def law(effect: Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Ca
 
 def _copy(part: Any) -> Any:
     """A copy of an array, or of each array in bodies or a motion: a law that works in place changes no state."""
-    if isinstance(part, Bodies | Motion):
+    if isinstance(part, fx.Bodies | fx.Motion):
         return part._make(map(_copy, part))
     return part.copy() if isinstance(part, np.ndarray) else part
 
 
-def name_errors(effect: Effect, where: str, xp: Any, function: Any) -> Any:
-    """A function of an effect whose errors on numbers other than NumPy's floats are one line that names the effect."""
-    if xp is np:
-        return function
-
-    def named(*state: Any) -> Any:
-        try:
-            return function(*state)
-        except PendpinError:
-            raise
-        except Exception as error:
-            raise InputError(
-                f"{where}: {effect.kind} does not run on symbols ({error}): write it with + - * / ** and the functions "
-                "of xp, or let its property `smooth` be False"
-            ) from None
-
-    return named
-
-
-def expand_as_written(model: Model, effects: Sequence[Effect]) -> tuple[Effect, ...]:
+def expand_as_written(model: Model, effects: Sequence[fx.Effect]) -> tuple[fx.Effect, ...]:
     """The effects with those that an as_written stands for: the damping, friction and limits that its URDF writes.
 
     There is one for each number, or pair of limits, that some of the joints share. The first of them takes its place, the
     others come at the end: every other effect keeps its place in the list. Raises InputError where the model has no file
     that could have written any.
     """
-    out, more = list(effects), list[Effect]()
+    out, more = list(effects), list[fx.Effect]()
     for i, effect in enumerate(effects):
-        if not isinstance(effect, AsWritten):
+        if not isinstance(effect, fx.AsWritten):
             continue
         if model.written is None:
             raise InputError(f"effects[{i}]: as_written is for a URDF; this model has no <dynamics> and no <limit>")
-        laws: list[tuple[bool, type[Effect], Callable[[WrittenJoint], dict[str, float]]]] = [
-            (effect.damping, Viscous, lambda joint: {"coefficient": joint.damping}),
-            (effect.friction, DryFriction, lambda joint: {"kinetic": joint.friction}),
-            (effect.limits, Stop, lambda joint: {"lower": joint.lower, "upper": joint.upper}),
+        laws: list[tuple[bool, type[fx.Effect], Callable[[WrittenJoint], dict[str, float]]]] = [
+            (effect.damping, fx.Viscous, lambda joint: {"coefficient": joint.damping}),
+            (effect.friction, fx.DryFriction, lambda joint: {"kinetic": joint.friction}),
+            (effect.limits, fx.Stop, lambda joint: {"lower": joint.lower, "upper": joint.upper}),
         ]
-        written = list[Effect]()
+        written = list[fx.Effect]()
         for acts, kind, says in laws:
             names = dict[tuple[tuple[str, float], ...], list[str]]()  # of the joints, by their numbers
             for joint in model.written if acts else ():
                 numbers = tuple(
-                    (name, x) for name, x in says(joint).items() if math.isfinite(x) and (x or kind is Stop)
+                    (name, x) for name, x in says(joint).items() if math.isfinite(x) and (x or kind is fx.Stop)
                 )
                 if numbers:
                     names.setdefault(numbers, []).append(joint.name)
             written += [kind(**dict(numbers), joints=some) for numbers, some in names.items()]
-        out[i], *rest = written or [Idle(kind=effect.kind)]
+        out[i], *rest = written or [fx.Idle(kind=effect.kind)]
         more += rest
     return (*out, *more)

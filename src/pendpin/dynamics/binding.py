@@ -12,19 +12,12 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from pendpin.dynamics.acting import (
-    chosen_bodies,
-    chosen_joints,
-    in_order,
-    law,
-    name_errors,
-    plain_arithmetic,
-)
+from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, plain_arithmetic
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
 from pendpin.engines import Loads
 from pendpin.equations.trees import total
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, PendpinError, shown
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
 from pendpin.model.build import Model
@@ -42,16 +35,13 @@ def bodies_of(model: Model) -> Bodies:
     return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
 
 
-class State:
-    """A state of a model: t in s since the start, q and v (nv,), and the motion of the bodies, computed if it is needed."""
+class State(NamedTuple):
+    """A state of a model, q and v (nv,) at t in s since the start."""
 
-    def __init__(self, t: Any, q: Array, v: Array, motion: Callable[[], Motion]) -> None:
-        self.t, self.q, self.v, self._motion = t, q, v, motion
-
-    @cached_property
-    def motion(self) -> Motion:
-        """Poses and velocities of the bodies."""
-        return self._motion()
+    t: Any
+    q: Array
+    v: Array
+    motion: Callable[[], Motion]  # of the bodies, computed once and only if it is needed
 
 
 class Accounts(NamedTuple):
@@ -119,26 +109,19 @@ class Binding:
                 wrenches.append(bound.at)
         complete = self.complete
 
-        def exert(t: Any, motion: Motion) -> tuple[Array, Array]:
-            forces, moments = zip(*(function(t, motion) for function in wrenches), strict=True)
+        def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
+            completed = complete(t, motion)
+            forces, moments = zip(*(function(t, completed) for function in wrenches), strict=True)
             if len(wrenches) == 1:
                 return forces[0], moments[0]
             return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
-
-        def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
-            return exert(t, complete(t, motion))
-
-        def many(t: Array, motion: Motion) -> tuple[Array, Array]:
-            """The wrench at times (k,) and motions (k, n, ...)."""
-            force, moment = exert(t[:, None, None], complete(t, motion))
-            return np.broadcast_to(force, motion.origin.shape), np.broadcast_to(moment, motion.origin.shape)
 
         return Loads(
             self.numbers(constant),
             _total(varying),
             _total(torques),
             wrench if wrenches else None,
-            many if wrenches and plain_arithmetic(self.effects) else None,
+            plain_arithmetic(self.effects),
             axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
         )
 
@@ -167,7 +150,6 @@ class Binding:
     @cached_property
     def complete(self) -> Callable[[Any, Motion], Motion]:
         """A function that completes a motion, at a time, by what all bodies share: gravity, and where W is."""
-        # It takes times (k,) with motions (k, n, ...) too, if the effects are `plain_arithmetic`.
         fields = [effect for effect, _ in in_order(self.effects) if isinstance(effect, FieldEffect)]
         frames = [effect for effect in fields if isinstance(effect, FrameEffect)]
         fields = [effect for effect in fields if not isinstance(effect, FrameEffect)]
@@ -180,8 +162,7 @@ class Binding:
         def complete(t: Any, motion: Motion) -> Motion:
             given = dict[str, Any]()
             for name, (functions, first) in sums.items():
-                vectors = (function(t) for function in functions)  # (3,); at times (k,) they are (k, 3)
-                given[name] = sum((x[:, None] if x.ndim > 1 else x for x in vectors), first)
+                given[name] = sum((function(t) for function in functions), first)
             return motion._replace(**given)
 
         return complete
@@ -204,8 +185,22 @@ class Bound(ABC):
         self.effect, self._where, self._binding = effect, where, binding
 
     def _named(self, function: Any) -> Any:
-        """A law whose errors name the effect."""
-        return name_errors(self.effect, self._where, self._binding.xp, function)
+        """A law whose errors on numbers other than NumPy's floats are one line that names the effect."""
+        if self._binding.xp is np:
+            return function
+
+        def named(*state: Any) -> Any:
+            try:
+                return function(*state)
+            except PendpinError:
+                raise
+            except Exception as error:
+                raise InputError(
+                    f"{self._where}: {self.effect.kind} does not run on symbols ({error}): write it with + - * / ** and "
+                    "the functions of xp, or let its property `smooth` be False"
+                ) from None
+
+        return named
 
     @abstractmethod
     def power(self) -> Power:
@@ -238,8 +233,9 @@ class BoundField(Bound):
         field, bodies, xp = self.at, self._binding.bodies, self._binding.xp
 
         def power(state: State) -> Any:
-            velocities = state.motion.velocities(bodies.com)
-            return total(bodies.mass * (velocities * state.motion.fixed(field(state.t))).sum(-1), xp)
+            motion = state.motion()
+            velocities = motion.velocities(bodies.com)
+            return total(bodies.mass * (velocities * motion.fixed(field(state.t))).sum(-1), xp)
 
         return power
 
@@ -305,6 +301,7 @@ class BoundTorque(Bound):
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
+        """That which the effect offers, J."""
         chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
         of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles))
@@ -354,8 +351,9 @@ class BoundWrench(Bound):
         complete, bodies, xp, wrench = self._binding.complete, self._binding.bodies, self._binding.xp, self.at
 
         def power(state: State) -> Any:
-            force, moment = wrench(state.t, complete(state.t, state.motion))
-            return total(force * state.motion.velocities(bodies.com) + moment * state.motion.spin, xp)
+            motion = state.motion()
+            force, moment = wrench(state.t, complete(state.t, motion))
+            return total(force * motion.velocities(bodies.com) + moment * motion.spin, xp)
 
         return power
 

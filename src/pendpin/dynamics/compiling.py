@@ -7,6 +7,7 @@ structure is what remains of a scene when its numbers are taken out: joints, kin
 import time
 from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
+from functools import cache
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -138,7 +139,8 @@ class EquationsOfMotion(NamedTuple):
             tau = sum(taus[1:], taus[0]) if taus else None
             wrenches = external and external(t, q, v)
             a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
-            work = powered(State(t, q, v, lambda: motion_in_links(model, loads, tree, q, v, xp))) if powered else []
+            moving = cache(lambda: motion_in_links(model, loads, tree, q, v, xp))
+            work = powered(State(t, q, v, moving)) if powered else []
             if accounts:
                 for kind, torque in rubs:
                     work[accounts.kinds.index(kind)] += total(torque * v, xp)
@@ -187,7 +189,7 @@ def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
 def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
     """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
     joints = bodies_joints(model, tree)
-    if loads.wrench is not None and loads.together is None:
+    if loads.wrench is not None and not loads.in_links:
         return Motion(*trees.motions(tree, q, v, xp)).of(joints)
     origin, velocity, spin, into_links = trees.motions_in_links(tree, q, v, xp)
     unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))

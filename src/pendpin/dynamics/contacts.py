@@ -108,7 +108,7 @@ class Contacts:
         if mode.holds:
             held = np.flatnonzero(mode.held)
             columns = self.engine.compliance(q, held)
-            holding[held] = -_solve(columns[held], a[held])
+            holding[held] = -np.linalg.solve(columns[held], a[held])
             a = a + columns @ holding[held]
             a[held] = 0.0
         return a, holding
@@ -174,14 +174,14 @@ class Contacts:
     def rest(self, q: Array, v: Array, joints: Indices) -> Array:
         """The rates (nv,) after impulses on k joints (k,) that end their rates; the others follow by the mass matrix."""
         columns = self.engine.compliance(q, joints)
-        after = v - columns @ _solve(columns[joints], v[joints])
+        after = v - columns @ np.linalg.solve(columns[joints], v[joints])
         after[joints] = 0.0
         return after
 
     def work_of_impacts(self, q: Array, before: Array, after: Array) -> dict[str, float]:
         """The work in J of the impulses by kind of effect, from the rates (nv,) before and after an impact."""
         joints, _ = self.at_stops(q)
-        impulse = _solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
+        impulse = np.linalg.solve(self.engine.compliance(q, joints)[joints], (after - before)[joints])
         work = impulse * (before + after)[joints] / 2
         kinds = self.stopping[(q >= self.upper).astype(int), range(len(q))]
         return {kind: float(work[kinds[joints] == kind].sum()) for kind in dict.fromkeys(kinds[joints])}
@@ -234,11 +234,6 @@ class Contacts:
         return Scales(size, rate * size, self.static + (push + rate**2 * size) / np.diag(columns))
 
 
-def _solve(A: Array, b: Array) -> Array:
-    """The solution (k,) of A x = b for A (k, k): of one equation without LAPACK, which takes ten times as long."""
-    return b / A[0] if len(b) == 1 else np.linalg.solve(A, b)
-
-
 def _strike_once(v: Array, columns: Array, joints: Indices, side: Array, back: Array) -> Array:
     """The rates (nv,) after one simultaneous impact, from v (nv,): the stops push k joints to their sides (k,)."""
     # By impulses p >= 0, with the columns (nv, k) of the compliance. A joint that is pushed leaves with its rate before
@@ -263,7 +258,7 @@ def _find_pushes(A: Array, b: Array) -> Array:
     for _ in range(50 + 10 * len(b) ** 2):
         p = np.zeros(len(b))
         if pushing.any():
-            p[pushing] = _solve(A[pushing][:, pushing], b[pushing])
+            p[pushing] = np.linalg.solve(A[pushing][:, pushing], b[pushing])
         unfit = np.where(pushing, p < -ROUNDING * np.abs(p).max(), A @ p < b - ROUNDING * np.abs(b).max())
         count = int(unfit.sum())
         if not count:

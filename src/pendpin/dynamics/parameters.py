@@ -139,6 +139,7 @@ class RodParameters(Parameters):
 
     @property
     def values_of_rods(self) -> Array:
+        """The parameters of the n rods, (k, n)."""
         return np.array(self.columns).reshape(-1, self.rods)
 
     def joints(self, x: Array) -> Array:

@@ -5,15 +5,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from pendpin.dynamics import compiling
 from pendpin.dynamics.binding import Binding, bodies_of
-from pendpin.dynamics.compiling import (
-    bodies_joints,
-    compilable,
-    external_wrenches,
-    look_up,
-    motion_in_links,
-    tree_with_numbers,
-)
 from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
@@ -50,7 +43,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     """The samples of rods with pendpin's own effects in machine code, at times since `start` in s; None of others."""
     model = engine.model
     few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
-    if not (few and compilable(model, effects)):
+    if not (few and compiling.compilable(model, effects)):
         return None
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
@@ -66,7 +59,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
             return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
         return Recording(tape, [], [*rows, kinetic], width=state.size)
 
-    block = look_up(parameters.structure, record, parameters).block(Values.of(parameters))
+    block = compiling.look_up(parameters.structure, record, parameters).block(Values.of(parameters))
     parts = len(model.rods) if _by_rod(model) else 1
     joints = len(model.joints) // parts
 
@@ -92,8 +85,8 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     model, thin = engine.model, isinstance(engine, Thin)
     numbers.constant((thin, numbers.by_rod))
     loads = Binding(model, effects, xp, start, numbers).loads
-    bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), tree_with_numbers(model, numbers)
-    external = external_wrenches(model, loads, numbers, tree, xp)
+    bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), compiling.tree_with_numbers(model, numbers)
+    external = compiling.external_wrenches(model, loads, numbers, tree, xp)
 
     def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:
         """By the articulated bodies and Newton-Euler."""
@@ -105,7 +98,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     equations = _equations_of_directions(model, loads, tree, numbers, xp) if thin else on_angles
 
     def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
-        links = motion_in_links(model, loads, tree, q, v, xp)
+        links = compiling.motion_in_links(model, loads, tree, q, v, xp)
         a, wrench = equations(t, q, v, more, external and external(t, q, v))
         placed, signs = prepared(tree, xp)
         joints = joints_at(placed, signs * q, xp)
@@ -117,7 +110,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
             return (R, r), np.concatenate([R, r[:, None]], 1)
 
         poses = outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)
-        frames = np.stack(poses)[bodies_joints(model, tree)]
+        frames = np.stack(poses)[compiling.bodies_joints(model, tree)]
         moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
         kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
         return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic

@@ -86,9 +86,7 @@ def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: 
 
     def residual(t: Any, q: Array, v: Array, a: Array) -> Array:
         wrenches = recursion.wrenches(tree, q, v, a, loads.field(t), external and external(t, q, v), xp)
-        turns = np.array([kind == "revolute" for kind in tree.kinds])
-        along = np.where(turns[:, None], wrenches[:, 3:], wrenches[:, :3])
-        needed = (along * tree.axes).sum(-1)
+        needed = recursion.along_axes(tree, wrenches)
         return needed if loads.torque is None else needed - loads.torque(t, q, v)
 
     return residual

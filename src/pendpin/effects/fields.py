@@ -6,15 +6,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, field_validator, model_validator
 
-from pendpin.effects.base import (
-    Bodies,
-    BodyEffect,
-    Effect,
-    FieldEffect,
-    FrameEffect,
-    Motion,
-    both_or_neither,
-)
+from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, place_of
 from pendpin.ground.arrays import Array, applied, cross, unit
@@ -227,7 +219,7 @@ class Rotation(Tracked, BodyEffect):
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
         """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
-        omega = motion.fixed(self._rate_vector(xp) if self.track is None else _vector_at(self.track, t, 0))
+        omega = motion.fixed(self._rate_vector(xp) if self.track is None else self.track.at(t, 0))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)
@@ -235,7 +227,7 @@ class Rotation(Tracked, BodyEffect):
         moment = cross(omega + 2 * motion.spin, _spread(bodies, motion, omega))
         if self.track is None:
             return force, moment
-        rising = motion.fixed(_vector_at(self.track, t, 1))  # Omega', on which I = tr(E) - E acts
+        rising = motion.fixed(self.track.at(t, 1))  # Omega', on which I = tr(E) - E acts
         half_trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)[:, None] / 2
         moment = moment - half_trace * rising + _spread(bodies, motion, rising)
         return force - bodies.mass[:, None] * cross(rising, r), moment
@@ -248,12 +240,6 @@ class Rotation(Tracked, BodyEffect):
         in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
         spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))
         return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
-
-
-def _vector_at(track: Track, t: Any, order: int) -> Any:
-    """A vector of a track, (3,) at a time; at times (k, 1, 1), for all bodies of each motion, (k, 1, 3)."""
-    vector = track.at(t, order)
-    return vector[..., 0, :] if np.ndim(t) == 3 else vector
 
 
 def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:

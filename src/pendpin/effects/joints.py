@@ -198,14 +198,9 @@ class Motor(JointEffect):
         """The driven joint."""
         return (self.joint,)
 
-    @property
-    def is_controller(self) -> bool:
-        """Whether it is a controller."""
-        return self.proportional is not None or self.derivative is not None
-
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
         """The given torque, or that of the controller, (1,) N m."""
-        if self.is_controller:
+        if self.proportional is not None or self.derivative is not None:
             return -(self.proportional or 0.0) * (q - (self.target or 0.0)) - (self.derivative or 0.0) * v
         steady = self.torque or 0.0
         if self.frequency is None:

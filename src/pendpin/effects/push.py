@@ -12,7 +12,18 @@ from pendpin.ground.records import NotNegative, Number, Positive, Vector
 ZERO: Vector = (0.0, 0.0, 0.0)
 
 
-class Push(BodyEffect):
+class OnLink(BodyEffect):
+    """A body effect on one rod."""
+
+    link: str = Field(description="name of the rod: rod_1, rod_2, ...")
+
+    @property
+    def on(self) -> tuple[str, ...]:
+        """The link of the rod."""
+        return (self.link,)
+
+
+class Push(OnLink):
     """A force at a point of one rod, and a torque, in directions of the world W.
 
     F = force + amplitude sin(frequency t), at `point`, and `torque`. force and amplitude in N, torque in N m, frequency
@@ -23,7 +34,6 @@ class Push(BodyEffect):
     strengths: ClassVar[tuple[str, ...]] = ("force", "torque", "amplitude")
     sinusoidal: ClassVar[bool] = True
     kind: Literal["push"] = Field("push", description="which effect it is")
-    link: str = Field(description="name of the rod: rod_1, rod_2, ...")
     force: Vector = Field(ZERO, description="N, in W")
     torque: Vector = Field(ZERO, description="N m, in W")
     point: Number | None = Field(None, description="m along the rod from the joint; the centre of mass if absent")
@@ -33,11 +43,6 @@ class Push(BodyEffect):
     @model_validator(mode="after")
     def _amplitude_has_a_frequency(self) -> Self:
         return both_or_neither(self, "amplitude", "frequency")
-
-    @property
-    def on(self) -> tuple[str, ...]:
-        """The pushed link."""
-        return (self.link,)
 
     @property
     def axial(self) -> bool:
@@ -61,7 +66,7 @@ class Push(BodyEffect):
         return -(motion.points(bodies.along(self.point, bodies.com, xp)) @ np.array(self.force))[..., 0]
 
 
-class Anchor(BodyEffect):
+class Anchor(OnLink):
     """A spring and a damper from a point of one rod to a point of the world W.
 
     F = stiffness (point - r) - damping r', with r the place of the rod's point `at` m from its joint, its tip if absent.
@@ -73,16 +78,10 @@ class Anchor(BodyEffect):
     parameters: ClassVar[tuple[str, ...]] = ("point", "stiffness", "damping", "at")
     strengths: ClassVar[tuple[str, ...]] = ("stiffness", "damping")
     kind: Literal["anchor"] = Field("anchor", description="which effect it is")
-    link: str = Field(description="name of the rod: rod_1, rod_2, ...")
     point: Vector = Field(description="m, in W")
     stiffness: NotNegative = Field(description="N/m")
     damping: NotNegative = Field(0.0, description="N s/m")
     at: Number | None = Field(None, description="m along the rod from its joint; its tip if absent")
-
-    @property
-    def on(self) -> tuple[str, ...]:
-        """The link that is held."""
-        return (self.link,)
 
     @property
     def axial(self) -> bool:

@@ -16,8 +16,9 @@ from pendpin.model.build import Model
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
 
-CALLBACK_EVERY = 2048  # evaluations between two calls of the progress callback
-CALLBACK_EVERY_SLOW = 64  # for evaluations in numpy: 0.1 ms each, 3 ms near a pole of a thin rod
+CALLBACK_EVERY = (
+    64  # evaluations between two calls of the progress callback: one may take 3 ms, near a pole of a thin rod
+)
 
 
 class Sample(NamedTuple):
@@ -35,13 +36,11 @@ class Loads:
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
     torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
     wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
-    together: Callable[[Array, Motion], tuple[Array, Array]] | None = None  # as `wrenches`, where all effects allow it
+    in_links: bool = False  # whether `wrench` takes motions in the frames of the links too: the laws are pendpin's own
     axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned
 
     def wrenches(self, t: Array, motion: Motion) -> tuple[Array, Array]:
         """Forces and moments (k, n, 3) as `wrench`, at times (k,) and states (k, n, ...) of the motion."""
-        if self.together is not None:
-            return self.together(t, motion)
         assert self.wrench is not None
         states = zip(t, *motion[:4], strict=True)
         force, moment = zip(*(self.wrench(time, Motion(*state)) for time, *state in states), strict=True)
@@ -135,16 +134,14 @@ class AngleEngine(Engine):
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
-def count_calls(
-    function: Derivative, progress: ProgressCallback, every: int = CALLBACK_EVERY_SLOW
-) -> tuple[Derivative, Callable[[], int]]:
-    """A derivative that counts its calls and calls `progress` with t at every `every`-th of them."""
+def count_calls(function: Derivative, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+    """A derivative that counts its calls and calls `progress` with t at every CALLBACK_EVERY-th of them."""
     calls = 0
 
     def derivative(dy: Array, t: float, y: Array) -> None:
         nonlocal calls
         calls += 1
-        if not calls % every:
+        if not calls % CALLBACK_EVERY:
             progress(t)
         function(dy, t, y)
 

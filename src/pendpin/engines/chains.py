@@ -53,6 +53,7 @@ class LongChain(AngleEngine):
         return count_calls(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
+        """Poses and velocities of the rods at a state y (2 nv,)."""
         return self._motion(*split_by_rod(y.reshape(2, -1)))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
@@ -70,6 +71,7 @@ class LongChain(AngleEngine):
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
+        """q'' (nv,) by one banded solve, with joint torques (nv,) added."""
         extra = None if torque is None else torque[None]
         return self._solve(np.array([t]), q[None], v[None], extra).acceleration.reshape(-1)
 
@@ -204,11 +206,13 @@ class Directions(Thin):
         return _joined(*thin.directions(split_by_rod(q), split_by_rod(v)))
 
     def directions(self, y: Array) -> tuple[Array, Array]:
+        """The first halves of the states, made unit, and omega x d."""
         d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
         d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
         return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
 
     def project(self, y: Array) -> Array:
+        """The state (6 n,) with unit directions and angular velocities normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -258,6 +262,7 @@ class Spherical(Thin):
         return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])
 
     def directions(self, y: Array) -> tuple[Array, Array]:
+        """The rods' axes and their rates, from quaternions and angular velocities."""
         R, omega = _absolute(y, self.chain.n)
         d = -R[..., 2]
         rate = cross(np.einsum("knij,knj->kni", R, omega), d)

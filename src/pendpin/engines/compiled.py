@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY, Derivative, Engine, ProgressCallback, Sample, count_calls
+from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.machine.llvm import Block, Function, Values
 from pendpin.ground.arrays import Array
 
@@ -39,28 +39,36 @@ class Moving(Engine):
         return y[self.places]
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
+        """The base's positions and velocities (n, nv) of the whole states."""
         return self.base.unpack(t, self.whole(y), near)
 
     def density(self, y: Array) -> float:
+        """That of the base."""
         return self.base.density(self.whole(y))
 
     def project(self, y: Array) -> Array:
+        """What moves of the state that the base projects."""
         return self.base.project(self.whole(y))[self.places]
 
     def normalise(self, y: Array) -> None:
+        """As the base does; where something stays 0, the state has no whole directions."""
         if not self.still:
             self.base.normalise(y)
 
     def motion(self, y: Array) -> Motion:
+        """The base's motion at the whole state."""
         return self.base.motion(self.whole(y))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
+        """What the base computes."""
         return self.base.evaluate(t, q, v, torque)
 
     def accelerate(self, t: float, q: Array, v: Array) -> Array:
+        """What the base computes."""
         return self.base.accelerate(t, q, v)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """The base's rates of the whole state, of which those that move are kept."""
         function, calls = self.base.derivative(progress)
         rates = np.empty(self._size)
 
@@ -96,6 +104,7 @@ class Compiled(Moving):
         return self.equations.evaluate_fixed(self._values)  # once for all its runs: a twentieth of a short one
 
     def block(self) -> Block:
+        """The arguments of the machine code for one run."""
         return Block(self.equations, self._fixed, self._values.tables, self._count_compiling)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -110,4 +119,4 @@ class Compiled(Moving):
             dy[:] = rates
 
         derivative.needs = block, code  # type: ignore[attr-defined]  # they live as long as the function
-        return count_calls(derivative, progress, CALLBACK_EVERY)
+        return count_calls(derivative, progress)

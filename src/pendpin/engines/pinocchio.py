@@ -10,15 +10,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import (
-    CALLBACK_EVERY,
-    CALLBACK_EVERY_SLOW,
-    AngleEngine,
-    Derivative,
-    Loads,
-    ProgressCallback,
-    Sample,
-)
+from pendpin.engines.base import AngleEngine, Derivative, Loads, ProgressCallback, Sample, count_calls
 from pendpin.ground.arrays import Array, Indices, cross
 from pendpin.model.bodies import Body, in_mass_unit, pinocchio, with_gravity
 from pendpin.model.build import Model
@@ -167,23 +159,19 @@ class Revolute(AngleEngine):
         return pinocchio().Data(self._pin_model)
 
     def canonical(self) -> CanonicalForm:
+        """The model in positions and momenta."""
         return CanonicalForm(self.model, self.loads)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         nv, pin, data, aba, tau = self._pin_model.nv, self._pin_model, self._data, self._aba, self._no_torque
-        calls, loaded, every = 0, self._loaded, CALLBACK_EVERY_SLOW if self._loaded else CALLBACK_EVERY
 
         def derivative(dy: Array, t: float, y: Array) -> None:
-            nonlocal calls
-            calls += 1
-            if not calls % every:
-                progress(t)
             q, v = y[:nv], y[nv:]
             dy[:nv] = v
-            dy[nv:] = self.accelerate(t, q, v) if loaded else aba(pin, data, q, v, tau)
+            dy[nv:] = self.accelerate(t, q, v) if self._loaded else aba(pin, data, q, v, tau)
 
-        return derivative, lambda: calls
+        return count_calls(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
         """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
@@ -211,6 +199,7 @@ class Revolute(AngleEngine):
         return Sample(a, wrench)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
+        """Columns (nv, k) of Pinocchio's inverse mass matrix."""
         return mirror_upper(pinocchio().computeMinverse(self._pin_model, self._data, q))[:, joints]
 
     def accelerate(

@@ -5,7 +5,6 @@ one state or many.
 """
 
 from collections.abc import Callable
-from ctypes import addressof, c_char
 from functools import cache
 from typing import TYPE_CHECKING, Any
 
@@ -23,7 +22,6 @@ else:  # help() shows these names, and not what numpy makes of them
 
 EPS = float(np.finfo(float).eps)  # 2.2e-16: the distance of 1 from the next double, twice the error of one rounding
 TINY = float(np.finfo(float).tiny)  # 2.2e-308: smaller doubles have fewer digits
-_NO_CHARACTERS = c_char * 0  # also where there are none
 _NEXT = np.array([1, 2, 0])
 _UPPER = np.triu(np.ones((3, 3), dtype=bool))
 
@@ -35,14 +33,6 @@ def lapack(name: str) -> Callable[..., Any]:
 
     library: Any = get_blas_funcs if name == "tbsv" else get_lapack_funcs
     return library(name, dtype=np.float64)
-
-
-def address(x: Array) -> int:
-    """Where the first number of a contiguous array is; `x.ctypes.data`, for read-only ones, takes five times as long."""
-    try:
-        return addressof(_NO_CHARACTERS.from_buffer(x))  # type: ignore[arg-type]  # an array is a buffer
-    except TypeError:  # it is read-only
-        return x.ctypes.data
 
 
 def subdivided(times: Array, parts: ArrayLike) -> Array:

@@ -18,7 +18,7 @@ from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
 from pendpin.errors import say_note
-from pendpin.ground.arrays import Array, Mask, address
+from pendpin.ground.arrays import Array, Mask
 from pendpin.ground.libraries import c_functions, is_there, version
 from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 from pendpin.integrators.events import Stepper, Steps, integrate_to_event
@@ -68,6 +68,7 @@ class Adaptive(Integrator):
         return cls(method_of(scene.solver.method), scene.solver.tolerance, in_machine_code)
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """The derivative and its count; in machine code those of the engine's block."""
         block = self.compiled_block(engine, progress)
         if block is None:
             return engine.derivative(progress)
@@ -244,6 +245,7 @@ class InMachineCode(Stepper):
             t, y = float(bounds[-1]), states[-1]
 
     def state_at(self, t: float, y: Array, end: float) -> Array:
+        """The state (size,) at `end`, by CyRK's loop."""
         return self.call.solved(y, t, end).states(y)[-1] if end > t else y
 
 
@@ -323,10 +325,10 @@ class Call(NamedTuple):
         first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
         pointer = cyrk().solve(
-            *(self.block.code().address, t, end, address(y), len(y), PLACES[self.method], 0, 0),
+            *(self.block.code().address, t, end, y.ctypes.data, len(y), PLACES[self.method], 0, 0),
             *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
             *(*at, None, None, 0),
-            *(address(self.rtol), len(self.rtol), address(self.atol), len(self.atol)),
+            *(self.rtol.ctypes.data, len(self.rtol), self.atol.ctypes.data, len(self.atol)),
             *(min(self.longest, _NO_LIMIT), first_step, False),
         )
         return Solution(pointer, len(y))
@@ -360,11 +362,11 @@ class Solution:
         """The interpolation of the steps, (n, size) at times (n,)."""
         t, out = np.ascontiguousarray(t), np.empty((len(t), self._size))
         if len(t):
-            self._api.inside(self._pointer, address(t), len(t), address(out))
+            self._api.inside(self._pointer, t.ctypes.data, len(t), out.ctypes.data)
         return out
 
     def _copied(self, pointer: Callable[[int], int], *shape: int) -> Array:
         """A copy of the array at a pointer."""
         out = np.empty(shape)
-        ctypes.memmove(address(out), pointer(self._pointer), out.nbytes)
+        ctypes.memmove(out.ctypes.data, pointer(self._pointer), out.nbytes)
         return out

@@ -155,6 +155,7 @@ class RungeKutta4(FixedStep):
     """The classical method of four stages, order 4 (W. Kutta 1901), on any engine's state; compiled on a compiled engine."""
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
+        """The engine's derivative, and its block, in which a compiled loop counts calls too."""
         derivative, calls = engine.derivative(progress)
         self._block, self._progress = engine.block() if engine.compiles else None, progress
         self._normalise = engine.normalise

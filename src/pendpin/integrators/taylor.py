@@ -78,6 +78,7 @@ class Taylor(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> SeriesMemory:
+        """The state as it is, not yet projected."""
         return SeriesMemory(y)
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
@@ -137,7 +138,7 @@ class Taylor(Integrator):
             begin, (symbols, rates) = time.thread_time(), expressions(self._heyoka, recording)
             series = self._heyoka.taylor_adaptive(
                 list(zip(symbols, rates, strict=True)),
-                np.zeros(recording.size),
+                np.zeros(recording.size_of()),
                 tol=self.tolerance,
                 high_accuracy=self.tolerance < COMPENSATED,
                 compact_mode=joints > SMALL,
@@ -203,7 +204,7 @@ def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[f
 
 def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
     """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
-    tape, symbols = recording.tape, [hy.make_vars(f"y{i}") for i in range(recording.size)]
+    tape, symbols = recording.tape, [hy.make_vars(f"y{i}") for i in range(recording.size_of())]
     functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}
     terms = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
     for place in tape.needed(recording.places):

@@ -8,7 +8,7 @@ import numpy as np
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
 from pendpin.dynamics.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
 from pendpin.effects.pace import Pace
-from pendpin.engines import CALLBACK_EVERY_SLOW, Derivative, ProgressCallback
+from pendpin.engines import CALLBACK_EVERY, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import version
@@ -166,7 +166,7 @@ class LoopWithEvents(IntegrationLoop):
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             self._calls += 1
-            if not self._calls % CALLBACK_EVERY_SLOW:
+            if not self._calls % CALLBACK_EVERY:
                 self.progress(t)
             dy[:nv] = v = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)

@@ -1,7 +1,7 @@
 """What a run needs before it begins: the effects of a scene bound once, its method and engine chosen once."""
 
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cache, cached_property, partial
 
 import numpy as np
 
@@ -48,7 +48,7 @@ class EnergyBalance:
     def powers(self, t: float, y: Array) -> Array:
         """The power (kinds,) in W of the effects without a potential, at t in s since the start and the engine's state y."""
         nv = self._nv
-        return np.array(self._powers(State(t, y[:nv], y[nv : 2 * nv], lambda: self.engine.motion(y))), float)
+        return np.array(self._powers(State(t, y[:nv], y[nv : 2 * nv], cache(lambda: self.engine.motion(y)))), float)
 
     def close(self, work: Array, potentials: Array) -> dict[str, Array]:
         """The work of each kind (n,) in J, from what was integrated (n, kinds) and the effects' potentials (n, effects)."""

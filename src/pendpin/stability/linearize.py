@@ -170,12 +170,8 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
     engine = Dynamics(build(scene.model), (), form="angles").engine
     assert isinstance(engine, AngleEngine)
     tree, still = engine.model.tree, np.zeros((3, nv))
-    wrenches = recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3))
-    turns = np.array([kind == "revolute" for kind in tree.kinds])
-    along = np.where(turns[:, None], wrenches[..., 3:], wrenches[..., :3])
-    needed = (along * tree.axes).sum(
-        -1
-    )  # (3, nv), to hold still in a unit field: a support's acceleration is minus one
+    # (3, nv), to hold still in a unit field: a support's acceleration is minus one
+    needed = recursion.along_axes(tree, recursion.wrenches(tree, np.tile(q, (3, 1)), still, still, np.eye(3)))
     of_torque = engine.compliance(q, np.arange(nv))
     B = np.concatenate([np.zeros((nv, nv + 3)), np.concatenate([of_torque, of_torque @ needed.T], 1)])
     states = (*joints, *(f"{name}_rate" for name in joints))

@@ -60,6 +60,7 @@ class HingeReactions(NamedTuple):
 
 
 def ranges_in_words(rods: Reactions | HingeReactions) -> str:
+    """The least and the largest of each reaction of a run, N and N m."""
     parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
     return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
 

@@ -25,7 +25,7 @@ from pendpin.engines.machine.routines import CALLBACK, CALLS, HEADER, RODS, TABL
 from pendpin.engines.machine.tape import Recording
 from pendpin.engines.machine.text import Text
 from pendpin.errors import MissingLibrary, say_note
-from pendpin.ground.arrays import Array, address
+from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import c_functions, is_there, version
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
@@ -293,7 +293,7 @@ class Block:
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
         rates, more = np.empty(y.shape), np.empty((len(y), self.more))
         if len(t):
-            self.code().many(len(t), address(t), address(y), self.address, address(rates), address(more))
+            self.code().many(len(t), t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
         return rates, more
 
     def on_progress(self, callback: Callable[[float], bool]) -> None:

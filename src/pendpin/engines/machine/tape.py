@@ -205,12 +205,7 @@ class Recording(NamedTuple):
     of_rod: Sequence[Any] = ()
     more_of_rod: Sequence[Any] = ()
 
-    @property
-    def size(self) -> int:
-        """How many numbers a state has that is of no chain."""
-        return self.size_of(1)
-
-    def size_of(self, rods: int) -> int:
+    def size_of(self, rods: int = 1) -> int:
         """How many numbers a state has, of a chain of `rods` rods."""
         return rods * self.parts * self.width + len(self.results) if self.parts else self.width
 

@@ -9,20 +9,8 @@ to run (llvm.py). Equations of a chain are loops over its rods: the same code is
 from collections.abc import Iterable, Iterator
 from typing import NamedTuple
 
+from pendpin.engines.machine import routines
 from pendpin.engines.machine.passes import Schedule
-from pendpin.engines.machine.routines import (
-    CALLBACK,
-    DECLARED,
-    HEADER,
-    NUMBERS,
-    RODS,
-    SCRATCH,
-    STATE,
-    TABLE,
-    TRIGONOMETRY,
-    WIDE,
-    number,
-)
 from pendpin.engines.machine.tape import Recording
 
 EVERY = 4096  # calls between two of the progress callback; a power of 2
@@ -59,17 +47,17 @@ _REPORTING = f"""
   %before = load i64, ptr %block
   %count = add i64 %before, 1
   store i64 %count, ptr %block
-  %rods_at = getelementptr i64, ptr %block, i64 {RODS}
+  %rods_at = getelementptr i64, ptr %block, i64 {routines.RODS}
   %rods = load i64, ptr %rods_at
-  %scratch_at = getelementptr ptr, ptr %block, i64 {SCRATCH}
+  %scratch_at = getelementptr ptr, ptr %block, i64 {routines.SCRATCH}
   %scratch = load ptr, ptr %scratch_at
-  %numbers_at = getelementptr ptr, ptr %block, i64 {NUMBERS}
+  %numbers_at = getelementptr ptr, ptr %block, i64 {routines.NUMBERS}
   %numbers = load ptr, ptr %numbers_at
   %part_of_count = and i64 %count, {EVERY - 1}
   %due = icmp eq i64 %part_of_count, 0
   br i1 %due, label %report, label %go
 report:                                           ; count the call; every EVERY-th time call the progress callback
-  %place = getelementptr ptr, ptr %block, i64 {CALLBACK}
+  %place = getelementptr ptr, ptr %block, i64 {routines.CALLBACK}
   %callback = load ptr, ptr %place
   %none = icmp eq ptr %callback, null
   br i1 %none, label %go, label %ask
@@ -79,7 +67,7 @@ ask:
   br i1 %on, label %go, label %stop
 stop:                                             ; not counted: the next call asks again, and stops too
   store i64 %before, ptr %block
-  %state_at = getelementptr i64, ptr %block, i64 {STATE}
+  %state_at = getelementptr i64, ptr %block, i64 {routines.STATE}
   %state = load i64, ptr %state_at
   %bytes = mul i64 %state, 8
   call void @llvm.memset.p0.i64(ptr %dy, i8 -1, i64 %bytes, i1 false)
@@ -112,7 +100,7 @@ class Text:
         self.fixed = self._cells_of(x for x in fixed if not tape.by_rod[x])
         self.fixed_of_rod = self._cells_of(x for x in fixed if tape.by_rod[x])
         self._stored = self._cells_of(self.schedule.stored)
-        self._inputs_at = HEADER + TABLE * tables + self._count(self.fixed)
+        self._inputs_at = routines.HEADER + routines.TABLE * tables + self._count(self.fixed)
         self._width = recording.width
         self._has_trigonometry = any(map(self.schedule.is_trigonometric, self.schedule.needed))
         stored = self._count(self._stored) + len(self.more_of_rod)
@@ -134,7 +122,7 @@ class Text:
 
     def _lines(self) -> Iterator[str]:
         tape, schedule = self.tape, self.schedule
-        yield DECLARED
+        yield routines.DECLARED
         yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
         yield _REPORTING
         begin = self._inputs_at - self._count(self.fixed)
@@ -166,19 +154,19 @@ class Text:
         if any(tape.operations[place][0] == "row" for place in schedule.needed):
             yield _ROW
         if self._has_trigonometry:
-            yield f"declare void @{TRIGONOMETRY}(ptr, i64, ptr, ptr)"
+            yield f"declare void @{routines.TRIGONOMETRY}(ptr, i64, ptr, ptr)"
 
     def _loops(self) -> Iterator[str]:
         """The loops over the rods; further results go to the scratch memory where they are not wanted."""
         yield f"  %part = mul i64 %rods, {self._width}"
         yield "  %last = sub i64 %rods, 1"
         yield f"  %inputs = getelementptr double, ptr %block, i64 {self._inputs_at}"
-        yield f"  %in_part = add i64 %part, {WIDE}"
+        yield f"  %in_part = add i64 %part, {routines.WIDE}"
         yield "  %cosines = getelementptr double, ptr %scratch, i64 %in_part"
         yield f"  %angles = mul i64 %in_part, {2 * self._has_trigonometry}"
         yield "  %stored = getelementptr double, ptr %scratch, i64 %angles"
         if self._has_trigonometry:
-            yield f"  call void @{TRIGONOMETRY}(ptr %y, i64 %part, ptr %scratch, ptr %cosines)"
+            yield f"  call void @{routines.TRIGONOMETRY}(ptr %y, i64 %part, ptr %scratch, ptr %cosines)"
         yield f"  %stored_of_rods = mul i64 %rods, {self._count(self._stored)}"
         yield "  %aside = getelementptr double, ptr %stored, i64 %stored_of_rods"
         yield "  %unwanted = icmp eq ptr %more, null"
@@ -266,7 +254,7 @@ class Text:
         elif name == "row":
             t, table, width = operands
             for i, (part, kind) in enumerate((("times", "ptr"), ("rows", "ptr"), ("many", "i64"))):
-                yield from _load(f"{part}{place}", "block", str(HEADER + TABLE * table + i), kind)
+                yield from _load(f"{part}{place}", "block", str(routines.HEADER + routines.TABLE * table + i), kind)
             row = f"call i64 @row(ptr %times{place}, i64 %many{place}, double {self._name(t, loop)})"
             yield f"  %which{place} = {row}"
             yield f"  %first{place} = mul i64 %which{place}, {width}"
@@ -327,7 +315,7 @@ class Text:
         """An operand in a loop, or outside of loops."""
         name, *rest = self.tape.operations[place]
         if name == "number":
-            return number(rest[0])
+            return routines.number(rest[0])
         if name == "last":
             cell = self.tape.passes[rest[0]].cells[rest[1]].next
             return self._name(cell, self.schedule.loop.get(cell, 0))
