@@ -49,7 +49,7 @@ def test_thin_rods_at_the_pole() -> None:
 def test_an_engine_by_its_name_computes_its_own_samples() -> None:
     """So that routes stay independent; else a run has the samples of the compiled equations, which agree."""
     scene = pp.Scene(
-        duration=1.0,
+        duration=0.2,
         model=chain(4, seed=1),
         start=pp.Start(positions={"theta_1": 0.7, "phi_2": 0.4}),
         effects=(fx.Gravity(), AIR),

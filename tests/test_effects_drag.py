@@ -51,7 +51,7 @@ def test_moments_of_a_flow_in_a_line_are_exact(where: float, slope: float, sign:
         assert moment.item() == pytest.approx(exact, rel=1e-12, abs=1e-14 * (abs(a) + abs(b)))
 
 
-@law(60)
+@law(25)
 @given(
     where=st.floats(-0.5, 1.5),
     aside=st.floats(-12, 1).map(lambda x: 10**x),

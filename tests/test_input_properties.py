@@ -24,7 +24,7 @@ from pendpin.scene import Chain, Solver, UrdfModel
 from run_files import run_file
 
 LONGER = settings.default.max_examples > 100  # a longer search has other examples each time
-SETTINGS = settings(law(200), database=None, derandomize=not LONGER)
+SETTINGS = settings(law(100), database=None, derandomize=not LONGER)
 
 SCENE: dict[str, Any] = {
     "duration": 1.0,

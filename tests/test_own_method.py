@@ -63,7 +63,7 @@ def test_a_target_accuracy_is_met() -> None:
 
 def test_costs_are_measured() -> None:
     """`cost` compares it by its name."""
-    cost = pp.cost(ONE, methods=["ralston", "rk4"])
+    cost = pp.cost(ONE, methods=["ralston", "rk4"], budget=0.02)
     assert {curve.name for curve in cost.curves} == {"ralston", "rk4"}
 
 

@@ -147,7 +147,7 @@ ANSWERS = {  # what a bare install says: nothing on stderr, or what is missing a
     "bifurcation --vary effects[0].acceleration=9:10:2 --strobe 0.1 --of theta --count 1 --skip 1": "",
     "validate acheson": "",
     "validate conical --methods dop853": "",
-    "reference --out folder": "",
+    "reference scene.toml --out folder": "",
     "doctor text.md": "needs sympy: pip install sympy",
     "fit scene.toml swing.csv": "needs llvmlite",
     "sweep --vary duration=0.1:0.2:2": "needs xarray: pip install",

@@ -34,18 +34,20 @@ HINGES = (
     pp.Rod(length=0.3, mass=0.4, payload=0.1, radius=0.01),
 )
 SCENES = {
-    "rod": pp.Scene(model=pp.Chain(rods=[MIXED[0]]), effects=[GRAVITY], start=pp.Start(positions={"phi": 0.4})),
-    "double": pp.Scene(model=pp.Chain(rods=MIXED[2:4]), effects=[GRAVITY], start=pp.Start(positions={"theta_2": 0.4})),
-    "tree": pp.Scene(
-        model=pp.Chain(rods=HINGES), effects=[GRAVITY], start=pp.Start(positions={"phi_3": 0.4}), duration=1.0
-    ),
-    "ten mixed rods": pp.Scene(model=pp.Chain(rods=MIXED, copies=2), effects=[GRAVITY], duration=0.5),
-    "ur5": pp.Scene(model=pp.UrdfModel("ur5"), effects=[GRAVITY], duration=0.5),
-    "panda": pp.Scene(model=pp.UrdfModel("panda"), effects=[GRAVITY], duration=0.1),
+    name: pp.Scene(model=model, effects=[GRAVITY], start=pp.Start(positions=start), duration=duration)
+    for name, model, start, duration in (
+        ("rod", pp.Chain(rods=[MIXED[0]]), {"phi": 0.4}, 0.5),
+        ("double", pp.Chain(rods=MIXED[2:4]), {"theta_2": 0.4}, 2.0),
+        ("tree", pp.Chain(rods=HINGES), {"phi_3": 0.4}, 1.0),
+        ("ten mixed rods", pp.Chain(rods=MIXED, copies=2), {}, 0.5),
+        ("ur5", pp.UrdfModel("ur5"), {}, 0.5),
+        ("panda", pp.UrdfModel("panda"), {}, 0.1),
+    )
 }
 DAMPED = pp.Scene(
     model=pp.Chain(rods=MIXED[2:4]),
     effects=[GRAVITY, pp.effects.Viscous(coefficient=0.2, joints=["theta_1"]), pp.effects.Viscous(coefficient=0.1)],
+    duration=0.5,
 )
 PACKAGES = {"pinocchio": "pinocchio", "mujoco": "mujoco", "drake": "pydrake"}
 
@@ -94,7 +96,9 @@ def folder_test(folder: Path, engine: ModuleType) -> ModuleType:
     return loaded("test_reference_in_a_folder", folder / "test_reference.py")
 
 
-@pytest.mark.parametrize("name", SCENES)
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * name.startswith("ten")) for name in SCENES]
+)
 def test_the_engine_agrees_at_every_state(name: str, folders: Folders, engine: ModuleType) -> None:
     """Accelerations, mass matrix, wrenches and energies, through the folder's own test."""
     file = folder_test(folders[name], engine)

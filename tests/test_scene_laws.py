@@ -117,7 +117,7 @@ def test_an_effect_of_strength_0_changes_no_bit(parts: Any, method: Any, data: s
     model, engine, effects, touching = parts
     name = method.get("method", "auto")
     balance = name in (*event_methods(), "auto")
-    engine = engine if balance or name == "rk4" else "auto"
+    engine = engine if (balance and "accuracy" not in method) or name == "rk4" else "auto"
     if touching and balance and engine != "compiled":
         effects = (*effects, fx.Stop(upper=0.6, restitution=0.4))
     more = [*effects]
