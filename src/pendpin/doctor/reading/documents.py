@@ -108,7 +108,7 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped = list[tuple[int, Statement]](), list[str]()
-    text = _BLANK.sub(lambda match: " " * len(match[0]), text)
+    text = _BLANK.sub(lambda match: " " * len(match[0]), _without_html(text))
     formulas = sorted({*_formulas(text), *_pictures(text)})
     formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
@@ -121,6 +121,13 @@ def read_text(text: str) -> Document:
             one = replace(one, text=f"{left[1].strip()} {one.text}", chained=True)
         chain.append(one)
     return Document(tuple(chain), text=text, skipped=tuple(skipped))
+
+
+def _without_html(text: str) -> str:
+    """The text with letters for entities such as &theta;, and with _ and ^ for what is lowered and raised."""
+    text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
+    script = lambda match: ("_" if match[1] == "b" else "^") + (match[2] if match[2].isdigit() else f"({match[2]})")  # noqa: E731
+    return re.sub(r"<su([bp])>([^<>]*)</su[bp]>", script, text)
 
 
 def equations_in(formula: str) -> list[tuple[int, str]]:

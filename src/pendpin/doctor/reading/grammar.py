@@ -24,13 +24,12 @@ from pendpin.doctor.reading.tokens import (
 from pendpin.doctor.reading.tree import Node, Span, Unread
 
 OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
-ENDS = {"close", "relation", "other relation", "condition", "over", "end", *SEPARATORS}
+ENDS = {"close", "relation", "other relation", "condition", "over", "end", "blank", *SEPARATORS}
 POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
 PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
 OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
 FRAMES = set("ABINOWG")
-OF_TIME = (["(", "t", ")"], ["{", "(", "t", ")", "}"], ["[", "t", "]"])
 TIME = Written("t")
 MOST_POWER, MOST_DIGITS = 12, 30
 MOST_TERMS = 6  # of a sum with bounds
@@ -48,7 +47,7 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
                 pieces[-1] += piece
             else:
                 pieces.append(piece)
-        equations = [Parser(piece, latex, tight).sides() for piece in pieces]
+        equations = [_Parser(piece, latex, tight).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -60,21 +59,18 @@ def lone(text: str, words: Vocabulary) -> Node | None:
     return found[0][0] if [len(sides) for sides in found] == [1] else None
 
 
-class Parser:
+class _Parser:
     """A cursor over the tokens of one equation."""
 
     def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
         end = found[-1].end if found else 0
         self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
-        self.starred = any(token.text == "*" for token in found)  # products have a sign
-        self.place, self.bars, self.spaced = 0, 0, False  # of |, how many are open; whether blanks separate entries
+        self.place, self.bars = 0, 0  # of |, how many are open
 
     def peek(self, ahead: int = 0) -> Token:
-        """The token this number of places ahead."""
         return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
 
     def take(self) -> Token:
-        """The next token, and past it."""
         token = self.peek()
         self.place = min(self.place + 1, len(self.tokens) - 1)
         return token
@@ -85,13 +81,17 @@ class Parser:
         self.place += len(texts) if found else 0
         return found
 
+    def took_time(self) -> bool:
+        return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
+
+    def take_lowered(self) -> str:
+        return self.take().text if self.peek().kind == "_" else ""
+
     @property
     def end(self) -> int:
-        """The place behind the token before."""
-        return self.peek(-1).end
+        return self.peek(-1).end  # of the token before
 
     def at_sign(self) -> bool:
-        """Whether + or - comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:
@@ -100,15 +100,7 @@ class Parser:
         return framed or self.peek().kind in ("letter", "word", "accent", "style")
 
     def at_end(self) -> bool:
-        """Whether an expression ends before the next token; | ends one that a | has opened."""
         return self.peek().kind in ENDS or (self.peek().kind == "|" and self.bars > 0)
-
-    def at_new_entry(self) -> bool:
-        """Whether the next token begins an entry of a row such as [a b -c]: after a blank that no sign has behind it."""
-        token, before = self.peek(), self.peek(-1)
-        if not self.spaced or token.start == before.end or before.kind == "operator":
-            return False
-        return token.kind != "operator" or (token.text in "+-" and self.peek(1).start == token.end)
 
     def sides(self) -> list[Node]:
         """What stands on the sides of each =. Raises Unread."""
@@ -125,25 +117,27 @@ class Parser:
                 raise Unread(f"the {side} side of = is empty", token.start)
             if token.text == "Eq" and self.peek(1).text == "(":  # of sympy, also where it has a name
                 self.take()
-                found = [*self.group(row=False).children]
+                found = [*self.group().children]
             elif token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
             if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
                 return found
-            if token.kind == "condition":
-                raise Unread(f"an equation that holds only {token.text} is not checked", token.start)
-            if token.kind in ("other relation", "arrow relation"):
-                raise Unread(f"not an equation: it holds the relation {token.text}", token.start)
-            if token.kind == ",":
-                raise Unread("it gives values to several names at once: write an equation for each", token.start)
             if token.kind != "relation":
-                raise Unread(f"the bracket {token.text} closes nothing", token.start, OPENING.get(token.text, ""))
+                relation = f"not an equation: it holds the relation {token.text}"
+                wrong = {
+                    "condition": f"an equation that holds only {token.text} is not checked",
+                    "other relation": relation,
+                    "arrow relation": relation,
+                    ",": "it gives values to several names at once: write an equation for each",
+                }
+                closes = f"the bracket {token.text} closes nothing"
+                raise Unread(wrong.get(token.kind, closes), token.start, OPENING.get(token.text, ""))
 
     def sum(self) -> Node:
         """Terms with their signs."""
         signs, terms, marks, start = [], [], [], self.peek().start
-        while not terms or (self.at_sign() and not self.at_new_entry()):
+        while not terms or self.at_sign():
             sign, first = 1, self.peek()
             end = first.start
             while self.at_sign():
@@ -161,7 +155,7 @@ class Parser:
     def product(self) -> Node:
         """Factors, multiplied with or without a sign."""
         factors, operators, marks, slash = [self.power()], ["*"], [(0, 0)], False
-        while not (self.at_end() or self.at_sign() or self.at_new_entry()):
+        while not (self.at_end() or self.at_sign()):
             token, name = self.peek(), factors[-1]
             mark, operator = (token.start, token.start), "*"
             if token.kind == "operator":
@@ -172,8 +166,8 @@ class Parser:
                 operator = "/"
             elif token.kind == "open" and token.start == self.end and self._is_long(name):
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
-            if operator == "∖":  # A\\b
-                factors[-1], operator = Node("power", name.outer, Fraction(-1), (name,), (mark,)), "*"
+            if operator == "∖":  # A\b
+                factors[-1], operator = _inverse(name, name.outer, mark), "*"
             factors.append(self.power())
             if mark[0] == mark[1] and self._is_long(name) and self._is_long(factors[-1]):
                 both = " ".join(factor.value.lstrip("?") for factor in factors[-2:])
@@ -199,7 +193,7 @@ class Parser:
         while base.bracketed is not None and self.peek().kind == "prime":
             token = self.take()
             if base.kind == "matrix" and not self.latex:
-                base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.start, token.end),))
+                base = _function("transpose", base, (base.outer[0], token.end), (token.start, token.end))
             else:
                 for _ in token.text:
                     base = Node("derivative", (base.outer[0], token.end), "t", (base,))
@@ -208,21 +202,20 @@ class Parser:
             if token.text in ("T", "top", "intercal"):
                 if base.kind == "product" and {*base.value} == {"*"} and self.latex:  # entries with blanks between
                     base = Node("matrix", base.outer, (1, len(base.children)), base.children)
-                base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
+                base = _function("transpose", base, (base.outer[0], token.end), (token.end, token.end))
                 continue
             if base.written is not None and base.kind == "symbol":
-                below = self.take().text if self.peek().kind == "_" else ""
-                index = ",".join(filter(None, (base.written.index, below)))
-                if re.fullmatch(r"[A-Za-z]+|\*", token.text):
-                    written = replace(base.written, index=f"{index},{token.text}" if index else token.text)
-                    base = _symbol(written, (base.span[0], self.end))
+                named = re.fullmatch(r"[A-Za-z]+|\*", token.text)
+                index = ",".join(filter(None, (base.written.index, self.take_lowered(), token.text if named else "")))
+                if index != base.written.index:
+                    base = _symbol(replace(base.written, index=index), (base.span[0], self.end) if named else base.span)
+                if named:
                     continue
-                base = _symbol(replace(base.written, index=index), base.span) if below else base
             exponent = _exponent(token)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
             base = Node("power", (base.outer[0], self.end), exponent, (base,), ((token.start, self.end),))
-            any(self.took(*argument) for argument in OF_TIME)
+            self.took_time()
         return base
 
     def atom(self) -> Node:
@@ -253,8 +246,8 @@ class Parser:
         group = self.group()
         if token.text != "{" or group.kind != "symbol" or group.written is None:
             return group
-        lowered = self.take().text if self.peek().kind == "_" else ""  # as in {\bf q}_1
-        timed = any(self.took(*argument) for argument in OF_TIME)
+        lowered = self.take_lowered()  # as in {\bf q}_1
+        timed = self.took_time()
         written = replace(group.written, index=group.written.index + lowered)
         return _symbol(written, (token.start, self.end)) if lowered or timed else group
 
@@ -264,44 +257,36 @@ class Parser:
         """One quantity, of which is known only how it is written: accents, hats, indices, primes, frames."""
         start = self.peek().start
         before = self.take().text if self.took("{", "}") else ""
-        written = self.written()
-        if self.peek().kind == "^" and self.peek().text in FRAMES:
-            frame = self.take().text
-            written = replace(written, frames=before + frame if before and written.letter == "C" else "")
-        while self.peek().kind == "prime":
-            written = replace(written, dots=written.dots + len(self.take().text))
-        lowered = self.peek().kind == "_" and not written.index
-        if lowered or (self.peek().kind == "^" and self.peek().text in ("uparrow", "downarrow")):
-            written = replace(written, index=written.index + self.take().text)
-        any(self.took(*argument) for argument in OF_TIME)
-        if written.letter == "sum" and written.index:
-            raise Unread("a sum is read with small numbers as its bounds", start)
-        return _symbol(written, (start, self.end))
-
-    def written(self) -> Written:
-        """A letter with what is above, below and around it."""
         token = self.take()
-        if token.kind in ("accent", "style"):
-            opened = self.take() if self.peek().kind == "open" else None
-            written = (self.symbol().written if opened else None) or self.written()
+        if token.kind in ("accent", "style") or (token.text == "dot" and self.peek().kind in ("letter", "word")):
+            opened = self.take() if self.peek().kind == "open" and token.kind != "word" else None
+            written = self.symbol().written or TIME
             if opened and self.take().kind != "close":
                 raise Unread(f"\\{token.text} over more than one symbol", opened.start)
             dots = written.dots + ACCENTS.get(token.text, 0)
             written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
-        elif token.text == "dot" and self.peek().kind in ("letter", "word"):  # dot theta
-            written = self.written()
-            return replace(written, dots=written.dots + 1)
         elif token.kind in ("word", "letter"):
             written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
         else:
             raise Unread(f"{token.text!r} is not a symbol", token.start)
-        while self.peek().kind == "dots":
-            written = replace(written, dots=written.dots + ACCENTS[self.take().text])
-        number = self.peek()
-        adjoins = number.kind == "number" and number.start == token.end and token.kind == "letter" and not self.latex
-        while adjoins or self.peek().kind == "_":  # as in θ1
-            written, adjoins = replace(written, index=written.index + self.take().text), False
-        return written
+        while True:
+            mark, last = self.peek(), self.peek(-1)
+            adjoins = last.kind == "letter" and last.end == mark.start and not self.latex  # as in θ1
+            if mark.kind == "dots":
+                written = replace(written, dots=written.dots + ACCENTS[mark.text])
+            elif mark.kind == "prime":
+                written = replace(written, dots=written.dots + len(mark.text))
+            elif mark.kind == "^" and mark.text in FRAMES:
+                written = replace(written, frames=before + mark.text if before and written.letter == "C" else "")
+            elif mark.kind == "_" or (mark.kind == "number" and adjoins) or mark.text in ("uparrow", "downarrow"):
+                written = replace(written, index=written.index + mark.text)
+            else:
+                break
+            self.take()
+        self.took_time()
+        if written.letter == "sum" and written.index:
+            raise Unread("a sum is read with small numbers as its bounds", start)
+        return _symbol(written, (start, self.end))
 
     # --- derivatives, functions and commands --------------------------------------------------------------------
 
@@ -345,7 +330,7 @@ class Parser:
         if token.text == "sqrt" and first.text == "[" and self.latex:
             raise Unread("only square roots are read", token.start)
         if first.kind == "open" and not self.at_symbol():
-            argument = self.group(row=False)
+            argument = self.group()
         else:
             factors = [self.atom()] if first.kind in ("number", "half") else []
             if self.peek().kind == "command" or self.at_symbol():
@@ -358,24 +343,21 @@ class Parser:
             span = (first.start, factors[-1].outer[1])
             argument = Node("product", span, ("*",) * len(factors), tuple(factors), marks)
             argument = argument if len(factors) > 1 else factors[0]
-        mark = (token.start, token.end)
-        node = Node("function", (token.start, argument.outer[1]), token.text, (argument,), (mark,))
+        node = _function(token.text, argument, (token.start, argument.outer[1]), (token.start, token.end))
         return node if exponent is None else Node("power", node.span, exponent, (node,), ((caret.start, caret.end),))
 
     def function_of_code(self) -> Node:
         """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...])."""
-        token, inner = self.take(), self.group(row=False)
+        token, inner = self.take(), self.group()
         name, start, span = token.text, token.start, (token.start, self.end)
         parts = inner.children if inner.kind == "matrix" else (inner,)
         inside = parts[0]
         if name in LISTS:
             return replace(inner, bracketed=span)
         if name == "inv" and len(parts) <= 2:
-            return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
+            return _inverse(inner, span, (start, token.end))
         if name in PRODUCTS and len(parts) == 2:
-            first = (
-                Node("power", inside.span, Fraction(-1), (inside,), ((start, start),)) if name == "solve" else inside
-            )
+            first = _inverse(inside, inside.span, (start, start)) if name == "solve" else inside
             return Node("product", span, ("*", PRODUCTS[name]), (first, parts[1]), ((start, start),) * 2)
         if name == "diag":
             zero = Node("number", (start, start), Fraction(0))
@@ -399,47 +381,45 @@ class Parser:
         if token.text == "sqrt":
             return self.function()
         self.take()
+        start = token.start
         match token.text:
             case "frac":
-                parts, marks = (self.atom(), self.atom()), ((token.start, token.start),) * 2
-                return Node("product", (token.start, parts[1].outer[1]), ("*", "/"), parts, marks, fraction=True)
+                above, below = self.atom(), self.atom()
+                return _quotient(above, below, (start, below.outer[1]), start)
             case "underbrace" | "overbrace":  # without its label
                 node = self.group() if self.peek().kind == "open" else self.atom()
                 if self.peek().kind in ("_", "^"):
                     self.take()
                 return node
             case "det":
-                inner = self.group() if self.peek().kind == "open" else self.atom()
-                return Node("function", (token.start, inner.outer[1]), "det", (inner,), ((token.start, token.end),))
+                inner = self.atom()
+                return _function("det", inner, (start, inner.outer[1]), (start, token.end))
             case "dv" | "pdv":
                 order = self.atom().value if self.peek().text == "[" else 1
                 inside = self.atom()
                 inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
-                return _differentiated(inside, by, order, (token.start, self.end))
+                return _differentiated(inside, by, order, (start, self.end))
             case "sum":  # with small numbers as its bounds, written out
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
                     scripts[mark] = self.take().text
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
-                    raise Unread("a sum is read with small numbers as its bounds", token.start)
+                    raise Unread("a sum is read with small numbers as its bounds", start)
                 body, numbers = self.product(), range(int(bounds[2]), int(bounds[3]) + 1)
                 terms = tuple(_numbered(body, bounds[1], str(i)) for i in numbers)
-                marks = ((token.start, token.start),) * len(terms)
-                return Node("sum", (token.start, body.outer[1]), (1,) * len(terms), terms, marks)
-        raise Unread(f"\\{token.text} stands where a quantity should", token.start)
+                return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, ((start, start),) * len(terms))
+        raise Unread(f"\\{token.text} stands where a quantity should", start)
 
     # --- brackets and matrices ----------------------------------------------------------------------------------
 
-    def group(self, row: bool = True) -> Node:
+    def group(self) -> Node:
         r"""What stands in brackets; with commas a column; of a matrix rows with ; or \\ and entries with & or blanks.
 
         An empty entry of a matrix in LaTeX is 0.
         """
-        opened, outer = self.take(), self.spaced
+        opened, rows, blanks = self.take(), [list[Node]()], False
         is_matrix = opened.text in MATRICES
-        self.spaced = row and opened.text == "[" and (outer or self._is_row())
-        rows = [list[Node]()]
         while (token := self.peek()).kind != "close":
             if is_matrix and token.kind in ("&", "row"):
                 rows[-1].append(Node("number", (token.start, token.start), Fraction(0)))
@@ -449,17 +429,17 @@ class Parser:
             if self.took("over"):
                 above, below = rows[-1].pop(), self.sum()
                 span = (above.outer[0], below.outer[1])
-                marks = ((span[0], span[0]),) * 2
-                rows[-1].append(Node("product", span, ("*", "/"), (above, below), marks))
-            elif token.kind in (",", ";", "&", "row"):
+                rows[-1].append(_quotient(above, below, span, span[0], fraction=False))
+            elif token.kind in (",", ";", "&", "row", "blank"):
                 self.take()
+                blanks |= token.kind == "blank"
                 if token.kind == "row" or (token.kind == ";" and opened.text == "["):
                     rows.append([])
                 elif token.kind == "&" and self.peek().kind == "close":
                     rows[-1].append(Node("number", (token.end, token.end), Fraction(0)))
-            elif not (self.spaced and not self.at_end()):
+            else:
                 break
-        blank, self.spaced, token = self.spaced, outer, self.peek()
+        token = self.peek()
         if token.kind != "close" or token.text != CLOSING[opened.text]:
             wrong = f"{opened.text} is closed by {token.text}"
             reason = wrong if token.kind == "close" else f"the bracket {opened.text} is not closed"
@@ -469,32 +449,19 @@ class Parser:
         entries = [entry for row in rows for entry in row]
         if not entries:
             raise Unread(f"{token.text!r} stands where a quantity should", token.start)
+        if opened.text == "Vmatrix":
+            self.take_lowered()
+            inner = entries[0] if len(entries) == 1 else _matrix(rows, span)
+            return _function("norm", inner, span, (opened.start, opened.end))
         if is_matrix:
-            node = _matrix(rows, span)
-            if opened.text != "Vmatrix":
-                return node
-            if self.peek().kind == "_":
-                self.take()
-            return Node(
-                "function", span, "norm", (entries[0] if len(entries) == 1 else node,), ((opened.start, opened.end),)
-            )
+            return _matrix(rows, span)
         if len(entries) == 1:
             return replace(entries[0], bracketed=span)
         if opened.text == "[" and {entry.kind for entry in entries} == {"matrix"}:  # [[a, b], [c, d]]
             rows = [[*entry.children] for entry in entries]
-        elif len(rows) == 1 and not blank:
+        elif len(rows) == 1 and not blanks:
             rows = [[entry] for entry in entries]
-        return _matrix(rows, span, span if blank else None)
-
-    def _is_row(self) -> bool:
-        """Whether the bracket that is open holds entries with a blank between, as in MATLAB."""
-        depth, semicolon = 1, False
-        for token, following in zip(self.tokens[self.place :], self.tokens[self.place + 1 :], strict=False):
-            depth += {"open": 1, "close": -1}.get(token.kind, 0)
-            semicolon = semicolon or (token.kind == ";" and depth == 1)
-            if depth == 0 or (token.kind == "," and depth == 1):
-                return depth == 0 and not self.latex and (semicolon or self.starred or following.kind == "prime")
-        return False
+        return replace(_matrix(rows, span), bracketed=span)
 
     def length(self) -> Node:
         """What stands between two |: the length of a vector."""
@@ -505,13 +472,24 @@ class Parser:
         if self.peek().kind != "|":
             raise Unread("the bracket | is not closed", opened.start)
         closed = self.take()
-        if self.peek().kind == "_":
-            self.take()
-        return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
+        self.take_lowered()
+        return _function("norm", inner, (opened.start, closed.end), (opened.start, opened.end))
 
 
 def _symbol(written: Written, span: Span) -> Node:
     return Node("symbol", span, unknown(written), written=written)
+
+
+def _function(name: str, argument: Node, span: Span, mark: Span) -> Node:
+    return Node("function", span, name, (argument,), (mark,))
+
+
+def _inverse(node: Node, span: Span, mark: Span) -> Node:
+    return Node("power", span, Fraction(-1), (node,), (mark,))
+
+
+def _quotient(above: Node, below: Node, span: Span, mark: int, fraction: bool = True) -> Node:
+    return Node("product", span, ("*", "/"), (above, below), ((mark, mark),) * 2, fraction=fraction)
 
 
 def _differentiated(node: Node, by: Node, order: object, span: Span) -> Node:
@@ -526,11 +504,10 @@ def _differentiated(node: Node, by: Node, order: object, span: Span) -> Node:
     return node
 
 
-def _matrix(rows: list[list[Node]], span: Span, bracketed: Span | None = None) -> Node:
+def _matrix(rows: list[list[Node]], span: Span) -> Node:
     if len({len(row) for row in rows}) != 1:
         raise Unread("the rows of the matrix have different lengths", span[0])
-    entries = tuple(entry for row in rows for entry in row)
-    return Node("matrix", span, (len(rows), len(rows[0])), entries, bracketed=bracketed)
+    return Node("matrix", span, (len(rows), len(rows[0])), tuple(entry for row in rows for entry in row))
 
 
 def _numbered(node: Node, letter: str, number: str) -> Node:

@@ -1,10 +1,9 @@
 """Text to tokens: LaTeX, plain text, code and their mixtures, with their places; and which tokens are one equation."""
 
-import html
 import re
 import unicodedata
 from bisect import bisect
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -13,42 +12,21 @@ from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix", "pmat"}
-CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", "pmat": "}", **{name: name for name in MATRICES - {"pmat"}}}
-ENVIRONMENTS = {
-    "equation",
-    "align",
-    "aligned",
-    "alignat",
-    "alignedat",
-    "gather",
-    "gathered",
-    "multline",
-    "eqnarray",
-    "split",
-    "flalign",
-}
-ENVIRONMENTS |= {"displaymath", "math", "cases", "subequations"}
-CALLED = {
-    "pow",
-    "power",
-    "square",
-    "array",
-    "Matrix",
-    "matrix",
-    "vector",
-    "inv",
-    "solve",
-    "dot",
-    "cross",
-    "diag",
-}  # in code
+CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
+_LAYOUT = """equation align aligned alignat alignedat gather gathered multline eqnarray split flalign displaymath math cases
+subequations"""
+ENVIRONMENTS = set(_LAYOUT.split())
+_CALLED = "pow power square array Matrix matrix vector inv solve dot cross diag"
+CALLED = set(_CALLED.split())  # in code
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
+SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
 
 
 class Token(NamedTuple):
     """kind: number, letter, word, function, accent, style, operator, open, close, command, relation, or the text itself.
 
-    What is raised or lowered is one token, ^ or _, its text without brackets. The text of a strange one says why.
+    What is raised or lowered is one token, ^ or _, its text without brackets. The text of a strange one says why. A blank
+    stands between the entries of a row such as [a b -c].
     """
 
     kind: str
@@ -59,92 +37,95 @@ class Token(NamedTuple):
 
 _PLAIN = """mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak mbox mathnormal
 textnormal textsc"""
-_NAMES = {  # LaTeX's commands by the kind of their token; after = what they stand for
+_COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand for
     "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
         overrightarrow vb va vu uvec pmb""",
     "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore",
-    "space": f"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
-        phantom allowbreak lgroup rgroup thinspace medspace
-        enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl Biggr
-        small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
+    "space": rf"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
+        phantom allowbreak lgroup rgroup thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl
+        Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in",
-    "command": "sqrt det frac tfrac=frac dfrac=frac cfrac=frac flatfrac=frac partial underbrace overbrace sum dv pdv",
+    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
     "over": "over",
-    "letter": "top intercal prime star dagger uparrow downarrow upsilon",
+    "letter": "top intercal prime star dagger uparrow downarrow upsilon "
+    + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
-    "operator": "cdot=* times=x ast=* div=/ wedge=x bullet=.",
-    "relation": "equiv== triangleq== coloneqq== eqdef== doteq==",
-    "|": "| vert=| Vert=| lvert=| rvert=| lVert=| rVert=|",
-    "open": r"{=\{ lbrace=\{ lbrack=[ lparen=(",
-    "close": r"}=\} rbrace=\} rbrack=] rparen=)",
-    "function": " ".join(FUNCTIONS - {"sqrt"}) + " sen=sin tg=tan ctg=cot",
+    "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
+    "relation": "equiv→= triangleq→= coloneqq→= eqdef→= doteq→=",
+    "|": "| vert→| Vert→| lvert→| rvert→| lVert→| rVert→|",
+    "open": r"{→\{ lbrace→\{ lbrack→[ lparen→(",
+    "close": r"}→\} rbrace→\} rbrack→] rparen→)",
+    "function": " ".join(FUNCTIONS - {"sqrt"}) + " sen→sin tg→tan ctg→cot",
     "accent": " ".join(ACCENTS),
 }
-_COMMANDS = {
-    word.split("=")[0]: (kind, word.partition("=")[2] or word) for kind in _NAMES for word in _NAMES[kind].split()
+_SIGNS = {  # and of characters and signs
+    "blank": "¦",
+    "operator": "+ - −→- –→- * / ·→* ⋅→* ×→x ∙→* ÷→/ ∗→* @→* ∖ %2B→+",
+    "^": "⁰→0 ¹→1 ²→2 ³→3 ⁴→4 ⁵→5 ⁶→6",
+    "_": "₀→0 ₁→1 ₂→2 ₃→3 ₄→4 ₅→5 ₆→6",
+    "half": "½→1/2 ⅓→1/3 ¼→1/4 ¾→3/4 ⅔→2/3 ⅙→1/6 ⅛→1/8",
+    "dots": "\u0307→dot \u0308→ddot \u02d9→dot \u00a8→ddot",
+    "letter": " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
+    "open": "( [ {",
+    "close": ") ] }",
+    "prime": "' ′→' ’→' ″→''",
+    "relation": "= ==→= :=→=",
+    "gap": "⇒ ⟹",
+    "function": "√→sqrt",
+    "command": "∂→partial",
+    "other relation": "< > ≈ ≠ ≤ ≥ ∼ ≪ ≫",
+    "script": "^ **→^ _",
+    **{letter: letter for letter in ",.;|&"},
 }
-_COMMANDS |= {" ": ("space", " "), **{name: ("letter", letter) for name, letter in GREEK.items()}}
-_SIGNS = {
-    "operator": dict(zip("+-−–*/·⋅×∙÷∗@∖", "+---*/**x*/**∖", strict=True)) | {"%2B": "+"},
-    "^": dict(zip("⁰¹²³⁴⁵⁶", "0123456", strict=True)),
-    "_": dict(zip("₀₁₂₃₄₅₆", "0123456", strict=True)),
-    "half": {"½": "1/2", "⅓": "1/3", "¼": "1/4", "¾": "3/4", "⅔": "2/3", "⅙": "1/6", "⅛": "1/8"},
-    "dots": {"\u0307": "dot", "\u0308": "ddot", "\u02d9": "dot", "\u00a8": "ddot"},
-    "letter": GREEK,
-    "open": {"(": "(", "[": "[", "{": "{"},
-    "close": {")": ")", "]": "]", "}": "}"},
-    "prime": {"'": "'", "′": "'", "’": "'", "″": "''"},
-    "relation": {"=": "=", "==": "=", ":=": "="},
-    "row": {"\f": "\\"},
-    "gap": {"⇒": "⇒", "⟹": "⟹"},
-    "function": {"√": "sqrt"},
-    "command": {"∂": "partial"},
-    "other relation": {letter: letter for letter in "<>≈≠≤≥∼≪≫"},
-    "script": {"^": "^", "**": "^", "_": "_"},
-    **{letter: {letter: letter} for letter in ",.;|&"},
-}
-_CHARACTERS = {name: (kind, text) for kind, table in _SIGNS.items() for name, text in table.items()}
+
+
+def _table(kinds: dict[str, str]) -> dict[str, tuple[str, str]]:
+    """The kind and text of each entry."""
+    pairs = ((kind, *entry.partition("→")[::2]) for kind, entries in kinds.items() for entry in entries.split())
+    return {name: (kind, text or name) for kind, name, text in pairs}
+
+
+COMMANDS, CHARACTERS = _table(_COMMANDS) | {" ": ("space", " ")}, _table(_SIGNS) | {"\f": ("row", "\\")}
 
 _SOLVED = re.compile(  # A\b, the solution of A x = b
-    rf"[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, _COMMANDS))})\b)\w+\b)[^\\{{}}]*",
+    rf"[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, COMMANDS))})\b)\w+\b)[^\\{{}}]*",
     re.DOTALL,
 )
-_BRACED = re.compile(r"(?<![\^_])\{([-+=])\}")  # a sign in braces, which LaTeX sets without blanks
-# blanks in the place of what says nothing of quantities: labels, comments, module names, the number of an equation
-_NOISE = re.compile(
-    r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
-    r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-    r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|&space;|\.\.\.[^\n]*\n"
-    r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)"
-    r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
-    r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>|&(?:nbsp|thinsp|middot);"
+_UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
+_REWRITTEN = (  # what says nothing of quantities is blank, or written otherwise, each character in its place
+    (r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""", r"\2"),  # params["m1"] is m1
+    (  # labels, comments, module names, the number of an equation
+        r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
+        r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+        r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|\.\.\.[^\n]*\n"
+        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)"
+        r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
+        r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>",
+        "",
+    ),
+    (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
+    (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
 )
-_NAMED = re.compile(r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""")  # params["m1"] is m1
+_UNITS = re.compile(  # of a parameter: what stands between its number and the end
+    r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?)(?:\(\d+\))?"
+    rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
+)
 # self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; M.inv() and a.dot(b) are M^(-1) and a*(b)
 _RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)\.(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
-_METHODS = ((re.compile(r"\.inv\(\)"), "^(-1)"), (re.compile(r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()"), "*"))
-_GENERIC = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
-_OWNERS = set(_GENERIC.split())
+_OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
+_METHODS = ((r"\.inv\(\)", "^(-1) "), (r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()", "*"))
 _SAMPLE = re.compile(  # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
     r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-)
-_ROW_ENDS, _ROW_BEGINS = re.compile(r"[\w)\]'][ \t]*$"), re.compile(r"\s*(?:-\S|[\w(])")
-_UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
-_UNITS = re.compile(  # of a parameter: what stands between its number and the end
-    r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?(?:\(\d+\))?)"
-    rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
 )
 _TOKEN = re.compile(
     rf"""\\(?P<environment>begin|end)\s*\{{\s*(?P<called>[A-Za-z]+)\*?\s*\}}(?:(?<=[yt]\}})(?:\[\w\])?\{{[^{{}}]*\}}|(?<=y\}})\[\w\])?
     |(?P<matrix>\\[pb]?mat(?:rix)?\s*\{{)
     |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
     |(?P<plain>\\(?:{"|".join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}})
-    |(?P<lowered>_\s*G/O|<su(?P<which>[bp])>(?P<content>[^<>]*)</su[bp]>)
-    |(?P<entity>&[A-Za-z]+;)
     |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
-    |(?P<typo>\\dot\{{\\partial\}})
+    |(?P<letters>(?<=_)G/O)
     |(?P<command>\\(?:[A-Za-z]+\*?|.))
     |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
     |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
@@ -166,115 +147,107 @@ def is_latex(text: str) -> bool:
     return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text)) and not _SOLVED.fullmatch(text)
 
 
-def _of_code(text: str) -> str:
-    """Plain text where what only code has is blank or as in formulas, each character in its place."""
+def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
+    """The tokens of a text. Raises Unread for one that is too long or too deep."""
+    if len(text) > most:
+        raise Unread(f"longer than {most:,} characters")
+    for pattern, by in _REWRITTEN:
+        text = _rewrite(pattern, by, text)
+    text = _UNITS.sub(lambda match: match["value"].ljust(len(match[0])), text)
+    latex = is_latex(text)
+    try:
+        found = _scan_all(text if latex else _rewrite_code(text), latex)
+    except RecursionError:
+        raise Unread("nested too deeply") from None
+    # s and c before an angle are its sine and cosine, in brackets if both are there
+    short, in_brackets = set[int](), set[int]()
+    for i, token in enumerate(found):
+        after = found[i + 1 : i + 4]
+        if token[:2] in (("letter", "s"), ("letter", "c")) and after and after[0].start == token.end:
+            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and "prime" not in {
+                one.kind for one in after[1:2]
+            }:
+                short.add(i)
+            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
+                in_brackets.add(i)
+    for i in short | (in_brackets if {found[i].text for i in in_brackets} == {"s", "c"} else set[int]()):
+        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
+    return found
+
+
+def _rewrite(pattern: str | re.Pattern[str], by: str | Callable[[re.Match[str]], str], text: str) -> str:
+    """A text in which what matches is written otherwise, at the end of its place."""
+    return re.sub(pattern, lambda match: (by(match) if callable(by) else match.expand(by)).rjust(len(match[0])), text)
+
+
+def _rewrite_code(text: str) -> str:
+    """Plain text where what only code has is blank or as in formulas."""
 
     def own(match: re.Match[str]) -> str:
         owners, number, _, name, call = match.groups()
         if call and name not in FUNCTIONS | CALLED:
             return match[0]
-        if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS):
+        if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
             name = f"{name}_{number or owners.split('.')[-1]}"
-        return f"{name}{call or ''}".rjust(len(match[0]))
+        return f"{name}{call or ''}"
 
-    for pattern, plain in _METHODS:
-        text = pattern.sub(lambda match, plain=plain: plain.ljust(len(match[0])), text)
-    text = _RECORD.sub(own, text)
-    opened = ""
-    for i, letter in enumerate(text):  # in MATLAB's brackets each line is a row
-        opened = opened + letter if letter in "([{" else opened[:-1] if letter in ")]}" else opened
-        if letter == "\n" and opened[-1:] == "[" and _ROW_ENDS.search(text[:i]) and _ROW_BEGINS.match(text, i):
-            text = f"{text[:i]};{text[i + 1 :]}"
+    def rows(
+        match: re.Match[str],
+    ) -> str:  # in MATLAB's brackets each line is one, and without commas a blank separates
+        inside = re.sub(r"(?<=[\w)\]'])([ \t]*)\n(?=\s*(?:-\S|[\w(]))", r"\1;", match[0])
+        is_row = "," not in inside and (";" in inside or "*" in text or match[0][-1] == "'")
+        return re.sub(r"(?<=[\w)'])\s(?=\s*(?:[-+]?[\w(]))", "¦", inside) if is_row else inside
+
+    for pattern, by in (*_METHODS, (_RECORD, own), (r"\[[^\[\]]*\]'?", rows)):
+        text = _rewrite(pattern, by, text)
     if len({match[0] for match in _SAMPLE.finditer(text)}) == 1:  # else it is a step in time
-        text = _SAMPLE.sub(lambda match: " " * len(match[0]), text)
+        text = _rewrite(_SAMPLE, "", text)
     return text.replace("\\", "∖", 1) if _SOLVED.fullmatch(text) else text
 
 
-def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
-    """The tokens of a text. Raises Unread for one that is too long or too deep."""
-    if len(text) > most:
-        raise Unread(f"longer than {most:,} characters")
-    text = _NAMED.sub(lambda match: match[2].rjust(len(match[0])), text)
-    text = _NOISE.sub(lambda match: " " * len(match[0]), text)
-    text = _BRACED.sub(r" \1 ", text)
-    if units := _UNITS.search(text):
-        text = text[: units.start()] + units["value"].partition("(")[0].ljust(len(units[0]))
-    latex, found, place = is_latex(text), list[Token](), 0
-    text = text if latex else _of_code(text)
+def _scan_all(text: str, latex: bool) -> list[Token]:
+    """The tokens of what is written as the scanner wants it."""
+    found, place = list[Token](), 0
     while place < len(text):
         # LaTeX takes one digit where there are no braces, as in \frac12
         last = [token.text for token in found[-2:]]
         short = latex and (last[-1:] == ["frac"] or (last[:1] == ["frac"] and found[-1].kind in ("number", "letter")))
-        try:
-            new = list(_tokens_at(text, place, latex, short))
-        except RecursionError:
-            raise Unread("nested too deeply") from None
+        new = list(_scan(text, place, latex, short))
         found += [token for token in new if token.kind != "space"]
         place = new[-1].end
-    # s and c before an angle are its sine and cosine, in brackets if both are there
-    short_names, in_brackets = set[int](), set[int]()
-    for i, token in enumerate(found):
-        after = found[i + 1 : i + 4]
-        if token.kind == "letter" and token.text in "sc" and after and after[0].start == token.end:
-            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and (
-                len(after) < 2 or after[1].kind != "prime"
-            ):
-                short_names.add(i)
-            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
-                in_brackets.add(i)
-    for i in short_names | (in_brackets if {found[i].text for i in in_brackets} == {"s", "c"} else set[int]()):
-        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
     return found
 
 
-def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Iterator[Token]:
+def _scan(text: str, start: int, latex: bool, short: bool = False) -> Iterator[Token]:
     """The token at one place, of a word perhaps several; a number has one digit only where it is `short`."""
     match = _TOKEN.match(text, start)
     assert match is not None
-    kind, found, end = match.lastgroup, match[0], match.end()
+    found, end = match[0], match.end()
     strange = lambda what: Token("strange", f"{what} has no meaning in an equation here", start, end)  # noqa: E731
-    if match["environment"]:
-        known = match["called"] in MATRICES | ENVIRONMENTS
-        is_open = match["environment"] == "begin"
-        yield Token("open" if is_open else "close", match["called"], start, end) if known else strange(found)
-        return
-    if match["prose"]:  # which end an equation, or are a condition, or a name such as const
-        words = match["words"].strip()
-        if words in _PROSE_WORDS or not re.fullmatch(r"[A-Za-z.]*", match["words"]):
-            yield Token("condition" if _CONDITION.search(words) else ",", words, start, end)
-            return
-        if r"\textbf" in found:
-            yield Token("style", "textbf", start, start + found.index("{"))
-            return
-        kind, found = "plain", f"{{{words}}}"
-    if match["lowered"]:
-        content = "G/O" if match["content"] is None else joined(tokens(match["content"]))
-        yield Token("^" if match["which"] == "p" else "_", content, start, end)
-        return
-    match kind:
+    match match.lastgroup:
+        case "called":
+            is_open, known = match["environment"] == "begin", match["called"] in MATRICES | ENVIRONMENTS
+            yield Token("open" if is_open else "close", match["called"], start, end) if known else strange(found)
         case "matrix":
             yield Token("open", "pmat", start, end)
-        case "plain":
-            letters: list[str] = re.findall(r"[A-Za-z]+\d*", found)[-1:]
-            if not letters:
-                yield Token("space", found, start, end)
-                return
-            name = (
-                "L" if letters == ["l"] and found[:6] in (r"\maths", r"\mathc") else _ABROAD.get(letters[0], letters[0])
-            )
-            word = name == "diag" or name[-1].isdigit()
-            yield Token("function" if name in FUNCTIONS else "word" if word else "letter", name, start, end)
+        case "prose" if not re.fullmatch(r"[A-Za-z.]*", match["words"]) or match["words"] in _PROSE_WORDS:
+            words = match["words"].strip()  # which end an equation, or are a condition
+            yield Token("condition" if _CONDITION.search(words) else ",", words, start, end)
+        case "prose" if r"\textbf" in found:
+            yield Token("style", "textbf", start, start + found.index("{"))
+        case "prose" | "plain":
+            name: str = (re.findall(r"[A-Za-z]+\d*", found if match["words"] is None else match["words"]) or [""])[-1]
+            name = _ABROAD.get(name, name)
+            name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
+            kind = "function" if name in FUNCTIONS else "word" if name == "diag" or name[-1:].isdigit() else "letter"
+            yield Token(kind if name else "space", name, start, end)
+        case "letters":
+            yield Token("letter", found, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
-        case "entity":
-            letter = html.unescape(found)
-            known = letter in _CHARACTERS and letter != "&"
-            yield Token(*_CHARACTERS[letter], start, end) if known else strange(found)
-        case "typo":  # of a partial derivative by a rate
-            yield from (Token("command", "partial", start, start + 6), Token("accent", "dot", start + 6, end))
         case "command":
             name = found[1:].rstrip("*") or "*"
-            yield Token(*_COMMANDS[name], start, end) if name in _COMMANDS else strange(f"\\{name}")
+            yield Token(*COMMANDS[name], start, end) if name in COMMANDS else strange(f"\\{name}")
         case "number":
             end = start + 1 if short else end
             yield Token("number", text[start:end].replace("{,}", ".").replace(",", "."), start, end)
@@ -288,50 +261,42 @@ def _tokens_at(text: str, start: int, latex: bool, short: bool = False) -> Itera
             yield from _letters(word[0], start, latex, text)
         case _ if found != "\f" and (found.isspace() or found in "~\u2009\u202f"):
             yield Token("space", found, start, start + 1)
-        case _ if found in _SIGNS["script"]:
-            yield _script(text, Token(*_CHARACTERS[found], start, end), latex)
+        case _ if CHARACTERS.get(found, ("",))[0] == "script":
+            yield _script(text, Token(CHARACTERS[found][1], "", start, end), latex)
         case _:  # neither a digit nor a Latin letter; a letter with dots above is two
-            apart = found.isalpha() and found not in _CHARACTERS
+            apart = found.isalpha() and found not in CHARACTERS
             for letter in unicodedata.normalize("NFD", found) if apart else [found]:
-                if letter not in _CHARACTERS and not (letter.isascii() and letter.isalpha()):
+                if letter not in CHARACTERS and not (letter.isascii() and letter.isalpha()):
                     yield strange(f"the character {found!r} (U+{ord(found):04X})")
                     return
-                yield Token(*_CHARACTERS.get(letter, ("letter", letter)), start, end)
+                yield Token(*CHARACTERS.get(letter, ("letter", letter)), start, end)
 
 
 def _script(text: str, mark: Token, latex: bool) -> Token:
     """What is raised or lowered: a number with its sign, a letter, or what stands in brackets."""
-    inside, depth, place, sign, first = list[Token](), 0, mark.end, "", True
-    while first or depth:
+    inside, depth, place, sign = list[Token](), 0, mark.end, ""
+    while not inside or depth:
         if place == len(text):
             reason = f"the bracket {inside[0].text} is not closed" if inside else "it ends too early"
             return Token("strange", reason, inside[0].start if inside else mark.start, place)
-        new = list(_tokens_at(text, place, latex, latex and first))
-        if first:  # of T^t_p only the t is raised
-            head = new[0].text.partition("_")[0] if mark.text == "^" and new[0].kind == "word" else new[0].text
+        new = list(_scan(text, place, latex, latex and not inside))
+        if not inside:  # of T^t_p only the t is raised
+            head = new[0].text.partition("_")[0] if mark.kind == "^" and new[0].kind == "word" else new[0].text
             new = [new[0]._replace(text=head, end=new[0].end - len(new[0].text) + len(head))]
         place = new[-1].end
         if strange := next((token for token in new if token.kind == "strange"), None):
             return strange._replace(end=place)
-        if first and new[0].kind == "close":
+        if not inside and new[0].kind == "close":
             return Token("strange", f"{new[0].text!r} stands where an index or exponent should", mark.start, mark.end)
-        if first and new[0].kind == "operator" and new[0].text in "+-" and not sign:
+        if not inside and new[0].kind == "operator" and new[0].text in "+-" and not sign:
             sign = new[0].text
         elif new[0].kind not in ("space", "style"):
             depth += sum({"open": 1, "close": -1}.get(token.kind, 0) for token in new)
             inside += new
-            first = False
-    return Token(mark.text, sign + joined(inside), mark.start, place)
-
-
-def joined(found: list[Token]) -> str:
-    """The text of some tokens without blanks, brackets and type."""
     texts = (
-        token.kind * (token.kind in ("_", "^")) + token.text
-        for token in found
-        if token.kind not in ("open", "close", "style")
+        token.kind * (token.kind in ("_", "^")) + token.text for token in inside if token.kind not in ("open", "close")
     )
-    return "".join(texts)
+    return mark._replace(text=sign + "".join(texts), end=place)
 
 
 def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
@@ -354,9 +319,6 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
             yield Token(kind, part, place, place + len(part))
             place += len(part)
-
-
-SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
 
 
 def cut(found: list[Token]) -> list[list[Token]]:
@@ -384,27 +346,31 @@ def cut(found: list[Token]) -> list[list[Token]]:
         begins = i == 0 or found[i - 1].kind in SEPARATORS or i - 1 in layout
         if begins and any(j < end for j in relations[bisect(relations, i) :][:1]):
             layout |= {i, end}
-    pieces, marks, piece, around = [], list[Token](), list[Token](), list[int]()  # openers around a token
-    for i, token in enumerate([*found, Token("row", "", 0, 0)]):
-        around = [j for j in around if closed[j] >= i] if around and closed[around[-1]] < i else around
+    pieces, around = (
+        list[tuple[list[Token], list[Token]]]([([], [])]),
+        list[int](),
+    )  # with what stands before; openers around
+    for i, token in enumerate(found):
+        while around and closed[around[-1]] < i:
+            around.pop()
         if i in layout:
             continue
+        marks, piece = pieces[-1]
         if not around and token.kind in SEPARATORS:
             if piece:
-                pieces.append((marks, piece))
-                marks, piece = [], []
-            marks.append(token)
+                pieces.append(([], []))
+            pieces[-1][0].append(token)
             continue
         in_matrix = bool(around) and found[around[-1]].text in MATRICES
         if token.kind != "gap" and (in_matrix or token.kind not in ("row", "&")):
             piece.append(token)
         if i in closed:
-            around = [*around, i]
+            around.append(i)
     segments = list[tuple[list[Token], list[Token]]]()  # of rows and between commas; & and gaps within them
-    for i, (marks, piece) in enumerate(pieces):
+    for (marks, piece), (after, following) in pairwise([*(pair for pair in pieces if pair[1]), ([], [])]):
         kinds = {token.kind for token in marks}
         if segments and not kinds & {"row", ",", ";"}:
-            before, (after, following) = segments[-1][1], pieces[min(i + 1, len(pieces) - 1)]
+            before = segments[-1][1]
             is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
             both = _relates(before) and (_relates(piece) or (is_left and before[-1].kind != "relation"))
             if kinds == {"&"} and _relates(before) and piece[0].kind == "open" and not both:
@@ -413,11 +379,9 @@ def cut(found: list[Token]) -> list[list[Token]]:
                 before += [token for token in marks if token.kind in (".", "arrow relation")] + piece
                 continue
         segments.append((marks, piece))
-    equations, related = list[list[Token]](), False
+    equations = list[list[Token]]()
     for marks, piece in segments:
-        begins, between = piece[0].kind, list[Token]()
-        before = equations[-1] if equations else []
-        related = related or _relates(before)
+        begins, before, between = piece[0].kind, (equations[-1] if equations else []), list[Token]()
         goes_on = begins == "condition" or any(token.kind == "other relation" for token in piece)
         if any(token.kind == "row" for token in marks):
             if before and before[-1].kind == begins == "relation":  # a = \\ = b
@@ -425,7 +389,9 @@ def cut(found: list[Token]) -> list[list[Token]]:
             both = _relates(before) and _relates(piece)
             ends_open = bool(before) and before[-1].kind in ("relation", "operator")
             goes_on = goes_on or ends_open or (begins in ("operator", "relation") and not both)
-        elif [token.text for token in marks] == [","] and not related:  # of a, b = c, d all is kept
+        elif [token.text for token in marks] == [","] and not any(
+            map(_relates, equations)
+        ):  # of a, b = c, d all is kept
             goes_on, between = True, marks
         if before and goes_on:
             before += between + piece
