@@ -9,8 +9,9 @@ module's functions is exchanged. First coverage.py records once which lines each
 meets the tests that execute its line, first those that are quick and execute little else, until one fails or takes far too
 long. Slow tests do not run. Faults in equivalent_mutants.txt change nothing that a test could notice. The same command
 continues where it stopped; --again repeats those that were left. With --tests sweep sweep_plan only those files take part;
-with --hypothesis-profile few property tests have a tenth of their examples, with --seconds 5 a fault meets tests of 5 s of
-processor together: less is noticed, and what is left is to be repeated.
+with --hypothesis-profile few property tests have a tenth of their examples, with --cases 1 a test has its first case only,
+with --seconds 5 a fault meets tests of 5 s of processor together, and no test takes longer than that: less is noticed, and
+what is left is to be repeated.
 """
 
 import argparse
@@ -120,8 +121,9 @@ HANG = 600  # s on the clock, after which what waits is taken to wait for ever
 class Planter:
     """In the place of pytest's own loop: collected tests run in forked processes, each with a fault."""
 
-    def __init__(self, faults: list[Fault], lines: Path, seconds: float, done: Callable[[Fault, str], None]) -> None:
-        self._faults, self._lines, self._seconds, self._done = faults, lines, seconds, done
+    def __init__(self, faults: list[Fault], options: argparse.Namespace, done: Callable[[Fault, str], None]) -> None:
+        self._faults, self._options, self._done = faults, options, done
+        self._lines, self._seconds = options.file.with_suffix(".lines"), options.seconds
         self._failed = list[str]()
 
     def pytest_runtest_logreport(self, report: pytest.TestReport) -> None:
@@ -131,7 +133,11 @@ class Planter:
 
     def pytest_runtestloop(self, session: pytest.Session) -> bool:
         """Record, then plant."""
-        items = {item.nodeid: item for item in session.items}
+        items, cases = dict[str, pytest.Item](), Counter[str]()
+        for item in session.items:
+            cases[function_of(item.nodeid)] += 1
+            if cases[function_of(item.nodeid)] <= self._options.cases:
+                items[item.nodeid] = item
         if not self._lines.exists():
             print(f"{len(items)} tests: which lines they execute", flush=True)
             in_a_fork(lambda: self._record(items), resource.RLIM_INFINITY)
@@ -149,11 +155,14 @@ class Planter:
             data_file=str(self._lines.with_suffix(".coverage")), include=[f"{SOURCE}/*"], config_file=False
         )
         recorder.set_option("run:core", "ctrace")
+        signal.signal(signal.SIGPROF, take_too_long)
         recorder.start()
         for name, item in items.items():
             recorder.switch_context(name)
             begin = sum(os.times()[:4])
+            signal.setitimer(signal.ITIMER_PROF, min(self._seconds, HANG))
             self._run(item)
+            signal.setitimer(signal.ITIMER_PROF, 0)
             seconds[name] = sum(os.times()[:4]) - begin
         recorder.stop()
         recorder.save()
@@ -194,11 +203,21 @@ class Reach:
         price = {name: self.seconds[name] * self._executed[name] / here[name] for name in names}
         cases = Counter[str]()
         for name in sorted(names, key=price.__getitem__):
-            cases[name.partition("[")[0]] += 1
-            price[name] *= cases[name.partition("[")[0]]
+            cases[function_of(name)] += 1
+            price[name] *= cases[function_of(name)]
         names.sort(key=price.__getitem__)
         spent = np.cumsum([self.seconds[name] for name in names])
         return names[: max(1, int((spent <= seconds).sum()))]
+
+
+def function_of(name: str) -> str:
+    """The name of a test without its case."""
+    return name.partition("[")[0]
+
+
+def take_too_long(*_: object) -> None:
+    """For signal.signal."""
+    raise TimeoutError
 
 
 def in_a_fork(run: Callable[[], str], most: int) -> str:
@@ -295,7 +314,7 @@ def plant(faults: list[Fault], options: argparse.Namespace) -> None:
 
     names = [str(TOP / "tests" / f"test_{name}.py") for name in options.tests] or [str(TOP / "tests")]
     arguments = ["-s", "-n0", "-p", "no:cacheprovider", f"--hypothesis-profile={options.hypothesis_profile}", *names]
-    pytest.main(arguments, plugins=[Planter(faults, options.file.with_suffix(".lines"), options.seconds, done)])
+    pytest.main(arguments, plugins=[Planter(faults, options, done)])
 
 
 def main() -> None:
@@ -311,6 +330,7 @@ def main() -> None:
     parser.add_argument("--planted", action="store_true", help="PLANTED in place of random ones")
     parser.add_argument("--again", action="store_true", help="also those that were left")
     parser.add_argument("--hypothesis-profile", default="usual")
+    parser.add_argument("--cases", type=float, default=np.inf)
     parser.add_argument("--seconds", type=float, default=np.inf)
     parser.add_argument("--tests", nargs="+", default=[], help="names of files in tests; all if left out")
     options = parser.parse_args()
