@@ -11,6 +11,7 @@ import pendpin as pp
 from bad_input import ROD, run_main
 from pendpin import effects as fx
 from pendpin.errors import Note
+from pendpin.graphics.report import run_report
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model.bodies import pinocchio
 from pendpin.model.notes import leaving
@@ -75,6 +76,20 @@ def test_each_part_can_be_left_out(tmp_path: Path) -> None:
     damped = pp.simulate(scene_of(path, fx.AsWritten(friction=False, limits=False)), energy_balance=True)
     assert set(damped.work) == {"gravity", "viscous"}
     assert damped.work["viscous"][-1] < 0
+
+
+@pytest.mark.parametrize("parts", list(product([False, True], repeat=3)))
+def test_the_page_says_what_acts(tmp_path: Path, parts: tuple[bool, bool, bool]) -> None:
+    """The parts that are listed and that the file writes, with how many joints have them; nothing where none is listed."""
+    path = rod_with(tmp_path, '<dynamics damping="0.2" friction="0.3"/>')
+    damping, friction, limits = parts
+    listed = fx.AsWritten(damping=damping, friction=friction, limits=limits)
+    one, bare = (pp.simulate(scene_of(path, *more), samples=2) for more in ((listed,), ()))
+    rows, none = (dict(run_report(run, "").tables[0].rows) for run in (one, bare))
+    words = ("damping of 1 joint", "dry friction of 1 joint", "stops of 1 joint")
+    said = [text for text, acts in zip(words, parts, strict=True) if acts]
+    assert rows["as written"] == (", ".join(said) or "nothing: the file writes none")
+    assert "as written" not in none
 
 
 def test_one_note_says_what_is_ignored(tmp_path: Path) -> None:
