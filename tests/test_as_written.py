@@ -84,7 +84,7 @@ def test_the_page_says_what_acts(tmp_path: Path, parts: tuple[bool, bool, bool])
     path = rod_with(tmp_path, '<dynamics damping="0.2" friction="0.3"/>')
     damping, friction, limits = parts
     listed = fx.AsWritten(damping=damping, friction=friction, limits=limits)
-    one, bare = (pp.simulate(scene_of(path, *more), samples=2) for more in ((listed,), ()))
+    one, bare = (pp.simulate(scene_of(path, *more), duration=0.01, samples=2) for more in ((listed,), ()))
     rows, none = (dict(run_report(run, "").tables[0].rows) for run in (one, bare))
     words = ("damping of 1 joint", "dry friction of 1 joint", "stops of 1 joint")
     said = [text for text, acts in zip(words, parts, strict=True) if acts]
