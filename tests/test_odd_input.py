@@ -12,9 +12,10 @@ import pendpin
 from bad_input import ROD, SCENE, URDF_SCENE, Case, contents, edited, run_main
 from laws import HANG
 from odd_input import CASES, NAMED_CASES
-from pendpin import Trajectory
+from pendpin import Scene, Trajectory, simulate
+from pendpin.errors import Note
 from pendpin.model.build import build
-from pendpin.scene import UrdfModel
+from pendpin.scene import UrdfModel, builtin_scene
 
 SLIPS = ("large angle", "no effects", "the least", "inverted")  # what is probably a slip
 
@@ -202,3 +203,14 @@ def test_poor_surroundings(variables: dict[str, str], folder: Path) -> None:
     done = subprocess.run(command, env=surroundings, capture_output=True, timeout=HANG, check=False)
     assert (done.returncode, done.stderr) == (0, b"")
     assert (folder / "角.npz").is_file()
+
+
+@pytest.mark.parametrize("in_notebook", [False, True])
+def test_a_note_has_the_place_of_the_call(in_notebook: bool, monkeypatch: pytest.MonkeyPatch) -> None:
+    """As Python's warnings do; in a notebook it has none, because cells are not files."""
+    monkeypatch.delitem(sys.modules, "ipykernel", raising=False)
+    if in_notebook:
+        monkeypatch.setitem(sys.modules, "ipykernel", sys)
+    with pytest.warns(Note) as said:
+        simulate(Scene(model=builtin_scene().model, duration=0.01), samples=2)
+    assert {note.filename for note in said} == {"pendpin" if in_notebook else __file__}
