@@ -2,7 +2,10 @@
 
 import json
 import re
+from dataclasses import replace
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -13,10 +16,10 @@ from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
 from pendpin.cli import main
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.fitting import explain_residual
-from pendpin.fitting.data import sensors_of
+from pendpin.fitting.data import batch, read_swings, sensors_of
 from pendpin.fitting.fitting import fixed_offsets, prepare
 from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
-from pendpin.fitting.problem import bind_pendulum
+from pendpin.fitting.problem import LOST, bind_pendulum
 from pendpin.model.build import build
 from pendpin.scene import Data
 
@@ -178,6 +181,32 @@ def test_the_farthest_samples_are_named(single, count: int) -> None:
     assert [int(place) - 1 for place, _ in found] == sorted(far, reverse=True)[:3]
     assert [float(size) for _, size in found] == pytest.approx(sorted(far.values(), reverse=True)[:3], abs=0.02)
     assert first.endswith("Correct or remove them, or use --robust (robust=True).")
+
+
+def test_a_piece_that_cannot_be_run_is_far_off() -> None:
+    """At each of its samples and nowhere else, with no slope; the other pieces count as ever."""
+    truth = scene_of(1, Viscous(coefficient=2e-4), data=ANGLE)
+    table = swings_of(truth, [0.8], [0.5])
+    table = {name: values[:-40] for name, values in table.items()}  # the second swing is shorter
+    table["a1"][30] = table["a1"][-30] = np.nan
+    solution = pp.fit(truth, table, ["model.rods[0].com"]).solution
+    problem, x = solution.problem, solution.x
+    problem = replace(problem, batch=batch(read_swings(table, ANGLE), np.inf), share=1.0)
+    bound, starts = problem.pendulum.at(problem.split(x)[0]), np.array([[0.8, 0.5], [0.0, 0.0]])
+
+    def measure(start: np.ndarray, times: np.ndarray) -> Any:
+        if start[0] == starts[0, lost]:
+            raise pp.RunError("no")
+        return bound.measure(start, times)
+
+    right = problem.evaluate(bound, x, starts)
+    for lost, kept in ((0, 1), (1, 0)):
+        found = problem.evaluate(cast(Any, SimpleNamespace(measure=measure)), x, starts)
+        seen = ~np.isnan(problem.batch.y[:, 0, lost])
+        assert (found.r[lost] == np.where(seen, LOST, 0.0)).all()
+        assert not found.by_start[lost].any()
+        for one, other in zip(found, right, strict=True):
+            np.testing.assert_array_equal(one[kept], other[kept])
 
 
 def test_a_thin_rod_does_not_explain_a_thick_one() -> None:
