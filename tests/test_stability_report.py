@@ -18,6 +18,17 @@ def test_a_chain_of_two_has_four_rests() -> None:
     assert all(row["growth"] > 0 for row in rows if not row["stable"])
 
 
+@pytest.mark.parametrize("strength", [1e-6, 1e4, 1e9])
+def test_rests_do_not_depend_on_the_strength_of_gravity(strength: float) -> None:
+    """The same four; how fast the others are left goes with its square root."""
+    usual, other = (stability(scene().replace({"effects[0].acceleration": g})) for g in (1.0, strength))
+    assert len(other.rests) == len(usual.rests) == 4
+    for one, rest in zip(usual.rests, other.rests, strict=True):
+        assert rest.q == pytest.approx(one.q, abs=1e-9)
+    growths = [[row["growth"] for row in found.rows()] for found in (usual, other)]
+    assert growths[1] == pytest.approx([math.sqrt(strength) * growth for growth in growths[0]], rel=1e-6, abs=1e-12)
+
+
 def test_an_upright_rod_falls_at_its_own_rate() -> None:
     """sqrt(m g h / J)."""
     inertia = ROD.mass * (3 * 0.05**2 + 1) / 12 + 0.25
