@@ -3,6 +3,8 @@
 import math
 from itertools import pairwise
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -13,7 +15,7 @@ import pendpin as pp
 from laws import law
 from pendpin.ground.arrays import EPS
 from pendpin.model.build import build
-from pendpin.runs.accuracy.estimate import RoundingError, bound_rounding
+from pendpin.runs.accuracy.estimate import RoundingError, _run_like, bound_rounding
 from pendpin.runs.accuracy.runs import (
     Ruler,
     Runs,
@@ -85,6 +87,28 @@ def test_rounding_is_in_proportion_to_the_gap_of_a_shift() -> None:
     assert still.last == still.error[-1]
     least = ROUNDING.start_units + ROUNDING.step_units * math.sqrt(run.stats.steps)
     assert once.last - still.last == pytest.approx(1e-6 / units * least)
+
+
+@pytest.mark.parametrize("start", [(0.0, 0.4, 1.3, 0.0), (0.5, 0.0, -1.0, 0.7), (0.0, -0.3, -0.2, 0.4)])
+def test_a_shift_moves_every_joint_and_has_mirror_images(start: tuple[float, float, float, float]) -> None:
+    """Positions too that begin at 0; none beyond the farthest. A start in mirror image is shifted in mirror image."""
+    scene = spinning(duration=1.0).replace(effects=(pp.effects.Gravity(),))
+    units, shifted = 1e3, list[np.ndarray]()
+    for side in (1.0, -1.0):
+        q0, v0 = np.split(side * np.array(start), 2)
+        scene = scene.replace(start=pp.Start(positions=q0.tolist(), velocities=v0.tolist()))
+        run, own = pp.simulate(scene), runs_of(scene)
+        fake: Any = SimpleNamespace(
+            start=(q0, v0), dynamics=own.dynamics, times=own.times, run=lambda other, shifts: other
+        )
+        other: Any = _run_like(fake, scene, run, units)
+        q, v = np.array(other.start.positions), np.array(other.start.velocities)
+        assert (q != q0).all()
+        assert (v != v0).all()
+        assert (np.abs(q) <= np.abs(run.q).max(0)).all()
+        assert np.abs(q - q0).max() <= (units + 1) * EPS * np.abs(run.q).max()
+        shifted.append(np.concatenate([q, v]))
+    assert shifted[1] == pytest.approx(-shifted[0], rel=1e-15)
 
 
 def test_a_gap_that_is_not_linear_has_no_bound() -> None:
