@@ -3,6 +3,8 @@
 import pytest
 
 import pendpin as pp
+from pendpin.doctor.reading.names import Written
+from pendpin.doctor.systems.planar import FAMILIES
 
 
 def verdicts(text):
@@ -340,3 +342,31 @@ def test_a_load_that_gets_a_name_is_not_wrong():
     $$(M + m)\ddot x + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F(t) - d\dot x$$
     $$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$"""
     assert [f.verdict for f in pp.diagnose(text).findings] == ["not checked", "holds if", "holds"]
+
+
+POLE = """({M} + {m})*xddot + {m}*l*thetaddot*cos(theta) - {m}*l*thetadot**2*sin(theta) = F
+({I} + {m}*l**2)*thetaddot + {m}*l*xddot*cos(theta) + {m}*g*l*sin(theta) = 0
+"""
+INDICES = {
+    "in code": "Mc mp Ip",
+    "in capitals": "M_C m_P I_P",
+    "after a bar": "m_c m_p I_p",
+}
+
+
+@pytest.mark.parametrize("names", INDICES.values(), ids=INDICES)
+def test_an_index_is_the_same_however_it_is_set(names):
+    """As m_p, m_P and mp: in all of them a law holds, and one without a factor is mended."""
+    text = POLE.format(**dict(zip("MmI", names.split(), strict=True)))
+    assert [f.verdict for f in pp.diagnose(text).findings] == ["holds", "holds"]
+    assert [f.verdict for f in pp.diagnose(text.replace("l**2", "l**2/2")).findings] == ["holds", "fails"]
+
+
+def test_an_index_of_an_index_is_one_index():
+    words = next(spec.words for spec in FAMILIES["double"] if spec.kind == "double any absolute down")
+    plain = words(Written("l", 0, "c1"))
+    assert plain == ("h1",)
+    assert all(words(Written("l", 0, index)) == plain for index in ("{c_1}", "c,1", "{c,1}", "C1"))
+    assert words(Written("lc", 0, "1")) == words(Written("lc1")) == plain
+    tables = [spec.words for spec in FAMILIES["cart-pole"]]
+    assert all(table(Written("T", 0, "M")) == ("Tc",) != table(Written("T", 0, "m")) for table in tables)

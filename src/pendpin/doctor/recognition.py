@@ -391,7 +391,7 @@ def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
 def _others(page: _Page) -> Iterator[Reading]:
     """The equations read as those of each other system whose coordinates the text may have."""
     text, every = page.document.text, page.letters[0].every
-    inertias = {name[0] for name in every} & {"I", "J"} or re.search("inertia|gyration", text)
+    inertias = any(re.fullmatch("[IJ][a-z]?", name[0]) for name in every) or re.search("inertia|gyration", text)
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)

@@ -23,7 +23,9 @@ PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
-NO_LOADS = {*"mMlLIJghrapxyzq", "theta", "phi", "psi"}  # letters of what cannot be left out
+NO_LOAD = re.compile(
+    "[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi"
+)  # letters of what cannot be left out, also as Ip
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -224,7 +226,7 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
 
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
-    other = lambda name: name.lstrip("?").partition("_")[0] in NO_LOADS or "arrow" in name  # noqa: E731
+    other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
     if not moves or (any(map(other, unknown)) and not sure):

@@ -34,8 +34,8 @@ _COMMON = """
 g | m/s2 | g G g_0
 L | N m | L
 E | N m | E H
-ex | 1 | *e_x *e_X *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *e_Y *j *e_2 *u_y *y *E_y | vector(0, 1)
+ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
 """
 
 _PLANE = """
@@ -46,8 +46,8 @@ h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
 kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
 theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
-J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 J_o I_o | m*h*h + I
-I | kg m2 | I I_G I_C I_cm J_G J_C I_CM J_cm J_S I_S
+J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 Theta I_pivot moi | m*h*h + I
+I | kg m2 | I I_G I_C I_cm J_G J_C J_cm J_S I_S Theta_S
 rG | m | *r *r_G *x *R | vector(x, y)
 x | m | x x_G x_C x_cm x_1 | h*across(theta)
 y | m | y y_G y_C y_cm y_1 z h_y | h*high(theta)
@@ -70,6 +70,7 @@ mass | - | | vector(vector(J))
 force_ | - | | vector(-g*(m*h)*rise(theta))
 torque | N m | tau M_O tau_g M N tau_O | -m*g*h*rise(theta)
 period | s | T T_0 tau P | 2*pi/w0
+lr | m | l_r l_red L_r L_red l_eq L_eq ell_r | J/(m*h)
 """
 
 _TWO = """
@@ -78,8 +79,8 @@ theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
 m{n} | kg | m_{n} M_{n} m
 l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 d_1 r R
 l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 d_2 r R
-h{n} | m | h_{n} l_c{n} r_{n} d_{n} l_c,{n} s_{n} l_cm{n} l_g{n} lc_{n} a_{n} c_{n} l_{n} h lc{n}
-I{n} | kg m2 | I_{n} J_{n} I_c{n} I_c,{n} I_G{n} I J
+h{n} | m | h_{n} l_c{n} r_{n} d_{n} s_{n} l_cm{n} l_g{n} a_{n} c_{n} l_{n} h
+I{n} | kg m2 | I_{n} J_{n} I_c{n} I_G{n} I J
 J{n} | kg m2 | J_{n} I_{n} I_O{n} | I{n} + m{n}*h{n}**2
 x1 | m | x_1 | h1*across(theta1)
 y1 | m | y_1 z_1 | h1*high(theta1)
@@ -90,13 +91,13 @@ yp1 | m | y_1 z_1 | l1*high(theta1)
 xp2 | m | x_2 | l1*across(theta1) + l2*across(second)
 yp2 | m | y_2 z_2 | l1*high(theta1) + l2*high(second)
 T | N m | T K E_k E_c | (p1*dtheta1 + p2*dtheta2)/2
-V | N m | V U E_p  | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
+V | N m | V U E_p | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
 T1 | N m | T_1 K_1 E_k1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
 T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning**2)/2
 V{n} | N m | V_{n} U_{n} E_p{n} | m{n}*g*y{n}
 S1 | N | T_1 S_1 F_1 N_1 | -m1*(ddx1*(x1/h1) + (ddy1 + g)*(y1/h1)) - m2*(ddx2*(x1/h1) + (ddy2 + g)*(y1/h1))
 S2 | N | T_2 S_2 F_2 N_2 | -m2*(ddx2*((x2 - xp1)/h2) + (ddy2 + g)*((y2 - yp1)/h2))
-p{n} | N m s | p_{n} p_theta{n} p_theta_{n} p_theta,{n} ptheta_{n} P_{n} p_q{n} p_phi{n} | M1{n}*dtheta1 + M{n}2*dtheta2
+p{n} | N m s | p_{n} p_theta{n} P_{n} p_q{n} p_phi{n} | M1{n}*dtheta1 + M{n}2*dtheta2
 M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11 | a_ + turns_*(b_ + b_ + d_)
 M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21 | b_ + turns_*d_
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22 | d_
@@ -114,7 +115,7 @@ tau2 | N m | tau_2 tau u Q_2
 v1 | m/s | v_1 | h1*dtheta1
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
 alpha{n} | 1/s2 | alpha_{n} acc_{n} | ddtheta{n}
-w{n} | 1/s | omega_{n} w_{n} velocity_{n} vel_{n} angular_velocity_{n} angularVelocity_{n} | dtheta{n}
+w{n} | 1/s | omega_{n} w_{n} velocity_{n} vel_{n} angular_velocity_{n} | dtheta{n}
 tau | N m | *tau *Q *u *f tau | vector(tau1, tau2)
 q | 1 | q *q *theta theta Theta *Theta | vector(theta1, theta2)
 mass | kg m2 | *M *H *D *B | vector(vector(M11, M12), vector(M12, M22))
@@ -122,7 +123,7 @@ turn | N m s | *C *c *h *H *V | vector(vector(C11, C12), vector(C21, 0))
 turn2 | N m s | *C *c *h *H *V | vector(vector(D11, D12), vector(C21, 0))
 turned | N m | *C *c *h *H | vector(C1, C2)
 weight | N m | *G *g *Phi *phi *tau_g | vector(G1, G2)
-pull | N m | *tau_g *tau_G *G | vector(-G1, -G2)
+pull | N m | *tau_g *G | vector(-G1, -G2)
 B | - | *B *b | vector(0, 1)
 s_ | - | | m2*l1*h2*sin(theta1 - second)
 a_ | - | | m1*h1*h1 + m2*l1*l1 + I1
@@ -136,18 +137,18 @@ force_ | - | | vector(f_ + turns_*k_ + tau1, k_ + tau2)
 _CART = """
 x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
-M | kg | M m_c m_1 M_c m_C M_1 m_cart m_0 M_cart masscart mc cart_mass
-m | kg | m m_p m_2 m_P m_1 m_pole M_p masspole mp pole_mass m_pend M_pole
-l | m | l L ell l_1 l_p L_p r R length
+M | kg | M m_c m_1 M_c M_1 m_cart m_0 M_cart masscart cart_mass m_w M_w m_k
+m | kg | m m_p m_2 m_1 m_pole M_p masspole pole_mass m_pend M_pole m_b m_r m_rod m_bob
+l | m | l L ell l_1 l_p L_p r R length l_pole
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
-I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_P
+I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_pole I_pend I_rod Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
 T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
-V | N m | V U E_p  | g*(m*h*high(theta))
-Tc | N m | T_c T_1 K_c K_1 T_M T_C | M*dx**2/2
-Tp | N m | T_p T_2 K_p K_2 T_m T_P | T - Tc
+V | N m | V U E_p | g*(m*h*high(theta))
+Tc | N m | T_c T_1 K_c K_1 T_M | M*dx**2/2
+Tp | N m | T_p T_2 K_p K_2 T_m | T - Tc
 Vc | N m | V_c U_c V_1 U_1 | 0*V
 Vp | N m | V_p U_p V_2 U_2 | V
 S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
@@ -160,11 +161,11 @@ turned | - | *C *c *h | vector(F - f_, 0)
 q | - | q *q | vector(x, theta)
 mass | - | *M *H *D | vector(vector(M + m, b_), vector(b_, J))
 weight | - | *G *g *Phi | vector(0, -k_)
-pull | - | *tau_g *tau_G *G | vector(0, k_)
+pull | - | *tau_g *G | vector(0, k_)
 B | - | *B *b | vector(1, 0)
 px | N m s | p_x p_1 | (M + m)*dx + b_*dtheta
 ptheta | N m s | p_theta p_2 | b_*dx + J*dtheta
-F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1 force
+F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1 force F_ext F_a
 N | N | N H N_x | m*ddxp
 P | N | P V N_y | m*(g + ddyp)
 b_ | - | | side*(m*h)*cos(theta)
@@ -177,7 +178,7 @@ _CART_TWO = """
 x | m | x q_1 q_0 s z x_c x_0
 theta1 | 1 | theta_1 q_2 phi_1 alpha_1
 theta2 | 1 | theta_2 q_3 phi_2 alpha_2
-M | kg | M m_c M_c m_0 m_cart mc
+M | kg | M m_c M_c m_0 m_cart
 m{n} | kg | m_{n} M_{n} m
 l{n} | m | l_{n} L_{n} l L
 h{n} | m | h_{n} l_c{n} r_{n} d_{n} a_{n} l_{n} L_{n} l L

@@ -66,14 +66,13 @@ def table_spec(
     ranked: dict[str, list[tuple[int, str]]] = {}
     for name, _, writings, _ in rows:
         for rank, one in enumerate(writings.split() if name not in absent else ()):
-            ranked.setdefault(one, []).append((rank, name))
+            ranked.setdefault(_key(one), []).append((rank, name))
     written = {one: list(dict.fromkeys(name for _, name in sorted(names))) for one, names in ranked.items()}
 
     def words(one: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
-        index = one.index.replace("{", "").replace("}", "").replace(" ", "")
-        key = one.letter + (f"_{index}" if index else "")
-        names = (one.styled and written.get("*" + key)) or written.get(key, ())
+        key = one.letter + one.index
+        names = (one.styled and written.get(_key("*" + key))) or written.get(_key(key), ())
         moving = (name for name in names if not (one.dots and (name in still or name in parameters)))
         return tuple("d" * one.dots + name for name in moving if not one.frames)
 
@@ -105,6 +104,13 @@ def table_spec(
         extra=(*unknowns, *extra, *coordinates),
         **others,
     )
+
+
+def _key(word: str) -> str:
+    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1."""
+    plain = re.sub(r"[{}\s,_]", "", word)
+    head = 2 if plain.startswith("*") else 1
+    return plain[:head] + (plain[head:] if plain[head:] == "M" else plain[head:].lower())  # T_M beside T_m
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
