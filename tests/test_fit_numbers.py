@@ -1,5 +1,6 @@
 """Fits: free numbers and their coordinates, and swings as they are read and cut."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -9,9 +10,10 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
-from fit_scenes import ANGLE, ANGLES, ROD, scene_of
+from fit_scenes import ANGLE, ANGLES, ROD, scene_of, swings_of
 from pendpin.effects import Drag, DryFriction, Viscous
 from pendpin.fitting.data import FEWEST, MOST_SAMPLES, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
+from pendpin.fitting.fitting import prepare, solve
 from pendpin.fitting.parameters import combinations, free_parameters, replace_checked, substitute
 from pendpin.scene import Chain, Data
 
@@ -264,3 +266,18 @@ def test_two_columns_are_two_angles() -> None:
     t = np.arange(10) * 0.1
     (swing,) = read_swings({"segment": np.ones(10), "a2": 2 * t, "a1": t, "t": t}, ANGLES)
     assert swing.y.tolist() == np.column_stack([t, 2 * t]).tolist()
+
+
+def test_what_was_integrated_is_not_integrated_again() -> None:
+    """A search that goes on with other weights has its motions: no evaluation is made, and its residuals are the same."""
+    scene = scene_of(1, DryFriction(kinetic=1e-3), data=ANGLE)
+    data = swings_of(scene, [1.0], [0.7])
+    problem = solve(prepare(scene, data, "friction"), lambda what: None).problem
+    x, starts = problem.prior, np.array([[1.0, 0.7], [0.0, 0.2]])
+    first = problem.evaluate(problem.pendulum.at(x[: problem.nz]), x, starts)
+    block = problem.pendulum.at(x[: problem.nz]).variations.equations.block
+    calls, heavier = block.calls, replace(problem, weights=2 * problem.weights)
+    again = heavier.evaluate(heavier.pendulum.at(x[: problem.nz]), x, starts)
+    assert block.calls == calls > 0
+    np.testing.assert_array_equal(again.r, 2 * first.r)
+    np.testing.assert_array_equal(again.by_unknowns[..., : problem.nz], 2 * first.by_unknowns[..., : problem.nz])

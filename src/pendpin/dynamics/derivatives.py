@@ -93,10 +93,11 @@ class Variational:
         changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
         lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
         active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
+        unchanged = _engine_of(model, engine, None)
         cases = list[EquationsOfMotion]()  # of the scene as it is, then with an imaginary part in each of its numbers
         for chain, given in [(None, scene.effects), *changes]:
             effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
-            own, contacts = _engine_of(model, engine, chain), None
+            own, contacts = unchanged if chain is None else _engine_of(model, engine, chain), None
             if any(isinstance(effect, ContactEffect) for effect in effects):
                 assert isinstance(own, AngleEngine)
                 contacts = bind_contacts(model, effects, own)

@@ -6,6 +6,7 @@ DOP853, with errors of every change measured by its own size.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.falls import RATE, Guards, guards_of
 from pendpin.dynamics.timing import timing
 from pendpin.effects import ContactEffect, DryFriction
+from pendpin.effects.pace import Pace
 from pendpin.engines.machine.llvm import Block
 from pendpin.errors import InputError, RunError, choices, is_number, not_one_of, shown
 from pendpin.ground.arguments import number_at, parsed
@@ -62,8 +64,13 @@ class Variations:
         self._last = np.inf  # the number of evaluations that may not be passed
         self._scales: Scales | None = None  # of the first motion that is integrated
         self.start = np.concatenate([q, v])
+
+    @cached_property
+    def pace(self) -> Pace:
+        """How fast the effects change."""
+        scene, (q, v) = self.scene, np.split(self.start, 2)
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
-        self.pace = timing(dynamics, scene.effects, q, v, scene.duration, None).pace
+        return timing(dynamics, scene.effects, q, v, scene.duration, None).pace
 
     def integrate(self, y: Array, w: Array, times: Array, tolerance: float) -> tuple[Array, Array]:
         """States (n, 2 nv) and changes (n, K, 2 nv) at times (n,) from y, w, these measured by their sizes. RunError."""
