@@ -365,7 +365,8 @@ def test_cases_side_by_side_are_each_met_by_their_errors_at_the_end() -> None:
     tolerances = [series.tolerance for series in ladder.series]
     assert tolerances == pytest.approx([1e-5, 1e-7, 1e-9, 1e-11, 1e-13])
     n = len(factors)
-    cases = Cases([model] * n, np.zeros((n, 2)), np.zeros((n, 2)), np.arange(n)[:, None].astype(float), np.zeros(n))
+    rest, numbers = np.zeros((n, 2)), np.arange(n)[:, None].astype(float)
+    cases = Cases([model] * n, rest, rest, numbers, np.zeros(n), rest)
     finest, looser, met = ladder.run(cases)
     assert met.tolist() == [False, True, True, True, True, True, True, False]  # runs that are equal say nothing
     off = [np.abs(motions.q[:, -1, 0] - START - RATE * END) for motions in (finest, looser)]

@@ -231,9 +231,15 @@ def find_coarse(run: RunRecord) -> Indices:
 
 def strays(dt: Array, x: Array, rate: Array, floor: Array | float = 0.0) -> Mask:
     """The intervals (..., n - 1, m) of dt (n - 1, 1) s in which values (..., n, m) stray from their rates."""
-    off = np.abs(np.diff(x, axis=-2) - dt * (rate[..., 1:, :] + rate[..., :-1, :]) / 2)
-    path = dt * np.maximum(np.abs(rate[..., 1:, :]), np.abs(rate[..., :-1, :]))
-    beside = np.concatenate([path[..., :1, :], path, path[..., -1:, :]], -2)
-    path = np.maximum(path, np.maximum(beside[..., :-2, :], beside[..., 2:, :]))
-    moved, largest = np.ptp(x, -2, keepdims=True), np.abs(x).max((-2, -1), initial=0.0, keepdims=True)
-    return off > OFF * path + STILL * moved + ROUNDING * largest + floor
+    off = x[..., 1:, :] - x[..., :-1, :]  # in place, as a sweep waits for this
+    off -= dt / 2 * (rate[..., 1:, :] + rate[..., :-1, :])
+    off, speed = np.abs(off, out=off), np.abs(rate)
+    path = np.maximum(speed[..., 1:, :], speed[..., :-1, :])
+    path *= dt
+    most = path.copy("K")
+    np.maximum(most[..., 1:, :], path[..., :-1, :], out=most[..., 1:, :])
+    np.maximum(most[..., :-1, :], path[..., 1:, :], out=most[..., :-1, :])
+    most *= OFF
+    top, bottom = x.max(-2, keepdims=True, initial=-np.inf), x.min(-2, keepdims=True, initial=np.inf)
+    largest = np.maximum(top, -bottom).max(-1, keepdims=True, initial=0.0)
+    return off > most + (STILL * (top - bottom) + ROUNDING * largest) + floor

@@ -31,7 +31,7 @@ from pendpin.trajectory import exchanged
 from pendpin.trajectory.parts import ROUNDING
 
 WIDTH = 16  # cases side by side, the same on every machine: two vectors hide the time that an instruction takes
-AT_ONCE = 128  # cases that are sorted into vectors
+AT_ONCE = 512  # cases whose samples are in memory at once
 MOST_STATES = 200_000  # of a case, and of a piece: it bounds the memory of a worker
 MOST_JOINTS = 10  # up to which series are compiled for a batch: five rods compile in 2 s and run ten times as fast
 NARROW = 8  # cases side by side for up to SMALL joints: one rod is then 10 % faster, two rods are 10 to 60 % slower
@@ -70,6 +70,7 @@ class Cases(NamedTuple):
     v: Array  # (c, nv)
     parameters: Array  # (c, p) of the series
     longest: Array  # (c,) s, the longest step; 0 where an effect has corners, which series do not take side by side
+    energies: Array  # (c, 2) J, kinetic and potential at the start
 
     def some(self, places: Indices) -> "Cases":
         """Those at these places (k,)."""
@@ -159,15 +160,18 @@ class Series:
 
     def started(self, q: Array, v: Array) -> Cases:
         """The scene of the series from other starts, q, v (c, nv)."""
-        models, _, _, *numbers = self._own.some(np.zeros(len(q), int))
-        return Cases(models, q, v, *numbers)
+        models, _, _, parameters, longest, _ = self._own.some(np.zeros(len(q), int))
+        return Cases(models, q, v, parameters, longest, np.stack(self.dynamics.energies(q, v), 1))
 
     def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Cases:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
-        numbers = run_time_parameters(self._recording, values)
-        return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]))
+        numbers, energies = (
+            run_time_parameters(self._recording, values),
+            np.stack(dynamics.energies(q[None], v[None]), 1),
+        )
+        return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]), energies)
 
     def run(self, cases: Cases, times: Array) -> Motions:
         """The motions of c cases at the times (n,); one that cannot go on is NaN.
@@ -193,21 +197,23 @@ class Series:
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
         fine, packed = subdivided(times, parts), self._pack(cases)
-        rows = np.full((len(packed), len(fine), packed.shape[1]), np.nan)
+        # The samples of one number side by side in memory; what stays 0 is not even written.
+        rows = np.zeros((self._whole, len(packed), len(fine)))
+        rows[self._places] = np.nan
+        rows[self._places, :, 0] = packed.T
         steps, flips = np.full((2, len(packed)), np.nan)
         if len(fine) > 1:
             for series, places in self._vectors(cases):
                 noting = [event.callback for event in series.nt_events] if self._flips and series.with_events else []
                 for passage in noting:
                     passage.first[:] = np.nan
-                rows[places], steps[places] = _propagate(
-                    series, packed[places], fine, cases.longest[places], self.stopped
-                )
+                states, steps[places] = _propagate(series, packed[places], fine, cases.longest[places], self.stopped)
+                rows[self._places[:, None], places] = states
                 for passage in noting:
                     flips[places] = np.fmin(flips[places], passage.first)
         else:  # the start alone: heyoka refuses no interval
-            rows, steps = packed[:, None], np.zeros(len(packed))
-        q, v, needed = self._read(rows, steps, cases, fine, parts)
+            steps[:] = 0.0
+        q, v, needed = self._read(rows.transpose(1, 2, 0), steps, cases, fine, parts)
         return Motions(cases.models, times, q, v, flips, steps), needed
 
     def cross(self, cases: Cases, count: int, patience: float) -> list[Array]:
@@ -249,7 +255,7 @@ class Series:
             series = self._spare.pop() if self._spare else deepcopy(self._first)
         order = np.arange(len(cases.q))
         if len(order) > self._width and all(model is cases.models[0] for model in cases.models):
-            order = np.argsort(np.add(*self.dynamics.energies(cases.q, cases.v)))
+            order = np.argsort(cases.energies.sum(1))
         try:
             for places in np.resize(order, (-(-len(order) // self._width), self._width)):
                 if self.stopped.is_set():
@@ -270,8 +276,8 @@ class Series:
         """Positions and rates (c, n, nv) from states (c, n, size), and into how many parts intervals have to be cut (c,)."""
         (c, nv), needed = cases.q.shape, np.zeros(len(rows))
         if self.engine.on_angles:
-            whole = self.engine.whole(rows) if isinstance(self.engine, Moving) else rows
-            return whole[..., :nv], whole[..., nv:], needed
+            return rows[..., :nv], rows[..., nv:], needed
+        rows = rows[..., self._places]
         q, v = np.full((2, c, (len(fine) - 1) // parts + 1, nv), np.nan)
         q[:, 0], v[:, 0] = cases.q, cases.v
         for i in np.flatnonzero(np.isfinite(rows).all((1, 2))):
@@ -330,9 +336,9 @@ class _Notes:
 
 
 def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Event) -> tuple[Array, Array]:
-    """States (width, n, size) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
-    states, steps = np.full((len(times), *y.T.shape), np.nan), np.zeros(len(y))
-    states[0] = series.state[:] = y.T
+    """States (size, width, n) at the times, and steps (width,), of `longest` (width,) s at most; NaN where one fails."""
+    states, steps = np.full((*y.T.shape, len(times)), np.nan), np.zeros(len(y))
+    states[..., 0] = series.state[:] = y.T
     series.set_time(times[0])
     limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": longest}
     for first in range(0, len(times) - 1, SAMPLES_AT_ONCE):
@@ -347,22 +353,22 @@ def _propagate(series: Any, y: Array, times: Array, longest: Array, stopped: Eve
         steps += taken
         if stopped.is_set() or any(outcome != outcome.time_limit for outcome in outcomes):
             break
-        states[first + 1 : first + 1 + len(ahead)] = reached
-    return states.transpose(2, 0, 1), steps
+        states[..., first + 1 : first + 1 + len(ahead)] = reached.transpose(1, 2, 0)
+    return states, steps
 
 
-def ends_well(dynamics: Dynamics, q: Array, v: Array) -> Mask:
-    """Whether each start (c,) came to its end, in numbers that are not too large, with the energy it should have."""
+def ends_well(dynamics: Dynamics, cases: Cases, motions: Motions) -> Mask:
+    """Whether each of c motions came to its end, in numbers that are not too large, with the energy it should have."""
+    q, v = motions.q, motions.v
     good = np.asarray(((np.abs(q) <= LARGEST) & (np.abs(v) <= LARGEST)).all((1, 2)))
     if not dynamics.conservative or not good.any():
         return good
-    ends = [rows[:, [0, -1]][good].reshape(-1, q.shape[2]) for rows in (q, v)]
-    kinetic, potential = (energy.reshape(-1, 2) for energy in dynamics.energies(*ends))
-    off, scale = np.abs(np.diff(kinetic + potential))[:, 0], exchanged(kinetic.T, potential.T)[-1]
-    if (
-        off > OFF * scale
-    ).any():  # where little is exchanged, the rounding of a potential counts, which may vanish at the ends
-        elsewhere = dynamics.energies(ends[0] + 1.0, np.zeros_like(ends[1]))[1].reshape(-1, 2)
-        scale = np.maximum(scale, ROUNDING * np.abs(elsewhere).max(1))
+    ends = np.stack(dynamics.energies(q[good, -1], v[good, -1]), 1)  # kinetic and potential (k, 2)
+    both = np.stack([cases.energies[good], ends], 1)
+    off, scale = np.abs(np.diff(both.sum(2), axis=1))[:, 0], exchanged(*both.T)[-1]
+    if (off > OFF * scale).any():
+        # where little is exchanged, the rounding of a potential counts, which may vanish at the ends
+        elsewhere = np.array([dynamics.energies(x + 1.0, np.zeros_like(x))[1] for x in (q[good, 0], q[good, -1])])
+        scale = np.maximum(scale, ROUNDING * np.abs(elsewhere).max(0))
     good[good] = off <= OFF * scale
     return good

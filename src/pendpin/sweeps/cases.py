@@ -241,6 +241,8 @@ class Batch:
         places, cases = self._cases(rows)
         done = np.zeros(len(rows), bool)
         if cases:
+            order = np.argsort(cases.energies.sum(1))  # alike ones take like numbers of steps
+            places, cases = places[order], cases.some(order)
             for piece in cases.pieces(len(self.scene.times)):
                 done[places[piece]] = self._fill_piece(rows, places[piece], cases.some(piece), block)
         return done
@@ -277,7 +279,7 @@ class Batch:
         if self._flips:  # as series on angles, which a thin rod at its pole does not have
             good &= ~_turning_at_poles(cases)
         if all(key.startswith("start") for key in self.task.plan.keys):  # else each case has energies of its own
-            good &= ends_well(self.series[0].dynamics, runs[0].q, runs[0].v)
+            good &= ends_well(self.series[0].dynamics, cases, runs[0])
         needs_run = np.zeros((len(good), len(self.task.chosen)), bool)  # which measures positions and rates do not tell
         self._measure(runs, np.flatnonzero(good), places, needs_run, block)
         between = np.array([m.between for m in self.task.chosen])

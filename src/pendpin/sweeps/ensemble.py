@@ -189,9 +189,10 @@ def _run_starts(
     done = np.zeros(len(q), bool)
     if series is not None:
         series.stopped, clock = stopped or Event(), time.thread_time()
-        motions = series.run(series.started(q, v), scene.times)
+        cases = series.started(q, v)
+        motions = series.run(cases, scene.times)
         seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
-        done = ends_well(series.dynamics, motions.q, motions.v)
+        done = ends_well(series.dynamics, cases, motions)
         part.rows[:, done] = motions.q[done], motions.v[done]
         how = {"method": "taylor", "tolerance": scene.solver.tolerance, "step": None, "library": "heyoka"}
         counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}

@@ -22,20 +22,24 @@ def largest(t: Array, x: Array, rate: Array, sizes: bool = False, follows: Mask 
     series do not follow from their rates; or they do not at all, as `follows` (c,) says.
     """
     sized, dt = np.abs(x) if sizes else x, np.diff(t)
-    places = sized.reshape(len(x), -1).argmax(1)
-    value, when = np.take_along_axis(sized.reshape(len(x), -1), places[:, None], 1)[:, 0], t[places // x.shape[2]]
+    places = sized.argmax(1)  # (c, m)
+    tops = np.take_along_axis(sized, places[:, None], 1)[:, 0]
+    value = tops.max(1)
+    when = t[np.where(tops == value[:, None], places, len(t) - 1).min(1)]
     told = np.full(len(x), len(t) >= POINTS) if follows is None else follows & (len(t) >= POINTS)
     if not told.any():
         return np.full(len(x), np.nan), np.full(len(x), np.nan)
     if follows is None:
-        row, i, j = np.nonzero(strays(dt[:, None], x, rate))
+        row, i, j = _where(strays(dt[:, None], x, rate))
         beside = np.clip(i[:, None] + np.arange(-1, 3), 0, len(t) - 1)
         path = dt[i] * np.abs(rate[row[:, None], beside, j[:, None]]).max(1)
         told[row[np.maximum(sized[row, i, j], sized[row, i + 1, j]) + FAR * path >= value[row]]] = False
-    turns = (rate[:, :-1] >= 0) & (rate[:, 1:] < 0)  # a rod let go from rest may rise before it falls
+    falls = rate < 0
+    turns = falls[:, 1:] & ~falls[:, :-1]  # a rod let go from rest may rise before it falls
     if sizes:
-        turns |= (rate[:, :-1] <= 0) & (rate[:, 1:] > 0)
-    row, i, j = np.nonzero(turns & told[:, None, None])
+        rises = rate > 0
+        turns |= rises[:, 1:] & ~rises[:, :-1]
+    row, i, j = _where(turns & told[:, None, None])
     sign = -np.sign(rate[row, i + 1, j])
     ahead, behind = x[row, i, j] + dt[i] * rate[row, i, j], x[row, i + 1, j] - dt[i] * rate[row, i + 1, j]
     some = np.maximum(sign * ahead, sign * behind) > value[row]
@@ -50,6 +54,12 @@ def largest(t: Array, x: Array, rate: Array, sizes: bool = False, follows: Mask 
     return np.where(told, value, np.nan), np.where(told, when, np.nan)
 
 
+def _where(mask: Mask) -> tuple[Indices, Indices, Indices]:
+    """The places (k,) where a mask (c, n, m) is set, searched as the samples lie in memory: faster than np.nonzero."""
+    row, j, i = np.unravel_index(np.flatnonzero(np.moveaxis(mask, 1, 2)), (len(mask), *mask.shape[:0:-1]))
+    return row, i, j
+
+
 def _find_turns(t: Array, x: Array, rate: Array, row: Indices, i: Indices, j: Indices) -> tuple[Array, Array, Array]:
     """The turning points (k,) of series j (k,) of motions `row` (k,) in the intervals behind samples i (k,).
 
@@ -57,25 +67,33 @@ def _find_turns(t: Array, x: Array, rate: Array, row: Indices, i: Indices, j: In
     """
     near = np.clip(i - POINTS // 2 + 1, 0, len(t) - POINTS)[:, None] + np.arange(POINTS)
     near = np.take_along_axis(near, np.argsort(np.abs(near - i[:, None] - 0.5), 1, kind="stable"), 1)  # both ends first
-    h, some = t[i + 1] - t[i], (row[:, None], near, j[:, None])
-    nodes = np.repeat((t[near] - t[i][:, None]) / h[:, None], 2, axis=1).T  # each twice: for its value and for its rate
-    table, slopes = np.repeat(x[some], 2, axis=1).T, np.repeat(rate[some] * h[:, None], 2, axis=1).T
-    coefficients = [table[0]]
-    for order in range(1, 2 * POINTS):  # divided differences
-        gap = nodes[order:] - nodes[:-order]
-        table = np.where(gap == 0, slopes[order:], np.diff(table, axis=0) / np.where(gap == 0, 1.0, gap))
-        coefficients.append(table[0])
+    near, h = np.ascontiguousarray(near.T), t[i + 1] - t[i]
+    nodes = np.repeat((t[near] - t[i]) / h, 2, axis=0)  # each twice: for its value and for its rate
+    table, slopes = np.repeat(x[row, near, j], 2, axis=0), rate[row, near, j] * h
+    coefficients = np.empty_like(table)
+    coefficients[0] = table[0]
+    for order in range(1, 2 * POINTS):  # divided differences; of two equal nodes the rate
+        gap, table = nodes[order:] - nodes[:-order], table[1:] - table[:-1]
+        if order == 1:
+            table[::2], gap[::2] = slopes, 1.0
+        table /= gap
+        coefficients[order] = table[0]
     begin, end = rate[row, i, j], rate[row, i + 1, j]
-    value, place, step = np.zeros(len(i)), begin / (begin - end), np.ones(len(i))
+    place, step, value = begin / (begin - end), np.ones(len(i)), np.zeros(len(i))
     place[begin == 0] = 1.0  # from the other end, as that of a rest is a turning point too
     for _ in range(CORRECTIONS):
-        value, slope, bend = np.zeros((3, len(i)))
-        for coefficient, node in zip(coefficients[::-1], nodes[::-1], strict=True):  # Horner's rule, with derivatives
-            apart = place - node
-            bend, slope, value = 2 * slope + apart * bend, value + apart * slope, coefficient + apart * value
-        step = np.clip(place - slope / np.where(bend * end > 0, bend, np.sign(end) * TINY), 0.0, 1.0) - place
+        apart = place - nodes
+        value, slope, half = coefficients[-1], np.zeros(len(i)), np.zeros(len(i))  # half: of the curvature
+        for coefficient, off in zip(
+            coefficients[-2::-1], apart[-2::-1], strict=True
+        ):  # Horner's rule, with derivatives
+            half = off * half + slope
+            slope = off * slope + value
+            value = off * value + coefficient
+        step = np.clip(place - slope / np.where(half * end > 0, 2 * half, np.sign(end) * TINY), 0.0, 1.0) - place
         place = place + step
-    terms = np.abs(np.array(coefficients) * np.cumprod(np.vstack([np.ones_like(place), place - nodes[:-1]]), 0))
-    before, last = terms[-4:-2].sum(0), terms[-2:].sum(0)
+    products = np.cumprod(place - nodes[:-1], 0)
+    terms = np.abs(coefficients[-4:] * products[-4:])
+    before, last = terms[:2].sum(0), terms[2:].sum(0)
     off = last * np.minimum(1.0, last / np.maximum(before, TINY))
     return value, t[i] + h * place, np.where(np.abs(step) < 1e-6, off, np.inf)

@@ -247,8 +247,11 @@ def _swing_of_motions(m: Motions) -> Array:
     if m.models[0].chain is None:
         return np.full(len(m.q), np.nan)
     if plane := _turns_in_plane(m.q, m.v):
-        over = np.abs(plane[0]).max((1, 2)) >= np.pi  # at a sample, no matter how far
-        return np.where(over, np.pi, np.minimum(largest(m.t, *plane, sizes=True)[0], np.pi))
+        below = np.abs(plane[0]).max((1, 2)) < np.pi  # else it is over the top at a sample, no matter how far
+        swings = np.full(len(m.q), np.pi)
+        if below.any():
+            swings[below] = np.minimum(largest(m.t, *(x[below] for x in plane), sizes=True)[0], np.pi)
+        return swings
     turns = np.abs(m.v).sum(-1).max(1) * np.diff(m.t).max(initial=0.0)
     follows = np.asarray(~strays(np.diff(m.t)[:, None], m.q, m.v).any((1, 2)) & (turns < TURN))
     square = largest(m.t, *tilts_of_chain(m.q, m.v), follows=follows)[0]
