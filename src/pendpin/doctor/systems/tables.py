@@ -142,17 +142,16 @@ def scene_spec(scene: Scene) -> Spec:
     rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L", "E | N m | E H"]
     rows += [f"p{name} | N m s | p_{name} p_{text} | slope('T', 'd{name}')" for name, text in printed.items()]
 
-    def states(q: Quantities) -> Any:
-        """The angles and rates at each state."""
-        angles, rates = (np.stack([q[d + name] for name in joints], -1) for d in ("", "d"))
-        return zip(angles, rates, strict=True)
+    def states(q: Quantities) -> list[Values]:
+        """The angles and rates (n, nv) at the states."""
+        return [np.stack([q[d + name] for name in joints], -1) for d in ("", "d")]
 
     def solve(q: Quantities) -> dict[str, Values]:
-        accelerations = np.array([dynamics.acceleration(0.0, *state) for state in states(q)])
+        accelerations = np.array([dynamics.acceleration(0.0, *state) for state in zip(*states(q), strict=True)])
         return {f"dd{name}": accelerations[:, i] for i, name in enumerate(joints)}
 
     def energy(index: int) -> Formula:
-        return lambda q: np.array([dynamics.energy(*state)[index] for state in states(q)])
+        return lambda q: dynamics.energies(*states(q))[index]
 
     title = f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}"
     energies = {"T": energy(0), "V": energy(1)}
