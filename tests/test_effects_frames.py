@@ -1,4 +1,6 @@
-"""Rotation and support against the same motion computed in the inertial frame (tests/inertial.py)."""
+"""Rotation and support against the same motion computed in the inertial frame (tests/inertial.py), and slewing."""
+
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -91,3 +93,44 @@ def test_a_tracked_rate_at_all_samples_is_that_at_each(rods: int, tmp_path) -> N
     states = list(zip(run.t, run.q, run.v, strict=True))
     np.testing.assert_allclose(run.a, [bound.acceleration(*state) for state in states], atol=1e-11)
     np.testing.assert_allclose(run.wrench, [bound.wrenches(*state) for state in states], atol=1e-11)
+
+
+# --- slewing: a rate from a file ------------------------------------------------------------------------------------
+
+
+@pytest.mark.parametrize("method", ["dop853", "radau"])
+def test_a_world_that_slews_is_a_world_at_rest(method: str, tmp_path: Path) -> None:
+    """Thin rods, whose joints feel no twist: the motion in a frame that turns by the integral of the rate, turned back."""
+    t = np.linspace(0, 2, 401)
+    rows = np.stack([t, 1.2 * np.sin(2 * t) ** 2], 1)
+    (tmp_path / "rate.csv").write_text("t,rate\n" + "".join(f"{a!r},{b!r}\n" for a, b in rows.tolist()))
+    model = pp.Chain(rods=[pp.Rod(length=0.6, mass=0.5), pp.Rod(length=0.4, mass=0.3, payload=0.2)])
+    start = pp.Start(positions={"theta_1": 0.5, "phi_2": 0.3}, velocities={"theta_2": 0.7})
+    slews = fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 2))
+    rest, turning = (
+        pp.simulate(
+            pp.Scene(duration=2.0, model=model, start=start, effects=effects), tolerance=1e-11, method=method, samples=9
+        )
+        for effects in ([fx.Gravity()], [fx.Gravity(), slews])
+    )
+    angle = 1.2 * (rest.t / 2 - np.sin(4 * rest.t) / 8)
+    s, c = np.sin(angle), np.cos(angle)
+    back = np.stack([[c, -s, 0 * s], [s, c, 0 * s], [0 * s, 0 * s, 1 + 0 * s]]).transpose(2, 0, 1)
+    assert np.abs(np.einsum("nij,nrj->nri", back, turning.tips) - rest.tips).max() < 1e-8
+
+
+def test_all_routes_agree_where_the_world_slews(tmp_path: Path) -> None:
+    """The check of a run and `pendpin check` take many states at once; a track gives them as one by one."""
+    (tmp_path / "rate.csv").write_text("t,rate\n0,0\n1,0.2\n2,0.2\n3,0.1\n")
+    slews = fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 1))
+    rods = [pp.Rod(length=0.6, mass=0.5, radius=0.02, copies=2)]
+    start = pp.Start(positions={"theta_1": 0.5, "phi_2": 0.3}, velocities={"theta_2": 0.7})
+    scene = pp.Scene(duration=2.0, model=pp.Chain(rods=rods), start=start, effects=[fx.Gravity(), slews, fx.Drag()])
+    assert not pp.crosscheck(scene, states=20).report().fault
+
+
+def test_a_rate_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
+    """With its line and column."""
+    (tmp_path / "rate.csv").write_text("t,rate\n0,0\n1,nan\n2,1\n")
+    with pytest.raises(pp.InputError, match=r"rate\.csv: line 3: rate: 'nan' is not a finite number"):
+        fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 1))
