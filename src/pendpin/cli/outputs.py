@@ -1,6 +1,5 @@
 """What commands show and write: reports and messages, files, what a command is doing; and how it ends at its limit."""
 
-import _thread
 import logging
 import os
 import signal
@@ -135,10 +134,7 @@ def limited(limit: float | None) -> Iterator[Work]:
     def interrupt() -> None:
         nonlocal late
         late = True
-        if hasattr(signal, "pthread_kill"):  # which wakes a main thread that waits for others
-            signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)
-        else:
-            _thread.interrupt_main()
+        signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)  # wakes it where it waits for others
 
     timer = threading.Timer(seconds("limit", limit), interrupt)
     timer.daemon = True

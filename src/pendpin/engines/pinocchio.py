@@ -4,7 +4,7 @@ Below it, body effects in Pinocchio's terms, and its model in Hamilton's form, p
 """
 
 from collections.abc import Callable, Sequence
-from functools import cache, cached_property, partial
+from functools import cached_property, partial
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, Loads, ProgressCallback, Sample, count_calls
 from pendpin.ground.arrays import Array, Indices, cross
-from pendpin.model.bodies import Body, in_mass_unit, pinocchio, with_gravity
+from pendpin.model.bodies import Body, in_mass_unit, mirror_upper, pinocchio, with_gravity
 from pendpin.model.build import Model
 
 DELTA = 1e-7  # rad, rad/s: of forward differences
@@ -123,14 +123,6 @@ class CanonicalForm:
     def _mass(self, q: Array) -> Array:
         """The mass matrix (nv, nv) in kg m², by CRBA."""
         return mirror_upper(self._pinocchio.crba(self._bare, self._data, q)) * self._unit
-
-
-def mirror_upper(matrix: Array) -> Array:
-    """A symmetric matrix (n, n) of which Pinocchio fills only the upper triangle."""
-    return np.where(_below_diagonal(len(matrix)), matrix.T, matrix)
-
-
-_below_diagonal = cache(partial(np.tri, k=-1, dtype=bool))  # as a stage of a Gauss method asks for it several times
 
 
 class Revolute(AngleEngine):

@@ -192,7 +192,7 @@ def serve(
         url = f"http://{ADDRESS}:{server.server_address[1]}/"
         try:
             ready(url)
-            screen = any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))) or sys.platform in {"win32", "darwin"}
+            screen = any(map(os.environ.get, ("DISPLAY", "WAYLAND_DISPLAY"))) or sys.platform == "darwin"
             if open_browser and screen:  # a browser in the terminal would take the terminal over
                 import webbrowser
 
@@ -210,7 +210,7 @@ def _server(port: int, content: bytes) -> Any:
 
     class Server(ThreadingTCPServer):
         daemon_threads = True  # a slow browser does not hold up the end
-        allow_reuse_address = os.name == "posix"  # elsewhere it would let two programs share a port
+        allow_reuse_address = True
         timeout = 0.25  # s, between looks at the clock
 
         def handle_error(self, request: Any, client_address: Any) -> None:

@@ -99,7 +99,7 @@ def write_csv(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]]
 
 def _opened(path: Path) -> IO[bytes]:
     """A file to read from. A pipe is refused as a device is: it may never give anything, and has no end."""
-    number = os.open(path, os.O_RDONLY | getattr(os, "O_BINARY", 0) | getattr(os, "O_NONBLOCK", 0))  # not to wait
+    number = os.open(path, os.O_RDONLY | os.O_NONBLOCK)  # not to wait
     if not os.path.isfile(number):
         os.close(number)
         raise InputError(f"cannot be read: it is a {_kind(path)}, not a file")

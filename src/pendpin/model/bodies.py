@@ -134,8 +134,12 @@ def in_mass_unit(model: Any) -> tuple[Any, float]:
 def mass_matrix(model: Any, q: Array) -> Array:
     """The mass matrix (nv, nv) of a pin.Model in kg m² at positions (nq,)."""
     pin, (scaled, unit) = pinocchio(), in_mass_unit(model)
-    upper = np.triu(pin.crba(scaled, pin.Data(scaled), q)) * unit
-    return upper + np.triu(upper, 1).T
+    return mirror_upper(pin.crba(scaled, pin.Data(scaled), q)) * unit
+
+
+def mirror_upper(matrix: Array) -> Array:
+    """A symmetric matrix (n, n) of which Pinocchio fills only the upper triangle."""
+    return np.where(np.tri(len(matrix), k=-1, dtype=bool), matrix.T, matrix)
 
 
 def with_gravity(model: Any, field: Array) -> Any:

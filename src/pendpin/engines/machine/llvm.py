@@ -8,7 +8,6 @@ SERIES; another llvmlite is not used, and a note says so.
 """
 
 import ctypes
-import os
 import platform
 import sys
 import time
@@ -94,8 +93,6 @@ def processor() -> tuple[int, bytes, bytes, bytes]:
         texts.append(out.value or b"")
         api.DisposeString(out)
     triple, name, features = texts
-    if os.name == "nt":
-        triple += b"-elf"  # the only format that is linked in memory
     return api.GetTargetFromTriple(triple, byref(c_char_p())), triple, name, features
 
 
