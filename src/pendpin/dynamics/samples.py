@@ -13,7 +13,7 @@ from pendpin.engines import Engine, Loads, Values
 from pendpin.engines.chains import Thin
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations import recursion
-from pendpin.equations.trees import Tree, joints_at, outward, prepared, total
+from pendpin.equations.trees import Tree, joints_at, outward, place_joints, prepared, total
 from pendpin.ground.arrays import Array, applied, cross, dot, transposed
 from pendpin.model.build import Model
 
@@ -101,15 +101,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
         links = compiling.motion_in_links(model, loads, tree, q, v, xp)
         a, wrench = equations(t, q, v, more, external and external(t, q, v))
         placed, signs = prepared(tree, xp)
-        joints = joints_at(placed, signs * q, xp)
-
-        def place(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], Array]:
-            """The pose (3, 4) in W of what a joint moves."""
-            R, r = above
-            r, R = r + applied(R, joints[i].r), R @ joints[i].R
-            return (R, r), np.concatenate([R, r[:, None]], 1)
-
-        poses = outward(place, (np.eye(3), np.zeros(3)), tree.parents, xp)
+        poses = [np.concatenate([R, r[:, None]], 1) for R, r in place_joints(joints_at(placed, signs * q, xp), xp)]
         frames = np.stack(poses)[compiling.bodies_joints(model, tree)]
         moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
         kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J

@@ -110,19 +110,24 @@ def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
     return joints
 
 
+def place_joints(joints: list[Joint], xp: Any, *batch: int) -> list[tuple[Array, Array]]:
+    """The pose of what each joint moves, in the base: axes (..., 3, 3) and origin (..., 3) in m, of a batch of states."""
+
+    def pose(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        R, r = above
+        placed = R @ joints[i].R, r + applied(R, joints[i].r)
+        return placed, placed
+
+    base = np.broadcast_to(_UNIT, (*batch, 3, 3)), np.zeros((*batch, 3))
+    return outward(pose, base, [joint.parent for joint in joints], xp)
+
+
 def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
     """What joints move at q, v (..., n), in the base: origins (..., n, 3) m, axes (..., n, 3, 3), velocities, spins."""
-    tree, signs = prepared(tree, xp)
-    zero, unit = np.zeros((*q.shape[:-1], 3)), np.broadcast_to(_UNIT, (*q.shape[:-1], 3, 3))
-    moving: dict[int, tuple[Array, ...]] = {-1: (zero, unit, zero, zero)}
-    for i, joint in enumerate(joints_at(tree, signs * q, xp)):
-        origin, R, velocity, spin = moving[joint.parent]
-        lever, axis = applied(R, joint.r), applied(R @ joint.R, joint.axis) * (signs * v)[..., i, None]
-        velocity = velocity + cross(spin, lever)
-        turned = (velocity, spin + axis) if joint.turns else (velocity + axis, spin)
-        moving[i] = (origin + lever, R @ joint.R, *turned)
-    origin, R, velocity, spin = zip(*(moving[i] for i in range(q.shape[-1])), strict=True)
-    return np.stack(origin, -2), np.stack(R, -3), np.stack(velocity, -2), np.stack(spin, -2)
+    placed, signs = prepared(tree, xp)
+    R, origin = zip(*place_joints(joints_at(placed, signs * q, xp), xp, *q.shape[:-1]), strict=True)
+    R, (_, velocity, spin, _) = np.stack(R, -3), motions_in_links(tree, q, v, xp)
+    return np.stack(origin, -2), R, applied(R, velocity), applied(R, spin)
 
 
 def motions_in_links(
