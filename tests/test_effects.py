@@ -15,7 +15,6 @@ from effect_cases import EFFECTS, MODELS, URDF, ZERO, on_both, states
 from heyoka_symbols import symbols
 from laws import law
 from pendpin import effects as fx
-from pendpin.dynamics.binding import bodies_of
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Directions, LongChain, Revolute, Spherical
 from pendpin.equations.base import exact
@@ -67,7 +66,7 @@ def test_a_urdf_feels_the_same(effect: fx.Effect) -> None:
 
 def test_a_urdf_rod_has_the_radius_of_its_drawing() -> None:
     """So drag knows its diameter."""
-    assert bodies_of(build(pp.UrdfModel(path=URDF))).radius == pytest.approx([0.01], rel=1e-14)
+    assert build(pp.UrdfModel(path=URDF)).body_arrays.radius == pytest.approx([0.01], rel=1e-14)
 
 
 @pytest.mark.parametrize("effect", ["push", "drag", "still air", "gust and buoyancy", "support", "rotation"])
@@ -189,7 +188,7 @@ def test_energy_is_kept_in_a_turning_world() -> None:
     start = pp.Start(positions=(0.7, 0.4), velocities=(1.3, -0.8))
     scene = pp.Scene(duration=2.0, model=MODELS["one rod"], start=start, effects=effects)
     run, model = pp.simulate(scene, tolerance=1e-13), build(scene.model)
-    bodies, poses, zero = bodies_of(model), kinematics.poses(model, run.q), np.zeros((1, 3))
+    bodies, poses, zero = model.body_arrays, kinematics.poses(model, run.q), np.zeros((1, 3))
     total = run.kinetic + kinematics.field_potential(model, poses, GRAVITY.field(0.0)) + effects[1].potential(run.q)
     for i, pose in enumerate(poses):
         total[i] += effects[2].potential(bodies, fx.Motion(pose[:, :3, 3], pose[:, :3, :3], zero, zero))

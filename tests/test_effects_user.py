@@ -8,7 +8,6 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
-from pendpin.dynamics.binding import bodies_of
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model import kinematics
@@ -71,7 +70,7 @@ def test_the_magnet_of_the_docs(example: dict[str, Any]) -> None:
     run, dynamics = example["run"], pp.bind(example["scene"])
     assert isinstance(dynamics.engine, Spherical)
     model, (gravity, magnet) = dynamics.model, example["scene"].effects
-    bodies, poses, zero = bodies_of(model), kinematics.poses(model, run.q), np.zeros((1, 3))
+    bodies, poses, zero = model.body_arrays, kinematics.poses(model, run.q), np.zeros((1, 3))
     total = run.kinetic + kinematics.field_potential(model, poses, gravity.field(0.0))
     for i, pose in enumerate(poses):
         total[i] += magnet.potential(bodies, pp.effects.Motion(pose[:, :3, 3], pose[:, :3, :3], zero, zero))

@@ -29,12 +29,6 @@ Torque = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> (nv,) N m, or 
 Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force N, moment N m about com, (bodies, 3)
 
 
-def bodies_of(model: Model) -> Bodies:
-    """The bodies of a model as arrays, one row each."""
-    rows = [(body.mass, body.com, body.inertia, body.tip, body.radius, body.payload_radius) for body in model.bodies]
-    return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
-
-
 class State(NamedTuple):
     """A state of a model, q and v (nv,) at t in s since the start."""
 
@@ -73,7 +67,7 @@ class Binding:
     @cached_property
     def bodies(self) -> Bodies:
         """The bodies of the model."""
-        return Bodies(*map(self.numbers.bodies, bodies_of(self.model)))
+        return Bodies(*map(self.numbers.bodies, self.model.body_arrays))
 
     @cached_property
     def acts(self) -> list["Bound | None"]:
@@ -362,7 +356,7 @@ class BoundWrench(Bound):
         if not all(effect.constant for effect in self._binding.effects if isinstance(effect, FieldEffect)):
             return None
         chosen = chosen_bodies(self._binding.model, self.effect.on, self._where)
-        bodies, rest = bodies_of(self._binding.model).of(chosen), np.zeros((len(chosen), 3))
+        bodies, rest = self._binding.model.body_arrays.of(chosen), np.zeros((len(chosen), 3))
 
         def at(poses: Array) -> Any:
             poses = poses[..., chosen, :, :]

@@ -21,7 +21,7 @@ from pendpin.effects import Effect, Motion
 from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, Loads, Moving, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.tape import Recording, Term
-from pendpin.engines.pinocchio import centres_of, turn_into_joint_frames
+from pendpin.engines.pinocchio import turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, trees
 from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
@@ -200,7 +200,7 @@ def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, 
     """Wrenches on the links, (n, 6), at the joints' origins and in their frames, from t, q, v (nv,); None without any."""
     if (wrench := loads.wrench) is None:
         return None
-    joints, com = bodies_joints(model, tree), numbers.bodies(centres_of(model.bodies))
+    joints, com = bodies_joints(model, tree), numbers.bodies(model.body_arrays.com)
 
     def external(t: Any, q: Array, v: Array) -> Array:
         motion, out = motion_in_links(model, loads, tree, q, v, xp), np.zeros((len(tree.parents), 6), dtype=object)

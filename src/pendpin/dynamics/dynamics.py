@@ -16,7 +16,7 @@ from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
 from pendpin.effects import ContactEffect, Effect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
-from pendpin.engines.pinocchio import centres_of, forces, joints_of, turn_into_joint_frames
+from pendpin.engines.pinocchio import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array
@@ -213,7 +213,8 @@ def loads_at(dynamics: Dynamics, q: Array, v: Array) -> tuple[Array | None, Arra
         tau = np.array([loads.torque(0.0, *state) for state in zip(q, v, strict=True)])
     if loads.wrench is not None:
         bodies, engine = dynamics.model.bodies, Revolute(dynamics.model, loads)
-        com, joints, external = centres_of(bodies), [body.joint for body in bodies], np.zeros((*q.shape, 6))
+        com, joints = dynamics.model.body_arrays.com, [body.joint for body in bodies]
+        external = np.zeros((*q.shape, 6))
         for i, state in enumerate(np.concatenate([q, v], -1)):
             motion = engine.motion(state)
             external[i, joints] = turn_into_joint_frames(com, motion, *loads.wrench(0.0, motion))

@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics import compiling
-from pendpin.dynamics.binding import Binding, bodies_of
+from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
 from pendpin.effects import Bodies, Effect
 from pendpin.engines import Engine, Loads, Values
@@ -85,7 +85,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     model, thin = engine.model, isinstance(engine, Thin)
     numbers.constant((thin, numbers.by_rod))
     loads = Binding(model, effects, xp, start, numbers).loads
-    bodies, tree = Bodies(*map(numbers.bodies, bodies_of(model))), compiling.tree_with_numbers(model, numbers)
+    bodies, tree = Bodies(*map(numbers.bodies, model.body_arrays)), compiling.tree_with_numbers(model, numbers)
     external = compiling.external_wrenches(model, loads, numbers, tree, xp)
 
     def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:

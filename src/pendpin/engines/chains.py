@@ -15,7 +15,7 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
-from pendpin.engines.pinocchio import Revolute, centres_of, external_forces
+from pendpin.engines.pinocchio import Revolute, external_forces
 from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution, thin
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, motion, rods_last
@@ -280,7 +280,7 @@ class Spherical(Thin):
         """Quaternion rates and angular accelerations by Pinocchio's ABA."""
         pin, n, loads = self._pin_model, self.chain.n, self.loads
         data, aba, tau, cut = pinocchio().Data(pin), pinocchio().aba, np.zeros(pin.nv), 4 * n
-        joints, com = range(1, n + 1), centres_of(self.model.bodies)
+        joints, com = range(1, n + 1), self.model.body_arrays.com
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             q, v = y[:cut], y[cut:]

@@ -51,11 +51,6 @@ def motion_of(data: Any, joints: Sequence[int]) -> Motion:
     return Motion(np.array([data.oMi[joint].translation for joint in joints]), R, velocity, spin)
 
 
-def centres_of(bodies: Sequence[Body]) -> Array:
-    """The centres of mass of bodies, (n, 3) m, in their link frames."""
-    return np.array([body.com for body in bodies])
-
-
 def joints_of(bodies: Sequence[Body]) -> list[int]:
     """The places of bodies in Pinocchio's model on revolute and prismatic joints."""
     return [body.joint + 1 for body in bodies]
@@ -103,8 +98,8 @@ class CanonicalForm:
         if loads.torque is not None:
             force = force + loads.torque(t, q, v)
         if loads.wrench is not None:
-            rest, bodies, wrench = self._rest, self.model.bodies, partial(loads.wrench, t)
-            external = external_forces(self._bare, self._data, q, v, centres_of(bodies), joints_of(bodies), wrench)
+            rest, com, joints = self._rest, self.model.body_arrays.com, joints_of(self.model.bodies)
+            external = external_forces(self._bare, self._data, q, v, com, joints, partial(loads.wrench, t))
             force = force - pin.rnea(self._bare, self._data, q, rest, rest, external)
         return Canonical(mass, coupling, force)
 
@@ -132,7 +127,7 @@ class Revolute(AngleEngine):
 
     def __init__(self, model: Model, loads: Loads) -> None:
         super().__init__(model, loads)
-        self._com, self._places = centres_of(model.bodies), joints_of(model.bodies)
+        self._com, self._places = model.body_arrays.com, joints_of(model.bodies)
         self._no_torque = np.zeros(len(model.joints))
         self._loaded = any((loads.varying, loads.torque, loads.wrench))
 

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from pendpin.effects import Bodies
 from pendpin.equations.chain.kinematics import ChainInertia
 from pendpin.equations.rod_tree import JointKind, RodTree
 from pendpin.equations.trees import Tree
@@ -77,6 +78,12 @@ class Model:
         Chains on compiled equations run without it: importing Pinocchio takes longer than most of their runs.
         """
         return None if self.make_pin is None else self.make_pin()
+
+    @cached_property
+    def body_arrays(self) -> Bodies:
+        """Its bodies as arrays, one row each."""
+        rows = [(body.mass, body.com, body.inertia, body.tip, body.radius, body.payload_radius) for body in self.bodies]
+        return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
 
     @cached_property
     def slides(self) -> Mask:

@@ -111,7 +111,7 @@ def tilts_of_chain(q: Array, v: Array) -> tuple[Array, Array]:
 
 def _angles_from_down(model: Model, link_poses: Array) -> Array:
     """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
-    x, y, z = np.moveaxis(_turned(link_poses, np.array([body.tip for body in model.bodies])), -1, 0)
+    x, y, z = np.moveaxis(_turned(link_poses, model.body_arrays.tip), -1, 0)
     return np.arctan2(np.hypot(x, y), -z)
 
 
@@ -184,17 +184,15 @@ def poses_and_energy(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
 
 def kinetic_energies(model: Model, q: Array, v: Array) -> Array:
     """The kinetic energy of each body, (n, bodies) in J, at states q, v (n, nv)."""
-    masses, inertias = (np.array([getattr(body, name) for body in model.bodies]) for name in ("mass", "inertia"))
-    velocity, spin = _motion_of_bodies(model, q, v)
-    return (masses * (velocity**2).sum(-1) + (spin * applied(inertias, spin)).sum(-1)) / 2
+    bodies, (velocity, spin) = model.body_arrays, _motion_of_bodies(model, q, v)
+    return (bodies.mass * (velocity**2).sum(-1) + (spin * applied(bodies.inertia, spin)).sum(-1)) / 2
 
 
 def _motion_of_bodies(model: Model, q: Array, v: Array) -> tuple[Array, Array]:
     """Velocities of the bodies' centres and spins (n, bodies, 3) in the links' frames, at q, v (n, nv)."""
-    joints, com = [body.joint for body in model.bodies], np.array([body.com for body in model.bodies])
-    _, velocity, spin, _ = motions_in_links(model.tree, q, v)
+    joints, (_, velocity, spin, _) = [body.joint for body in model.bodies], motions_in_links(model.tree, q, v)
     velocity, spin = velocity[:, joints], spin[:, joints]
-    return velocity + cross(spin, com), spin
+    return velocity + cross(spin, model.body_arrays.com), spin
 
 
 def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
@@ -220,8 +218,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
     centres = np.array([[*body.com, 1.0] for body in model.bodies])
-    masses = np.array([body.mass for body in model.bodies])
-    weights = -masses[:, None, None] * (np.array([*field, 0.0])[:, None] * centres[:, None])
+    weights = -model.body_arrays.mass[:, None, None] * (np.array([*field, 0.0])[:, None] * centres[:, None])
     # Not `@`: BLAS adds up in another order for another number of rows, and a sample's energy must not depend on how many
     # are computed with it (with OpenBLAS 1, 2, 3, 6 and 7 rows of 48 numbers have other bits than among 9).
     return np.einsum("ni,i->n", link_poses.reshape(len(link_poses), -1), np.ravel(weights))
