@@ -13,6 +13,7 @@ import pendpin as pp
 from effect_cases import EFFECTS
 from pendpin import effects as fx
 from pendpin.dynamics.dynamics import Dynamics
+from pendpin.engines import CanonicalForm
 from pendpin.integrators.base import Integrator, Run, StepPlan
 from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
@@ -254,7 +255,7 @@ def test_rule_is_symplectic_and_of_its_order(s: int) -> None:
 def test_canonical_form_is_the_lagrangian_one() -> None:
     """Along the motion p' = F; F = dL/dq by central differences of v p / 2 - potential; the slopes by differences too."""
     dynamics = Dynamics(build(TWO), (GRAVITY, EFFECTS["spring"], EFFECTS["push"]), form="angles")
-    form, (q, v) = dynamics.engine.canonical(), np.random.default_rng(4).normal(size=(2, 4))
+    form, (q, v) = CanonicalForm(dynamics.engine.model, dynamics.loads), np.random.default_rng(4).normal(size=(2, 4))
     a, h = dynamics.acceleration(0.3, q, v), 1e-5
     ends = [form.momentum(q + s * h * v + h * h / 2 * a, v + s * h * a) for s in (1, -1)]
     now = form.at(0.3, q, v)
@@ -268,7 +269,7 @@ def test_canonical_form_is_the_lagrangian_one() -> None:
 def test_a_step_is_symplectic(method: str, model: pp.Chain) -> None:
     """D^T S D = S for the derivative D of one large step in (q, p), by central differences; S = [[0, 1], [-1, 0]]."""
     dynamics = Dynamics(build(model), (GRAVITY,), form="angles")
-    form, nv = dynamics.engine.canonical(), len(dynamics.model.joints)
+    form, nv = CanonicalForm(dynamics.engine.model, dynamics.loads), len(dynamics.model.joints)
 
     def step(x: np.ndarray) -> np.ndarray:
         integrator = Gauss(method_of(method), 0.1)

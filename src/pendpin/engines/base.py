@@ -3,7 +3,7 @@
 from abc import ABC, abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -89,10 +89,6 @@ class Engine(ABC):
     def block(self) -> Block:
         """The arguments of the machine code for one run, where the engine `compiles`. Raises InputError elsewhere."""
         raise InputError('solver.engine: only "compiled" has equations in machine code')
-
-    def canonical(self) -> Any:
-        """The same equations in positions and momenta, a CanonicalForm. Raises InputError for an engine without it."""
-        raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio; leave solver.engine out")
 
     @abstractmethod
     def motion(self, y: Array) -> Motion:

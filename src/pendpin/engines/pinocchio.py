@@ -145,10 +145,6 @@ class Revolute(AngleEngine):
         """Pinocchio's data: half a second and 600 MB for 100 rods, only where they are used."""
         return pinocchio().Data(self._pin_model)
 
-    def canonical(self) -> CanonicalForm:
-        """The model in positions and momenta."""
-        return CanonicalForm(self.model, self.loads)
-
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         nv, pin, data, aba, tau = self._pin_model.nv, self._pin_model, self._data, self._aba, self._no_torque

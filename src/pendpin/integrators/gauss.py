@@ -12,7 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.engines import Derivative, Engine, ProgressCallback
+from pendpin.engines import CanonicalForm, Derivative, Engine, ProgressCallback, Revolute
+from pendpin.errors import InputError
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.libraries import version
 from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
@@ -93,8 +94,10 @@ class Gauss(Integrator):
 
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The equations of Pinocchio in (q, p). Raises InputError for another engine."""
-        self._form, self._progress, self._nv = engine.canonical(), progress, len(engine.model.joints)
-        self._calls = 0
+        if not isinstance(engine, Revolute):
+            raise InputError("solver.method: gauss2, gauss4 and gauss6 need Pinocchio; leave solver.engine out")
+        self._form, self._nv = CanonicalForm(engine.model, engine.loads), len(engine.model.joints)
+        self._progress, self._calls = progress, 0
         return engine.derivative(lambda t: None)[0], lambda: self._calls
 
     def memory(self, y: Array) -> GaussMemory:
