@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.dynamics.dynamics import explain
 from pendpin.effects import Gravity, Rotation, Spring, Viscous
 from pendpin.sweeps import significance as significance_module
 from pendpin.sweeps.significance import significance
@@ -53,26 +52,6 @@ def test_chaos_ends_the_comparison() -> None:
     assert 0 < found.horizon < 30.0
     calm = significance(swing(Gravity()), 1e-4)
     assert calm.horizon == 2.0
-
-
-def test_explain_says_what_an_evaluation_calls() -> None:
-    """Only the interfaces that the scene uses are named."""
-
-    def said(*effects, **options) -> str:
-        scene = swing(*effects)
-        return "\n".join(explain(pp.bind(scene), pp.simulate(scene, **options).stats))
-
-    bare = said(Gravity(), method="gauss2", step=0.01)
-    assert "method: gauss2; engine: " in bare
-    assert "an evaluation calls: one solve for the accelerations" in bare
-    assert "torques" not in bare
-    effects = (Gravity(), Viscous(coefficient=0.1, joints=["theta"]), Rotation(latitude=10.0))
-    full = said(*effects, method="gauss2", step=0.01)
-    assert "joint torques: viscous on theta" in full
-    assert "body wrenches, from the poses and velocities of all bodies: rotation" in full
-    assert "the kinematics of the bodies" in full
-    chosen = said(*effects)
-    assert ("one compiled function" in chosen) == ("compiled" in chosen.splitlines()[0])
 
 
 def test_a_clock_that_stands_still_adds_nothing(monkeypatch: pytest.MonkeyPatch) -> None:

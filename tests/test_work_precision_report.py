@@ -55,7 +55,7 @@ def test_times_between_the_points() -> None:
     assert worse.seconds_at(1e-5) == cheap.seconds_at(1e-5)
     assert fine.seconds_at(1e-7) == pytest.approx(2e-2 * 10**0.5)
     steps = tuple(Point(step, step**4, 1e-3 / step, 1, 1) for step in (0.1, 0.05, 0.01))  # of order 4
-    assert Curve("rk4", "", "step", steps).seconds_at(1e-6) == pytest.approx(10**-1.5)
+    assert Curve("rk4", "", "step", steps).setting_and_seconds_at(1e-6) == pytest.approx((10**-1.5, 10**-1.5))
 
 
 def test_the_words_say_what_the_numbers_say() -> None:

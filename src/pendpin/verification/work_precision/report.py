@@ -61,13 +61,20 @@ class Curve:
 
     def seconds_at(self, error: float) -> float | None:
         """The least time in which this error is met, interpolated in logarithms between its points; None if it is not."""
+        found = self.setting_and_seconds_at(error)
+        return found and found[1]
+
+    def setting_and_seconds_at(self, error: float) -> tuple[float, float] | None:
+        """The setting that meets this error in the least time, and that time, interpolated between its points."""
         front = self.front
         for cheaper, point in zip((None, *front), front, strict=False):
             if point.error <= error:
                 if cheaper is None:
-                    return point.seconds
+                    return point.setting, point.seconds
                 share = np.log(cheaper.error / error) / np.log(cheaper.error / max(point.error, EPS))
-                return float(cheaper.seconds * (point.seconds / cheaper.seconds) ** share)
+                between = ((cheaper.setting, point.setting), (cheaper.seconds, point.seconds))
+                setting, seconds = (float(a * (b / a) ** share) for a, b in between)
+                return setting, seconds
         return None
 
     @property
