@@ -1,9 +1,8 @@
 """The doctor's main line: a document in, a verdict and mends for each of its equations out."""
 
-from collections import defaultdict
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from itertools import islice
 from typing import Any
@@ -31,7 +30,7 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols, with_meaning
+from pendpin.doctor.reading.tree import Mismatch, Unread, parts, symbols, with_meaning
 from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, linearised, random_states
@@ -40,6 +39,7 @@ from pendpin.doctor.verdicts import judge
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
+SLIGHT = 1.2  # what a change costs less than that leaves no doubt of what a letter means
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 
@@ -55,30 +55,25 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
 def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Finding]:
     """The verdict on each equation by itself."""
     equations = found.equations
-    used, styles = (
-        in_use(equations, [reading.system for reading in found.chosen]),
-        {True: dict[str, str](), False: dict[str, str]()},
-    )
+    used = in_use(equations, [reading.system for reading in found.chosen])
+    styles: dict[bool, dict[str, str]] = {True: {}, False: {}}
     for one in reversed([one for one in equations if one.ways]):  # quantities are printed as where each is seen first
         styles[is_latex(one.text)] |= styles_of(one, one.sides)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
-    whose = [doctors[id(reading)] for reading in found.chosen]
-    firsts: list[tuple[Finding, list[Candidate]]] = []
-    neighbours: dict[int, list[Equation]] = defaultdict(list)
-    for doctor, one in zip(whose, equations, strict=True):
+    pairs = [(doctors[id(reading)], one) for reading, one in zip(found.chosen, equations, strict=True)]
+    findings, tried = list[Finding](), dict[int, list[Candidate]]()
+    for i, (doctor, one) in enumerate(pairs):
         progress(f"equation {one.number}")
-        first, tried = doctor.first(one)
-        firsts.append((first, tried))
-        if first.verdict == "holds" and first.kind != "definition" and first.equation:
-            neighbours[id(doctor)].append(first.equation)
-    findings: list[Finding] = []
-    for doctor, one, (finding, tried) in zip(whose, equations, firsts, strict=True):
-        if tried:
-            progress(f"equation {one.number}")
-            hopeless = sum(not f.mends and bool(f.when) for f in findings)
-            finding = doctor.second(finding, one, tried, hopeless < MOST_HOPELESS, neighbours[id(doctor)])
+        finding, tried[i] = doctor.first(one)
         findings.append(finding)
-    return [doctor.through_definitions(one, findings) for doctor, one in zip(whose, findings, strict=True)]
+        if finding.verdict == "holds" and finding.kind != "definition" and finding.equation:
+            doctor.neighbours.append(finding.equation)
+    for i, (doctor, one) in enumerate(pairs):
+        if tried[i]:
+            progress(f"equation {one.number}")
+            hopeless = sum(finding.doubtful for finding in findings)
+            findings[i] = doctor.second(findings[i], one, tried[i], hopeless < MOST_HOPELESS)
+    return [doctor.through_definitions(one, findings) for (doctor, _), one in zip(pairs, findings, strict=True)]
 
 
 @dataclass(frozen=True)
@@ -88,6 +83,7 @@ class _Doctor:
     reading: Reading
     styles: dict[bool, dict[str, str]]  # in LaTeX, and in plain text
     in_use: set[str]  # the symbols that the laws of the text use, also through definitions
+    neighbours: list[Equation] = field(default_factory=list)  # those that hold in this reading
 
     @property
     def system(self) -> System:
@@ -121,7 +117,7 @@ class _Doctor:
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
         if verdict.holds:
             if idle := self._idle(one):
-                return replace(found, remark=idle, unknown=(one.defines,)), []
+                return self._mended_as_usual(found, one) or replace(found, remark=idle, unknown=(one.defines,)), []
             found = replace(found, verdict="holds", proved=verdict.proved, equation=equation, error=verdict.error)
             return replace(found, remark=_joined(one.remark, verdict.remark)), []
         if equation.names <= set(self.system.spec.state) and said:
@@ -143,20 +139,18 @@ class _Doctor:
                 return replace(found, verdict="holds if", condition=condition, equation=equation), []
         return found, readings
 
-    def second(
-        self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool, neighbours: list[Equation]
-    ) -> Finding:
+    def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
 
         def agreement(equation: Equation) -> int:  # how often its names mean in others what they mean in it
-            pairs = equation.meanings.items()
-            return sum(other.meanings.get(name) == meaning for other in neighbours for name, meaning in pairs)
+            every = (other.meanings for other in self.neighbours)
+            return sum(meant.get(name) == meaning for meant in every for name, meaning in equation.meanings.items())
 
         readings = sorted(readings, key=lambda candidate: -agreement(candidate[0]))[:MOST_READINGS]
         for equation, _ in readings:
-            if condition := self._holds_without_loads(equation, neighbours):
+            if condition := self._holds_without_loads(equation):
                 return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
-            if condition := holds_if(equation, self.system, neighbours, self.reading.chosen):
+            if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
                 healed = mends(self._patient(one, equation), False)
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
                 return replace(found, mends=tuple(healed), remark=one.remark)
@@ -165,38 +159,31 @@ class _Doctor:
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, error = readings[best]
-        linear = "" if system is self.system else "it is compared to the first order in the angles"
-        title, alike = system.spec.title, lambda mend: not of_equation(mend.equation, self.system.spec)[1]
-        holds = ""  # the convention that would make it right
-        for convention in self.reading.conventions:
+        remarks = [one.remark]
+        if linear := system is not self.system:
+            remarks.append("it is compared to the first order in the angles")
+            error = relative_error(equation, random_states(system))
+        for convention in self.reading.conventions:  # that would make it right
             with suppress(Unread):
                 if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
-                    holds = f"it holds if {convention.words}"
+                    remarks.append(f"it holds if {convention.words}")
                     break
-        found = replace(
-            found,
-            verdict="fails",
-            proved=not linear,
-            linear=bool(linear),
-            error=relative_error(equation, random_states(system)) if linear else error,
-            when=when(equation, system),
-            dimensions=of_equation(equation, system.spec)[1],
-            mends=tuple(mend for mend in healed[best] if mend.count == 1 or alike(mend)),
-            remark=_joined(one.remark, linear, holds),
-            equation=equation,
+        said = {"error": error, "when": when(equation, system), "dimensions": of_equation(equation, system.spec)[1]}
+        found = replace(found, **said, equation=equation, linear=linear)
+        alike = (
+            mend for mend in healed[best] if mend.count == 1 or not of_equation(mend.equation, self.system.spec)[1]
         )
-        if not found.mends:
-            if self.reading.unknown:
-                words = f"it does not hold for {title}, and nothing says that it is meant to: {REMEDY}"
-                return replace(found, verdict="not checked", remark=words, proved=False)
-            words = f"as I read it, for {title}, it does not hold, and no small change makes it hold"
-            return replace(found, verdict="not checked", remark=_joined(words, found.remark), proved=False)
-        return found
+        if right := tuple(alike):
+            return replace(found, verdict="fails", proved=not linear, mends=right, remark=_joined(*remarks))
+        if self.reading.unknown:
+            words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
+            return replace(found, remark=words)
+        words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
+        return replace(found, remark=_joined(words, *remarks))
 
-    def _holds_without_loads(self, equation: Equation, neighbours: list[Equation]) -> str:
+    def _holds_without_loads(self, equation: Equation) -> str:
         """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
-
-        known = {part.written for other in neighbours for part in parts(other.sides)}
+        known = {part.written for other in self.neighbours for part in parts(other.sides)}
         nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
         letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
         for written, meaning in letters.items():
@@ -260,8 +247,8 @@ class _Doctor:
 
     def _names_energies(self, one: Printed) -> bool:
         """Whether it only gives energies their names, as L = T - U, whatever the text takes T and U to be."""
-        flat = all(side.kind == "symbol" or (side.kind == "sum" and _is_flat(side)) for side in one.sides)
-        if not flat or one.names & CONSTANTS:
+        terms = [term for side in one.sides for term in (side.children if side.kind == "sum" else (side,))]
+        if one.names & CONSTANTS or any(term.kind != "symbol" for term in terms):
             return False
         words = replace(one.words, chosen={})
         equation = Equation(tuple(bound(side, words) for side in one.sides))
@@ -273,6 +260,23 @@ class _Doctor:
         name = one.defines.lstrip("?")
         idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
         return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
+
+    def _mended_as_usual(self, found: Finding, one: Printed) -> Finding | None:
+        """A definition that nothing uses, of a letter that usually means what it comes to with a slight change."""
+        left = one.sides[0].written
+        if left is None or self.reading.unknown or (left.letter, left.index) not in one.words.chosen:
+            return None
+        chosen = {name: meaning for name, meaning in one.words.chosen.items() if name != (left.letter, left.index)}
+        words = replace(one.words, chosen=chosen)
+        ways = tuple((tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways)
+        usual = replace(one, words=words, ways=ways, defines="")
+        with suppress(Unread):
+            for equation, error in candidates(usual, self.system)[:MOST_READINGS]:
+                if healed := tuple(m for m in mends(self._patient(usual, equation), False) if m.cost < SLIGHT):
+                    kind, moment = kind_of(equation, self.system.spec), when(equation, self.system)
+                    found = replace(found, verdict="fails", proved=True, error=error, when=moment, kind=kind)
+                    return replace(found, mends=healed, equation=equation)
+        return None
 
     def _mended_without_value(self, found: Finding, one: Printed, error: Unread) -> Finding | None:
         """An equation without a value that a small change gives one with which it holds; None for any other.
@@ -317,11 +321,6 @@ class _Doctor:
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
         return Patient(one, equation, system or self.system, writer)
-
-
-def _is_flat(node: Node) -> bool:
-    """Whether an expression is a sum of names."""
-    return all(part.kind == "symbol" for part in node.children)
 
 
 def _joined(*remarks: str) -> str:

@@ -144,10 +144,10 @@ class Patient:
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
-        if node.kind in ("symbol", "function") and not part.lone and part.role != "base":
-            exponents = {2, 3} if part.role != "argument" or node.bracketed else set()
+        if node.kind in ("symbol", "function") and part.role != "base":
+            exponents = {2} if part.lone else {2, 3} if part.role != "argument" or node.bracketed else set()
         for exponent in exponents:
-            base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15)
+            base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15 + 0.5 * part.lone)
             raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
 
