@@ -1,10 +1,11 @@
 """The doctor's main line: a document in, a verdict and mends for each of its equations out."""
 
+import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -39,7 +40,7 @@ from pendpin.doctor.verdicts import judge
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
-SLIGHT = 1.2  # what a change costs less than that leaves no doubt of what a letter means
+SLIGHT = 1.3  # what a change costs less than that leaves no doubt of what a letter means
 NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 
@@ -117,7 +118,7 @@ class _Doctor:
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
         if verdict.holds:
             if idle := self._idle(one):
-                return self._mended_as_usual(found, one) or replace(found, remark=idle, unknown=(one.defines,)), []
+                return self._mended_as_quantity(found, one) or replace(found, remark=idle, unknown=(one.defines,)), []
             found = replace(found, verdict="holds", proved=verdict.proved, equation=equation, error=verdict.error)
             return replace(found, remark=_joined(one.remark, verdict.remark)), []
         if equation.names <= set(self.system.spec.state) and said:
@@ -179,7 +180,7 @@ class _Doctor:
             words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, remark=words)
         words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
-        return replace(found, remark=_joined(words, *remarks))
+        return self._mended_as_quantity(found, one) or replace(found, remark=_joined(words, *remarks))
 
     def _holds_without_loads(self, equation: Equation) -> str:
         """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
@@ -261,21 +262,34 @@ class _Doctor:
         idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
         return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
 
-    def _mended_as_usual(self, found: Finding, one: Printed) -> Finding | None:
-        """A definition that nothing uses, of a letter that usually means what it comes to with a slight change."""
+    def _mended_as_quantity(self, found: Finding, one: Printed) -> Finding | None:
+        """An equation that a slight change makes one of the quantity that the symbol alone on its left stands for.
+
+        That is what the letter usually means, where the text made it its own, or what the like of it is for another body,
+        as a_2 beside a_1.
+        """
         left = one.sides[0].written
-        if left is None or self.reading.unknown or (left.letter, left.index) not in one.words.chosen:
+        if left is None or left.dots or self.reading.unknown or len(one.sides) != 2:
             return None
-        chosen = {name: meaning for name, meaning in one.words.chosen.items() if name != (left.letter, left.index)}
-        words = replace(one.words, chosen=chosen)
+        name, chosen = (left.letter, left.index), one.words.chosen
+        usual = replace(one.words, chosen={other: meaning for other, meaning in chosen.items() if other != name})
+        meanings = [*usual(left)] if name in chosen else []
+        for other in self.reading.equations if left.index.isdigit() else ():
+            like = other.sides[0].written if len(other.sides) == 2 else None
+            alike = like and like != left and like == replace(left, index=like.index)
+            if like and alike and (quantity := quantity_of(other, self.system)):
+                meanings.append(re.sub(rf"{like.index}(?!\d)", left.index, quantity[0]))
+        words = replace(one.words, chosen=chosen | {name: ""})
         ways = tuple((tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways)
-        usual = replace(one, words=words, ways=ways, defines="")
-        with suppress(Unread):
-            for equation, error in candidates(usual, self.system)[:MOST_READINGS]:
-                if healed := tuple(m for m in mends(self._patient(usual, equation), False) if m.cost < SLIGHT):
-                    kind, moment = kind_of(equation, self.system.spec), when(equation, self.system)
-                    found = replace(found, verdict="fails", proved=True, error=error, when=moment, kind=kind)
-                    return replace(found, mends=healed, equation=equation)
+        own = replace(one, words=words, ways=ways)
+        for equation, meaning in product(islice(own.readings(), MOST_READINGS), dict.fromkeys(meanings)):
+            meant = replace(equation, meanings=equation.meanings | {str(equation.sides[0].value): meaning})
+            with suppress(Unread):
+                error, patient = relative_error(meant, random_states(self.system)), self._patient(own, meant)
+                if error > TOLERANCE and (healed := tuple(m for m in mends(patient, False) if m.cost < SLIGHT)):
+                    kind, moment = kind_of(meant, self.system.spec), when(meant, self.system)
+                    found = replace(found, verdict="fails", proved=True, error=error, when=moment, kind=kind, remark="")
+                    return replace(found, mends=healed, equation=meant)
         return None
 
     def _mended_without_value(self, found: Finding, one: Printed, error: Unread) -> Finding | None:

@@ -271,7 +271,7 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         if left and other and guess:
             return f"it does not hold if {_plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
         moves = any(symbols(side) - spec.still - {"pi"} for side in one.sides[1:])
-        if left and finding.dimensions and moves and finding.equation.meaning(str(one.sides[0].value)) in spec.still:
+        if left and finding.dimensions and moves and _is_still(finding.equation, spec):
             return f"it does not hold if {_plain(left)} means a constant: its dimension is another one"
         if is_entry(one) and not entries:
             return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
@@ -339,6 +339,11 @@ def _turns_an_axis(finding: Finding, spec: Spec) -> bool:
     name = finding.equation.meaning(str(finding.equation.sides[0].value))
     place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
     return place and bool(finding.mends) and finding.mends[0].words.startswith("the sign of ")
+
+
+def _is_still(equation: Equation, spec: Spec) -> bool:
+    """Whether the first side is a name for what does not move."""
+    return equation.meaning(str(equation.sides[0].value)) in spec.still
 
 
 def _plain(name: Written) -> str:
