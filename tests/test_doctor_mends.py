@@ -95,6 +95,37 @@ def test_a_fault_beside_a_load_is_found_where_another_equation_holds_without_it(
     assert alone.verdict == "not checked"
 
 
+SWINGING = r"""A rigid body of mass $m$ swings about an axis at the distance $s$ from its centre of mass.
+$$ I_A \ddot\theta = -m g s \sin\theta $$
+$$ \omega = \sqrt{\frac{m g s}{I_A}} $$
+"""
+
+
+def test_a_root_may_be_missing():
+    assert verdicts(pp.diagnose(SWINGING)) == ["holds"] * 2
+    right, wrong = pp.diagnose(SWINGING.replace(r"\sqrt{\frac{m g s}{I_A}}", r"\frac{m g s}{I_A}")).findings
+    assert (right.verdict, wrong.verdict) == ("holds", "fails")
+    assert wrong.mends[0].words == r"\omega should be \omega^2"
+
+
+TWO_ACCELERATIONS = """d = theta1 - theta2
+den = 2*m1 + m2 - m2*cos(2*d)
+a1 = (-g*(2*m1 + m2)*sin(theta1) - m2*g*sin(theta1 - 2*theta2) - 2*sin(d)*m2*(w2**2*l2 + w1**2*l1*cos(d)))/(l1*den)
+a2 = 2*sin(d)*(w1**2*l1*(m1 + m2) + g*(m1 + m2)*cos(theta1) + w2**2*l2*m2*cos(d))/(l2*den)
+"""
+
+
+def test_what_a_name_means_beside_the_like_of_it_is_mended():
+    """a2 is the acceleration of the second body where a1 is that of the first; alone it may be anything."""
+    wrong = TWO_ACCELERATIONS.replace("*cos(theta1)", "*cos(theta2)")
+    assert verdicts(pp.diagnose(TWO_ACCELERATIONS)) == ["holds"] * 4
+    found = pp.diagnose(wrong).findings
+    assert [finding.verdict for finding in found] == ["holds"] * 3 + ["fails"]
+    assert found[3].mends[0].latex == TWO_ACCELERATIONS.splitlines()[3]
+    alone = "\n".join(line for line in wrong.splitlines() if not line.startswith("a1"))
+    assert "fails" not in verdicts(pp.diagnose(alone))
+
+
 CART = """(M + m)*ẍ + m*l*θ̈*cos(θ) - m*l*θ̇**2*sin(θ) = F
 l*θ̈ + ẍ*cos(θ) + g*sin(θ) = 0
 T = (M + m)*ẋ**2/2 + m*l*ẋ*θ̇*cos(θ) + m*l**2*θ̇**2/2

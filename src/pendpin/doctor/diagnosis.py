@@ -159,6 +159,8 @@ class _Doctor:
         healed = [mends(self._patient(one, equation, system), pairs) for equation, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
+        if costs[best] >= SLIGHT and (meant := self._mended_as_quantity(found, one)):
+            return meant
         equation, error = readings[best]
         remarks = [one.remark]
         if linear := system is not self.system:
@@ -180,7 +182,7 @@ class _Doctor:
             words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, remark=words)
         words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
-        return self._mended_as_quantity(found, one) or replace(found, remark=_joined(words, *remarks))
+        return replace(found, remark=_joined(words, *remarks))
 
     def _holds_without_loads(self, equation: Equation) -> str:
         """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
