@@ -336,9 +336,6 @@ def free_states(system: System) -> Quantities:
     return Quantities(random_base(system.spec, STATES, seed=2) | free, system, np)
 
 
-ENERGY_SUMS = formulas({"L": "T - V", "E": "T + V"})
-
-
 def dot(a: Values, b: Values) -> Values:
     """The dot product of two vectors (3, n)."""
     return (a * b).sum(0)

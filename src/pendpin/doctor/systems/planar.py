@@ -32,8 +32,8 @@ conical_rate = formula(
 
 _COMMON = """
 g | m/s2 | g G g_0
-L | N m | L
-E | N m | E H
+L | N m | L | T - V
+E | N m | E H | T + V
 ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
 ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
 """
@@ -59,7 +59,7 @@ alpha | 1/s2 | alpha acc | ddtheta
 w0 | 1/s | omega omega_0 omega_n Omega w w_0 w_n | sqrt(m*g*h/J)
 T | N m | T K E_k E_c T_1 E_kin | J*dtheta*dtheta/2
 V | N m | V U E_p E_pot PE Pi pe | g*(m*h*high(theta))
-E | N m | E H E_0 H_0
+E | N m | E H E_0 H_0 | T + V
 p | N m s | p p_theta L_O H_O L p_1 p_q | J*dtheta
 S | N | T S F_T N R_n F_r F_n R_r R_3 F T_s | m*(h*dtheta**2 - g*high(theta))
 Rx | N | R_x O_x A_x F_x H N_x X | m*h*(cos(theta)*ddtheta - sin(theta)*dtheta**2)

@@ -13,7 +13,6 @@ import numpy as np
 
 from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS, Written
 from pendpin.doctor.systems.base import (
-    ENERGY_SUMS,
     UNITS,
     Formula,
     Quantities,
@@ -160,14 +159,15 @@ M | N m | \mathbf{M} | along*Mc*a3_
 M1 | N m | M_1 | dot(M, b1)
 M2 | N m | M_2 | dot(M, b2)
 M3 | N m | M_3
-L E | N m
 T | N m | | (m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2
 V | N m | | -m*g*h*c_*ct_
+L | N m | | T - V
+E | N m | | T + V
 """
 ROWS = read_table(TABLE)
 FORMULAS: dict[str, Formula] = formulas({name: text for name, _, _, text in ROWS if text})
 FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
-FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J"), **ENERGY_SUMS}
+FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J")}
 LATEX = {name: printed for name, _, printed, _ in ROWS if printed} | {"inertia": r"\mathbf{I}"}
 DIMENSION_OF = {name: powers for name, unit, _, _ in ROWS if (powers := UNITS[unit]) is not None}
 DIMENSION_OF |= dict.fromkeys(MATRICES, (0, 0, 0)) | dict.fromkeys(("inertia", "inertiaO"), (1, 2, 0))

@@ -11,7 +11,6 @@ import numpy as np
 
 from pendpin.doctor.reading.names import Written
 from pendpin.doctor.systems.base import (
-    ENERGY_SUMS,
     UNITS,
     Dimension,
     Formula,
@@ -54,7 +53,7 @@ def table_spec(
     and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
     """
     rows = read_table(table)
-    every = {**formulas({name: text for name, _, _, text in rows if text}), **ENERGY_SUMS, **more}
+    every = {**formulas({name: text for name, _, _, text in rows if text}), **more}
     ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
     every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
     dimensions = {name: powers for name, unit, _, _ in rows if (powers := UNITS[unit]) is not None}
@@ -139,7 +138,7 @@ def scene_spec(scene: Scene) -> Spec:
         rows += [f"{name}{i} | {unit} | {name}_{i} {name}" for name, unit in (("m", "kg"), ("l", "m"), ("h", "m"))]
         rows += [f"I{i}{k} | kg m2 | I_{i}{k} I_{i},{k}{f' I_{k}' * one}" for k in (1, 2, 3)]
         rows += [f"{c}{i} | m | {c}_{i}{f' {c}' * one}" for c in "xyz"]
-    rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L", "E | N m | E H"]
+    rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L | T - V", "E | N m | E H | T + V"]
     rows += [f"p{name} | N m s | p_{name} p_{text} | slope('T', 'd{name}')" for name, text in printed.items()]
 
     def states(q: Quantities) -> list[Values]:
