@@ -130,8 +130,7 @@ def acting(model: Model, effects: Sequence[fx.Effect], start: float = 0.0) -> tu
     """The effects of a scene, with `Idle` in place of each of strength 0: these change no bit of a run.
 
     In place of an as_written there is what it stands for, in place of a sampled Torque one that can hold, from `start` in s
-    on. Raises InputError
-    for a joint or link that the model lacks, whatever the strength.
+    on. Raises InputError for a joint or link that the model lacks, whatever the strength.
     """
     acts = list(expand_as_written(model, effects))
     for i, effect in enumerate(acts):

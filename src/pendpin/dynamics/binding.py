@@ -115,7 +115,7 @@ class Binding:
             _total(varying),
             _total(torques),
             wrench if wrenches else None,
-            plain_arithmetic(self.effects),
+            in_links=plain_arithmetic(self.effects),
             axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
         )
 

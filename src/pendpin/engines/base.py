@@ -16,9 +16,7 @@ from pendpin.model.build import Model
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
 
-CALLBACK_EVERY = (
-    64  # evaluations between two calls of the progress callback: one may take 3 ms, near a pole of a thin rod
-)
+CALLBACK_EVERY = 64  # evaluations between two calls of the progress callback: near a pole of a thin rod one takes 3 ms
 
 
 class Sample(NamedTuple):

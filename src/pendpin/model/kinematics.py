@@ -28,9 +28,8 @@ def poses(model: Model, q: Array) -> Array:
 def joint_poses(model: Model, q: Array, joints: Any = slice(None)) -> Array:
     """Poses of what each joint, or some joints, move, (n, joints, 4, 4) in W, from q (n, nv)."""
     tree, signs = prepared(model.tree, np)
-    axes, origin = (
-        np.stack(x, 1)[:, joints] for x in zip(*place_joints(joints_at(tree, signs * q, np), np, len(q)), strict=True)
-    )
+    placed = place_joints(joints_at(tree, signs * q, np), np, len(q))
+    axes, origin = (np.stack(x, 1)[:, joints] for x in zip(*placed, strict=True))
     out = np.zeros((*origin.shape[:-1], 4, 4))
     out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes, origin, 1.0
     return out
