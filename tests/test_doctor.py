@@ -1,8 +1,6 @@
 """The equation doctor: its truth, verdicts, mends and conventions; its report; code in place of formulae."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -233,23 +231,16 @@ def test_options_are_checked(options):
 # --- command and page -----------------------------------------------------------------------------------------------
 
 
-def doctor(*arguments):
-    """The command, as a process."""
-    command = [sys.executable, "-c", "from pendpin.cli import main; main()", "doctor", *map(str, arguments)]
-    return subprocess.run(command, capture_output=True, text=True, check=False)
-
-
 @pytest.mark.parametrize("wrong", [("--rod", "thinn"), ("--convention", "zup")], ids=" ".join)
 def test_a_name_that_an_option_does_not_know_is_wrong_usage(wrong, capsys):
     assert run_main("doctor", str(PRINTED), *wrong) == 2
     assert "did you mean" in capsys.readouterr().err
 
 
-def test_the_command_writes_json_and_a_page(tmp_path):
+def test_the_command_writes_json_and_a_page(tmp_path, capsys):
     page = tmp_path / "report.html"
-    done = doctor(PRINTED, "--json", "--html", page)
-    assert done.returncode == 1, done.stderr
-    records = json.loads(done.stdout)
+    assert run_main("doctor", str(PRINTED), "--json", "--html", str(page)) == 1
+    records = json.loads(capsys.readouterr().out)
     assert {"number", "latex", "kind", "verdict", "proved", "error", "mends"} <= set(records[0])
     residual = sp.sympify(records[5]["mends"][0]["residual"])
     names = {"l", "m", "R1", "phi", "dtheta", "ddphi"}
@@ -262,7 +253,6 @@ def test_the_command_writes_json_and_a_page(tmp_path):
 def test_the_exit_status_says_whether_all_holds(tmp_path):
     path = tmp_path / "right.toml"
     path.write_text('[equations]\nx = "l/2*sin(phi)"\nT = "D*dphi**2/2 + D*dtheta**2/2"\n[symbols]\nD = "m*l**2/3"\n')
-    done = doctor(path)
-    assert done.returncode == 1
+    assert run_main("doctor", str(path)) == 1
     path.write_text('[equations]\nx = "l/2*s"\n[symbols]\ns = "sin(phi)"\n')
-    assert doctor(path).returncode == 0
+    assert run_main("doctor", str(path)) == 0

@@ -1,6 +1,7 @@
 """What happens near a motion: sensitivities, periodic orbits, their continuation, Lyapunov exponents."""
 
 import math
+from functools import cache
 
 import mpmath as mp
 import numpy as np
@@ -98,8 +99,7 @@ SPACE = scene(EFFECTS["drag"], EFFECTS["viscous"])
 RUBBED = scene(fx.DryFriction(kinetic=0.4), fx.Viscous(coefficient=0.1), q=(1.2, 0.0, -0.9, 0.0), duration=3.0)
 
 
-@pytest.mark.parametrize("samples", [12, 121])
-@pytest.mark.parametrize(("chosen", "name"), [
+EXTREMES = [
     (PLANE, "R3_1.max"),
     (PLANE, "theta_2.min"),
     (PLANE, "tip_z.max"),  # at the start
@@ -110,22 +110,34 @@ RUBBED = scene(fx.DryFriction(kinetic=0.4), fx.Viscous(coefficient=0.1), q=(1.2,
     (SPACE.replace(duration=0.1), "kinetic.max"),  # at the end
     (RUBBED, "theta_2.max"),
     (RUBBED, "theta_1.min"),  # where the joint turns back
-])  # fmt: skip
-def test_extremes_change_as_those_between_the_samples(chosen: pp.Scene, name: str, samples: int) -> None:
-    """run.sensitivity and differences of run.maximum: the same, however few samples there are."""
-    values = {"model.rods[0].length": 1.0, "start.positions[0]": chosen.start.positions[0]}
+]
+
+
+@cache
+def differences(place: int) -> dict[str, float]:
+    """The change of an extreme by a length and by a start, by differences of run.maximum."""
+    chosen, name = EXTREMES[place]
     quantity, _, statistic = name.partition(".")
 
     def at(key: str, value: float) -> float:
         run = pp.simulate(chosen.replace({key: value}), tolerance=1e-13)
         return (run.maximum if statistic == "max" else run.minimum)(quantity).value
 
-    found = pp.simulate(chosen, samples=samples, tolerance=1e-11).sensitivity(list(values), of=name)
-    step = 1e-4
-    right = [
-        (8 * (at(key, x + step) - at(key, x - step)) - at(key, x + 2 * step) + at(key, x - 2 * step)) / (12 * step)
-        for key, x in values.items()
-    ]
+    h = 1e-4
+    return {
+        key: (8 * (at(key, x + h) - at(key, x - h)) - at(key, x + 2 * h) + at(key, x - 2 * h)) / (12 * h)
+        for key, x in (("model.rods[0].length", 1.0), ("start.positions[0]", chosen.start.positions[0]))
+    }
+
+
+@pytest.mark.parametrize("samples", [12, 121])
+@pytest.mark.parametrize("place", range(len(EXTREMES)), ids=[name for _, name in EXTREMES])
+def test_extremes_change_as_those_between_the_samples(place: int, samples: int) -> None:
+    """run.sensitivity and differences of run.maximum: the same, however few samples there are."""
+    chosen, name = EXTREMES[place]
+    right = differences(place)
+    found = pp.simulate(chosen, samples=samples, tolerance=1e-11).sensitivity(list(right), of=name)
+    right = list(right.values())
     assert found == pytest.approx(right, rel=1e-6, abs=1e-7 * np.abs(right).max() + 1e-9)
 
 

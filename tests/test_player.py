@@ -292,7 +292,7 @@ def test_a_page_says_which_run_has_no_such_quantity(browser: Browser, tmp_path: 
     both = [pp.simulate(scene, energy_balance=True), pp.simulate(scene, method="rk45")]
     one, other = both[::-1] if turned else both
     path = one.animate(compare=other).save(tmp_path / "both.html")
-    with browser.open(path.as_uri(), size=SIZE) as seen:
+    with browser.open(f"{path.as_uri()}#t=0", size=SIZE) as seen:
         choose(seen, 0, "work_gravity")
         words = seen.evaluate("document.querySelector('.values').innerText")
         assert words.count("work_gravity") == 1
