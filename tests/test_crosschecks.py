@@ -53,6 +53,23 @@ def test_gravity_in_any_direction() -> None:
     assert pp.crosscheck(scene_of(RODS["thick"], tilted), states=500).ok
 
 
+@pytest.mark.parametrize("joint", ["universal", "hinge"])
+@pytest.mark.parametrize("branched", [False, True])
+def test_forces_on_bodies_have_their_moments(joint: str, branched: bool) -> None:
+    """Wind on every rod and a push beside the centre of mass, with a torque: in a row of rods and where two hang on one."""
+    rod = {"mass": 1.0, "radius": 0.02, "joint": joint}
+    rods = [pp.Rod(length=length, **rod) for length in (1.0, 0.7)]
+    rods.append(pp.Rod(length=0.4, **rod, **({"hangs_on": "rod_1", "at": 0.6} if branched else {})))
+    effects = (
+        *GRAVITY,
+        pp.effects.Drag(density=50.0, wind=(3.0, 1.0, -2.0)),
+        pp.effects.Push(link="rod_2", force=(2.0, -1.0, 3.0), torque=(0.2, 0.3, -0.1), point=0.1),
+    )
+    report = pp.crosscheck(pp.Scene(model=pp.Chain(rods=rods), effects=effects), states=20)
+    assert report.ok, report.worst
+    assert ("tree" in report.routes) == (branched or joint == "hinge")
+
+
 def test_moments_are_there_where_the_rod_is_thick() -> None:
     """M3 and Mc vanish for a thin rod only, and are the balances' own there."""
     q, v = np.array([0.3, 0.4]), np.array([2.0, -3.0])
