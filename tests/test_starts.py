@@ -1,5 +1,7 @@
 """Particular starts: a steady cone stays one, an equilibrium keeps its place; others are refused or noted."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -8,6 +10,8 @@ from hypothesis import strategies as st
 import pendpin as pp
 from laws import law
 from pendpin.errors import Note
+from pendpin.model.build import build, start_state
+from pendpin.scene import unit_of_key
 
 GRAVITY = pp.effects.Gravity()
 SLENDER = {  # no inertia about the axis
@@ -112,3 +116,15 @@ def test_a_start_is_one_wherever_it_comes_from() -> None:
     assert scene == scene.replace(start=mine)
     assert mine != pp.Start(positions={"theta": 0.4})
     assert type(pp.Start.at_rest(scene)) is pp.Start
+
+
+@pytest.mark.parametrize("unit", ["radians", "degrees"])
+@pytest.mark.parametrize("part", ["positions", "velocities"])
+def test_a_number_of_a_start_is_in_the_unit_that_is_said(unit: Any, part: str) -> None:
+    """Of angles and of their rates, in both units: the number, in this unit, is the one with which the run begins."""
+    scene = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.1)]), start=pp.Start(unit=unit))
+    key = f"start.{part}.phi"
+    q, v = start_state(build(scene.model), scene.replace({key: 2.0}).start)
+    said = {"rad": 1.0, "degrees": np.pi / 180}[unit_of_key(key, scene).removesuffix("/s")]
+    assert unit_of_key(key, scene).endswith("/s") == (part == "velocities")
+    assert (q if part == "positions" else v).tolist() == pytest.approx([0.0, 2.0 * said])
