@@ -218,7 +218,7 @@ def _search(
         # Two parts, cut at the Chebyshev point next to the middle; their values inside are not known.
         cut, x = pieces.times[:, middle], pieces.values[:, [0, middle, middle, -1]].reshape(-1, 2)
         begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
-        pieces = _Pieces(begin, end, np.repeat(pieces.column, 2), x[:, [0] * DEGREE + [1]], np.repeat(pieces.error, 2))
+        pieces = _Pieces(begin, end, np.repeat(pieces.column, 2), x[:, [0] * DEGREE + [1]], np.full(len(begin), np.inf))
 
 
 def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns: Indices) -> _Pieces:
