@@ -1,5 +1,6 @@
 """What is drawn of a run, by its laws: payloads, the path of the tip, any size."""
 
+import base64
 import subprocess
 import sys
 from pathlib import Path
@@ -15,8 +16,9 @@ import pendpin as pp
 from laws import HANG
 from pendpin.fitting.report import interrupt
 from pendpin.graphics.drawing import TURN, Shape, smooth
-from pendpin.graphics.page import DRAWN, contents
+from pendpin.graphics.page import DRAWN, _integers, contents
 from pendpin.graphics.run_drawing import drawing_of
+from pendpin.graphics.view import _project
 from pendpin.sweeps.figure import describe_empty_cells, draw_map
 from pendpin.sweeps.plan import samples
 from swinging import swinging
@@ -71,6 +73,26 @@ def test_any_size_is_drawn_alike(factor: float) -> None:
     for name in ("positions", "quaternions"):
         assert other[name]["data"] == one[name]["data"]
     assert other["trail"]["points"]["scale"] / other["extent"] == pytest.approx(one["trail"]["points"]["scale"])
+
+
+@given(st.integers(0, 2**32 - 1), st.floats(1e-6, 1e6))
+def test_a_film_is_seen_from_afar(seed: int, size: float) -> None:
+    """Without perspective: the axes to the right and up are at right angles and as long as in space, up is upwards."""
+    points = size * np.random.default_rng(seed).normal(size=(5, 3))
+    right, up = _project(np.eye(3)).T
+    assert np.array([right @ right, up @ up, right @ up]) == pytest.approx([1, 1, 0], abs=1e-15)
+    assert up[2] > 0.9
+    np.testing.assert_allclose(_project(points), points @ np.stack([right, up], 1), rtol=1e-12, atol=1e-13 * size)
+
+
+@given(st.lists(st.floats(-1e3, 1e3), min_size=1, max_size=9), st.sampled_from([0.0, 1e-30, 1.0, 1e30]))
+def test_a_page_holds_numbers_to_one_part_in_65534(values: list[float], size: float) -> None:
+    """Of the largest of them: read back from its text, each is there to half a step, and 0 is 0."""
+    numbers = size * np.array(values)
+    written = _integers(numbers)
+    read = written["scale"] * np.frombuffer(base64.b64decode(written["data"]), "<i2")
+    assert np.abs(read - numbers).max() <= np.abs(numbers).max() / 65534 * (1 + 1e-9)
+    assert (read[numbers == 0] == 0).all()
 
 
 def test_the_drawn_frames_are_those_of_the_computation(tmp_path: Path) -> None:
@@ -134,7 +156,9 @@ def test_a_map_has_the_cells_of_its_table() -> None:
     lengths, thetas, phis = [0.5, 0.7, 2.0], [0.1, 0.4], [0.0, 0.2, 0.3, 0.5]
     varied = {"model.rods[0].length": lengths, "start.positions.theta": thetas, "start.positions.phi": phis}
     table = pp.sweep(short_swing(), varied, "swing")
-    panels = [ax for ax in draw_map(table).axes if ax.get_title("left")]
+    figure = draw_map(table)
+    assert figure.get_size_inches()[0] > 4 * len(lengths)
+    panels = [ax for ax in figure.axes if ax.get_title("left")]
     assert [ax.get_title("left") for ax in panels] == [f"model.rods[0].length (m) = {x:.4g}" for x in lengths]
     for ax, values in zip(panels, table["swing"].values, strict=True):
         mesh = next(x for x in ax.collections if isinstance(x, QuadMesh))

@@ -60,6 +60,7 @@ def test_coordinates_know_what_they_are() -> None:
     assert np.flatnonzero(free.is_stribeck_speed).tolist() == rows["effects[2].stribeck"]
     dissipation = {column for key in FRICTION + DRAG for column in rows[key]}
     assert set(np.flatnonzero(free.dissipation(SCENE)).tolist()) == dissipation
+    assert not free_parameters(SCENE, [*PHYSICS, "effects[2].kinetic"]).is_stribeck_speed.any()
 
 
 @given(st.integers(0, 2**32 - 1))

@@ -107,6 +107,20 @@ def test_one_damped_rod(damping: float, mass: float, length: float, stiffness: f
 # --- laws -----------------------------------------------------------------------------------------------------------
 
 
+@law(20)
+@given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 4))
+def test_modes_without_damping_are_those_of_next_to_none(seed: int, count: int) -> None:
+    """Of any stiffness: omega, the damping ratio, which is -1 where a mode grows, stability and eigenvalues."""
+    random = np.random.default_rng(seed)
+    M, K = random.normal(size=(2, count, count))
+    M, K = M @ M.T + np.eye(count), K + K.T
+    one, other = (vibrations(Matrices(M, damping * M, K)) for damping in (0.0, 1e-12))
+    assert one.omega == pytest.approx(other.omega, rel=1e-6)
+    assert one.damping_ratio == pytest.approx(other.damping_ratio, abs=1e-6)
+    assert one.stable == other.stable == bool((np.linalg.eigvalsh(K) > 0).all())
+    assert np.sort_complex(one.eigenvalues).real == pytest.approx(np.sort_complex(other.eigenvalues).real, abs=1e-6)
+
+
 @law(12)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 5), damped=st.booleans())
 def test_every_mode_solves_its_equation(seed: int, count: int, damped: bool) -> None:
