@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from pendpin.ground.files import folder_of
+from pendpin.model.bodies import mass_matrix
 from pendpin.model.build import build
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.01),))
@@ -99,3 +100,11 @@ def test_a_model_counts_in_words() -> None:
     one, two = (repr(pp.bind(pp.Scene(model=pp.Chain(rods=[hinge], copies=n))).model) for n in (1, 2))
     assert one == "Model of 1 joint, 1 body, 1 rod on its joint"
     assert two == "Model of 2 joints, 2 bodies, 2 rods on their joints"
+
+
+@pytest.mark.parametrize("factor", [1e-20, 1e-9, 1.0, 1e6])
+def test_a_mass_matrix_goes_with_the_masses(factor: float) -> None:
+    """Of any size, also those that Pinocchio by itself would lose."""
+    scenes = [pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=m, radius=0.1)], copies=2)) for m in (1.0, factor)]
+    usual, other = (mass_matrix(build(scene.model).pin, np.array([0.3, -0.4, 0.7, 1.1])) for scene in scenes)
+    np.testing.assert_allclose(other, factor * usual, rtol=1e-13, atol=1e-15 * factor)
