@@ -108,3 +108,17 @@ def test_a_mass_matrix_goes_with_the_masses(factor: float) -> None:
     scenes = [pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=m, radius=0.1)], copies=2)) for m in (1.0, factor)]
     usual, other = (mass_matrix(build(scene.model).pin, np.array([0.3, -0.4, 0.7, 1.1])) for scene in scenes)
     np.testing.assert_allclose(other, factor * usual, rtol=1e-13, atol=1e-15 * factor)
+
+
+@given(st.lists(st.tuples(st.booleans(), st.sampled_from([-1.0, 0.3, 1.0]), st.booleans()), min_size=1, max_size=4))
+def test_a_thin_rod_at_its_pole_is_the_first_one(rods: list[tuple[bool, float, bool]]) -> None:
+    """Whose axis goes along that of theta, to either side; neither a rod with a radius nor a hinge."""
+    kinds = [{"radius": 0.0 if thin else 0.1, "joint": "hinge" if hinge else "universal"} for thin, _, hinge in rods]
+    model = build(pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, **kind) for kind in kinds]))
+    q = np.zeros(len(model.joints))
+    for rod, (_, turn, hinge) in zip(model.rods, rods, strict=True):
+        q[rod.first if hinge else rod.phi] = turn * (np.pi / 2 - 1e-5)
+    at_pole = [thin and abs(turn) == 1 and not hinge for thin, turn, hinge in rods]
+    expected = next((rod.link for rod, there in zip(model.rods, at_pole, strict=True) if there), None)
+    assert model.thin_at_pole(q, 1e-4) == expected
+    assert model.thin_at_pole(q, 1e-6) is None

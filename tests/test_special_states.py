@@ -310,3 +310,23 @@ def test_contacts_have_mirror_images(signs: tuple[float, float]) -> None:
     np.testing.assert_array_equal(other.q, one.q * sign)
     np.testing.assert_array_equal(other.v, one.v * sign)
     assert [event.t for event in other.events] == [event.t for event in one.events]
+
+
+def test_a_force_on_the_axis_lets_a_thin_rod_through_its_pole() -> None:
+    """An anchor turns no rod about itself: past phi = 90 degrees by 1e-9 rad, the tip goes on as through it."""
+    anchor = pp.effects.Anchor(link="rod_1", point=(0.5, 0.0, -0.8), stiffness=3.0)
+    thin = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)])
+    through, past = (
+        pp.simulate(
+            pp.Scene(
+                model=thin,
+                effects=[pp.effects.Gravity(), anchor],
+                start=pp.Start(positions={"theta": theta, "phi": 1.2}, velocities={"phi": 4.0}),
+                duration=0.3,
+            )
+        )
+        for theta in (0.0, 1e-9)
+    )
+    assert not pp.bind(past.source).engine.on_angles  # but on directions, which have no pole
+    assert through["phi"].max() > np.pi / 2
+    np.testing.assert_allclose(past.tips, through.tips, atol=1e-8)
