@@ -63,6 +63,7 @@ class Pendulum:
     def at(self, z: Array) -> "Bound":
         """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
         if self.last and np.array_equal(self.last[0].z, z):
+            self.last[0].variations.scales = None  # as if it were bound anew
             return self.last[0]
         values = [float(value) for value in self.free.values(z)]
         scene = substitute(self.scene, self.free.keys, values, replace_checked)
@@ -82,7 +83,6 @@ class Bound:
     z: Array  # (nz,)
     variations: Variations
     gradients: Array  # (K, nz), of the free numbers by the search coordinates
-    measured: dict[int, tuple[bytes, tuple[Array, Array]]] = field(default_factory=dict)  # the last of each piece
 
     def move(self, start: Array, times: Array) -> tuple[Array, Array]:
         """The motion (M, nv) from a start (2n,) at times (M,) in s, and its derivatives (D, M, nv). Raises RunError."""
@@ -115,15 +115,8 @@ class Bound:
         a = rates.reshape(N, -1, 2 * nv)[..., places[n:]].transpose(1, 2, 0)
         return a[0], self._by_coordinates(a[1:])
 
-    def measure(self, piece: int, start: Array, times: Array) -> tuple[Array, Array]:
-        """What the sensors show of a piece without their zeros (M, columns), and its derivatives (M, columns, D)."""
-        # A search begins with the motions that the one before it ended with: other weights need no new ones.
-        key = start.tobytes() + times.tobytes()
-        if self.measured.get(piece, (b"", None))[0] != key:
-            self.measured[piece] = key, self._measure(start, times)
-        return self.measured[piece][1]
-
-    def _measure(self, start: Array, times: Array) -> tuple[Array, Array]:
+    def measure(self, start: Array, times: Array) -> tuple[Array, Array]:
+        """What the sensors show of a motion without their zeros (M, columns), and its derivatives (M, columns, D)."""
         sensors, free, z, (q, by) = self.pendulum.sensors, self.pendulum.free, self.z, self.move(start, times)
         values, slopes = q @ sensors.angles.T, by @ sensors.angles.T
         if not sensors.tips.any():
@@ -210,7 +203,7 @@ class Problem:
         for piece, times in enumerate(t.T):
             count = 1 + int((np.diff(times) > 0).sum())
             with suppress(RunError):
-                values, _ = bound.measure(piece, starts[:, piece], times[:count])
+                values, _ = bound.measure(starts[:, piece], times[:count])
                 out[:count, :, piece] = values + self.split(x)[1]
                 out[count:, :, piece] = out[count - 1, :, piece]
         return out
@@ -230,7 +223,7 @@ class Problem:
             weight = seen * self.weights * share[..., piece]
             free[row] = weight[..., None] * np.eye(columns)[:, : len(x) - len(z)]
             try:
-                values, slopes = bound.measure(piece, starts[:, piece], times[:count])
+                values, slopes = bound.measure(starts[:, piece], times[:count])
             except RunError:
                 r[row] = LOST * seen
                 continue
