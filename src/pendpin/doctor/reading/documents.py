@@ -18,11 +18,23 @@ MOST_BYTES = 2_000_000  # of a document
 MOST_STATEMENTS, MOST_OF_A_DISPLAY = 500, 60_000  # of a document; characters
 AROUND = 300  # characters of a sentence before and after an equation
 
-_OPENERS = re.compile(
-    rf"\$\$|\\\[|\\\(|(?<!\\)\$`?|\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}|```math\s*\$\$|```math|<math[^<>]*>|:math:`"
-    r"|\[(?:tex|itex|latex|math)\]|\{\\(?:display|text)style(?![A-Za-z])"
-)
-_CLOSERS = {"$$": "$$", r"\[": r"\]", r"\(": r"\)", "$": "$", "$`": "`$", "```math": "```", ":math:`": "`"}
+_MARKS = {  # what opens a formula, and what closes it; where that is not said, it follows from what opens it
+    r"\$\$": r"\$\$",
+    r"\\\[": r"\\\]",
+    r"\\\(": r"\\\)",
+    r"(?<!\\)\$`": r"`\$",
+    r"\$\{[\w.]+`": r"`\}",  # of JavaScript
+    r"(?<!\\)\$": r"\$",
+    r"```(?:math|\{math\})\s*\$\$": r"\$\$",
+    r"```(?:math|\{math\})": "```",
+    r":math:`|\{math\}`": "`",
+    r"(?m:^\.\. math::[^\n]*$)": r"\n(?=\S)|\Z",
+    r"<math[^<>]*>": "</math>|<math>",  # the other may be missing
+    rf"\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}": "",
+    r"\[(?:tex|itex|latex|math)\]": "",
+    r"\{\\(?:display|text)style(?![A-Za-z])": "}",
+}
+_OPENERS = re.compile("|".join(f"({opener})" for opener in _MARKS))
 _PICTURE = re.compile(
     r'!?(?:\[[^\n]*?\]\()?(?P<quoted>")?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
     r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
@@ -35,17 +47,27 @@ _BLANK = re.compile(r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
-_LABEL = re.compile(r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[A-Za-z][\w ,'()-]{2,60}:\s+)?")
-_COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$")
+_LABEL = re.compile(
+    r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
+)
+_COMMENT = re.compile(
+    r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
+    r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
+)
+# lines of comments in code that hold LaTeX: displays, or bare commands
+_COMMENTED = re.compile(
+    r"(?m)^(?:[ \t]*%(?![%\w]).*\n)*[ \t]*%.*\$\$.*\n(?:[ \t]*%.*\n?)*"
+    r"|^[ \t]*(?:#(?!#)|//)[^$\n=]*\\[a-zA-Z]+[^$\n]*=[^$\n]*$"
+)
 _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _BEFORE = re.compile(r"\s*((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|\+=|-=|\*=|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _TYPED = re.compile(
-    r"\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+)?",
+    r"\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+|(?:[A-Z]\w*\.)+[A-Z]\w*\s+)?",
     re.I,
 )
 _ADDED = re.compile(
@@ -108,7 +130,7 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped = list[tuple[int, Statement]](), list[str]()
-    text = _BLANK.sub(lambda match: " " * len(match[0]), _without_html(text))
+    text = _BLANK.sub(_blank, _plain(text))
     formulas = sorted({*_formulas(text), *_pictures(text)})
     formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
@@ -123,11 +145,17 @@ def read_text(text: str) -> Document:
     return Document(tuple(chain), text=text, skipped=tuple(skipped))
 
 
-def _without_html(text: str) -> str:
-    """The text with letters for entities such as &theta;, and with _ and ^ for what is lowered and raised."""
+def _plain(text: str) -> str:
+    """The text with letters for HTML's entities, _ and ^ for its scripts; LaTeX in comments of code without their marks."""
+    if not re.search(r"\\(?:section|documentclass|begin\{document\})", text):
+        text = _COMMENTED.sub(lambda match: re.sub(r"(?m)^([ \t]*)(?:%+|#|//+)", _blank, match[0]), text)
     text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
     script = lambda match: ("_" if match[1] == "b" else "^") + (match[2] if match[2].isdigit() else f"({match[2]})")  # noqa: E731
     return re.sub(r"<su([bp])>([^<>]*)</su[bp]>", script, text)
+
+
+def _blank(match: re.Match[str]) -> str:
+    return " " * len(match[0])
 
 
 def equations_in(formula: str) -> list[tuple[int, str]]:
@@ -179,30 +207,31 @@ def _formulas(text: str) -> Iterator[Formula]:
     """What stands between marks of mathematics."""
     place, missing = 0, set[str]()
     while match := _OPENERS.search(text, place):
-        opener = match[0]
-        place = match.end()
-        fences = {"`": "$$", "<": "</math>", "[": opener.replace("[", "[/")}
-        closer = _CLOSERS.get(opener, fences.get(opener[0], opener.replace("begin", "end")))
+        opener, place = match[0], match.end()
+        own = opener.replace("begin", "end") if opener[0] == "\\" else opener.replace("[", "[/")
+        closer = [*_MARKS.values()][(match.lastindex or 1) - 1] or re.escape(own)
         if closer in missing:
             continue
-        end = text.find(closer, place)
-        if opener[0] == "{":
-            end, depth, closer = -1, 0, "}"
-            for brace in re.finditer(r"(?<!\\)[{}]", text[match.start() : match.start() + MOST_OF_A_LINE]):
-                depth += 1 if brace[0] == "{" else -1
+        closing = re.compile(closer).search(text, place)
+        if closer == "}":
+            depth, closing = 1, None
+            for brace in re.finditer(r"(?<!\\)[{}]", text[: place + MOST_OF_A_LINE]):
+                depth += (1 if brace[0] == "{" else -1) if brace.start() >= place else 0
                 if depth == 0:
-                    end = match.start() + brace.start()
+                    closing = brace
                     break
-        if closer == "</math>" and (again := text.find("<math>", place)) >= 0 and not 0 <= end < again:
-            end, closer = again, "<math>"  # the other is missing
-        if end < 0:
-            missing.add(closer)
+        if closing is None:
+            missing |= {closer} - {"}"}
             continue
-        body = text[place:end]
+        body = text[place : closing.start()]
         if opener == "$" and "\n\n" in body:
             continue
-        yield match.start(), end + len(closer), place, body
-        place = end + len(closer)
+        if "math" in opener and opener[0] in ".`":  # a blank line ends an equation
+            body = re.sub(
+                r"(?<=[^\s\\])[ \t]*\n(?=[ \t]*\n\s*\S)", lambda match: " " * (len(match[0]) - 1) + "\f", body
+            )
+        yield match.start(), closing.end(), place, body
+        place = closing.end()
 
 
 def _pictures(text: str) -> Iterator[Formula]:
@@ -266,7 +295,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
             whole, comment = re.sub("[#%!]", " ", whole), False
         if span[0] < end or len(whole) > 20_000 or comment or "=" not in whole:
             continue
-        bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", whole)
+        bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
+        bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
         goes_on = bracket or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:

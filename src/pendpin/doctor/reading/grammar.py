@@ -205,7 +205,7 @@ class _Parser:
                 base = _function("transpose", base, (base.outer[0], token.end), (token.end, token.end))
                 continue
             if base.written is not None and base.kind == "symbol":
-                named = re.fullmatch(r"[A-Za-z]+|\*", token.text)
+                named = re.fullmatch(r"[A-Za-z]+(?:_?\d)?|\*", token.text)
                 index = ",".join(filter(None, (base.written.index, self.take_lowered(), token.text if named else "")))
                 if index != base.written.index:
                     base = _symbol(replace(base.written, index=index), (base.span[0], self.end) if named else base.span)
@@ -221,7 +221,8 @@ class _Parser:
     def atom(self) -> Node:
         """A number, symbol, function, fraction, bracket or matrix."""
         token = self.peek()
-        if token.text in ("d", "partial", "frac") and token.kind != "^" and (node := self.derivative()):
+        above = self.peek(1) if token.text == "{" else token
+        if above.text in ("d", "partial", "frac") and above.kind not in ("^", "_") and (node := self.derivative()):
             return node
         match token.kind:
             case "number" | "half":
@@ -259,9 +260,13 @@ class _Parser:
         before = self.take().text if self.took("{", "}") else ""
         token = self.take()
         if token.kind in ("accent", "style") or (token.text == "dot" and self.peek().kind in ("letter", "word")):
-            opened = self.take() if self.peek().kind == "open" and token.kind != "word" else None
+            opened, braces = self.peek(), 0
+            while self.peek().kind == "open" and token.kind != "word" and self.peek(1).kind != "close":
+                self.take()
+                braces += 1
             written = self.symbol().written or TIME
-            if opened and self.take().kind != "close":
+            closed = [self.take().kind == "close" for _ in range(braces)]
+            if not all(closed):
                 raise Unread(f"\\{token.text} over more than one symbol", opened.start)
             dots = written.dots + ACCENTS.get(token.text, 0)
             written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
@@ -273,7 +278,8 @@ class _Parser:
             mark, last = self.peek(), self.peek(-1)
             adjoins = last.kind == "letter" and last.end == mark.start and not self.latex  # as in θ1
             if mark.kind == "dots":
-                written = replace(written, dots=written.dots + ACCENTS[mark.text])
+                dots = written.dots + ACCENTS.get(mark.text, 0)
+                written = replace(written, dots=dots, styled=written.styled or mark.text == "hat")
             elif mark.kind == "prime":
                 written = replace(written, dots=written.dots + len(mark.text))
             elif mark.kind == "^" and mark.text in FRAMES:
@@ -294,13 +300,16 @@ class _Parser:
         r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
         place, start = self.place, self.peek().start
         fraction = self.took("frac")
+        over = not fraction and self.took("{")
         above, start_below = self.differential(fraction), self.place
-        below = self.differential(fraction) if above and (fraction or self.took("/")) else None
+        divided = above and (fraction or self.took("over" if over else "/"))
+        below = self.differential(fraction) if divided else None
+        below = None if over and not self.took("}") else below
         if fraction and above and below is None and self.tokens[start_below : start_below + 2][-1].text == above[0]:
             raise Unread("a derivative that is not read", start)
         if above and below and above[0] == below[0] and (by := below[1]):
             inside, order = above[1:]
-            if fraction or inside or by.written == TIME:
+            if fraction or over or inside or by.written == TIME:
                 if by.written is None or order != below[2]:
                     raise Unread("a derivative that is not read", start)
                 inside = inside or self.power()
@@ -335,8 +344,10 @@ class _Parser:
             factors = [self.atom()] if first.kind in ("number", "half") else []
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
-            if not factors:
+            if not factors and (self.latex or exponent):
                 raise Unread(f"{token.text} of nothing", first.start)
+            if not factors:  # sin = np.sin(theta) makes it a name
+                return _symbol(Written(token.text), (token.start, token.end))
             if self.peek()[:2] == ("letter", "t") and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
             marks = tuple((factor.span[0], factor.span[0]) for factor in factors)
@@ -403,6 +414,11 @@ class _Parser:
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
                     scripts[mark] = self.take().text
+                if not any(scripts.values()) and self.at_symbol():  # the sum of the forces is a name: \sum F_r = T
+                    name = self.symbol()
+                    assert name.written is not None
+                    if self.at_end() and not re.search("[ijkn]", name.written.index):
+                        return _symbol(replace(name.written, letter=f"sum{name.written.letter}"), (start, self.end))
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
                     raise Unread("a sum is read with small numbers as its bounds", start)

@@ -50,13 +50,15 @@ _PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+[
 _PIECES = re.compile(
     "|".join(sorted(FUNCTIONS, key=len, reverse=True)) + r"|theta|phi|omega|[A-Za-z]\d+|[A-Za-z](?=_)|."
 )
-_LATEX_PIECES = re.compile("|".join(sorted(FUNCTIONS, key=len, reverse=True)) + "|.")
+_LATEX_PIECES = re.compile("|".join(sorted(FUNCTIONS, key=len, reverse=True)) + "|sen|.")
 
 
 def of_word(word: str) -> Written | None:
     """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat, y(2); None if it is not one."""
     if word in FUNCTIONS or word == "d":
         return None
+    if word[-1:] == "_" and (name := of_word(word[:-1])):
+        return replace(name, index=f"{name.index}_")
     if match := _ELEMENT.fullmatch(word):
         vector = of_word(match[1])
         rate = vector.dots if vector and len(vector.letter) == 1 and not vector.index else 0

@@ -46,10 +46,10 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
         Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
     "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
-    ",": "in",
+    ",": "in &",
     "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
     "over": "over",
-    "letter": "top intercal prime star dagger uparrow downarrow upsilon "
+    "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
@@ -64,13 +64,13 @@ _SIGNS = {  # and of characters and signs
     "blank": "¦",
     "operator": "+ - −→- –→- * / ·→* ⋅→* ×→x ∙→* ÷→/ ∗→* @→* ∖ %2B→+",
     "^": "⁰→0 ¹→1 ²→2 ³→3 ⁴→4 ⁵→5 ⁶→6",
-    "_": "₀→0 ₁→1 ₂→2 ₃→3 ₄→4 ₅→5 ₆→6",
+    "_": "₀→0 ₁→1 ₂→2 ₃→3 ₄→4 ₅→5 ₆→6 ᵢ→i ⱼ→j ₖ→k ₙ→n",
     "half": "½→1/2 ⅓→1/3 ¼→1/4 ¾→3/4 ⅔→2/3 ⅙→1/6 ⅛→1/8",
-    "dots": "\u0307→dot \u0308→ddot \u02d9→dot \u00a8→ddot",
+    "dots": "\u0307→dot \u0308→ddot \u02d9→dot \u00a8→ddot \u0302→hat",
     "letter": " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "open": "( [ {",
     "close": ") ] }",
-    "prime": "' ′→' ’→' ″→''",
+    "prime": "' ′→' ’→' ´→' ″→''",
     "relation": "= ==→= :=→=",
     "gap": "⇒ ⟹",
     "function": "√→sqrt",
@@ -102,6 +102,7 @@ _REWRITTEN = (  # what says nothing of quantities is blank, or written otherwise
         r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|\.\.\.[^\n]*\n"
         r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)"
         r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
+        r"|(?:\s*(?:`{3}|-{3,}|(?<!\\)\\(?=\s*$)))+\s*$|(?<=const)\."  # what ends a display and is none of it
         r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>",
         "",
     ),
@@ -113,9 +114,18 @@ _UNITS = re.compile(  # of a parameter: what stands between its number and the e
     rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
 )
 # self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; M.inv() and a.dot(b) are M^(-1) and a*(b)
-_RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)\.(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
+_RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
 _OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
-_METHODS = ((r"\.inv\(\)", "^(-1) "), (r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()", "*"))
+_METHODS = (
+    (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers and functions in C
+    (r"\b(sin|cos|tan|sqrt|pow)f(?=\()", r"\1"),
+    (r"\.inv\(\)", "^(-1) "),
+    (r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()", "*"),
+)
+# in LaTeX a point between quantities multiplies, as in m.a or P.Cos(\theta)
+_POINT = (
+    r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)\b)"
+)
 _SAMPLE = re.compile(  # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
     r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
 )
@@ -131,7 +141,7 @@ _TOKEN = re.compile(
     |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
         |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
     |(?P<mixed>(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z]))
-    |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*)
+    |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|\s*[*/=),;]|$))?)
     |(?P<sign>\*\*|==|:=|%2B|.)""",
     re.VERBOSE | re.DOTALL,
 )
@@ -156,7 +166,7 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     text = _UNITS.sub(lambda match: match["value"].ljust(len(match[0])), text)
     latex = is_latex(text)
     try:
-        found = _scan_all(text if latex else _rewrite_code(text), latex)
+        found = _scan_all(_rewrite(_POINT, "*", text) if latex else _rewrite_code(text), latex)
     except RecursionError:
         raise Unread("nested too deeply") from None
     # s and c before an angle are its sine and cosine, in brackets if both are there
@@ -256,7 +266,7 @@ def _scan(text: str, start: int, latex: bool, short: bool = False) -> Iterator[T
         case "element" if not latex and re.split(r"\W", found)[0] not in FUNCTIONS:
             yield Token("word", found, start, end)
         case "element" | "word":
-            word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*", found)
+            word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*_?", found)
             assert word is not None
             yield from _letters(word[0], start, latex, text)
         case _ if found != "\f" and (found.isspace() or found in "~\u2009\u202f"):
@@ -316,8 +326,9 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     else:
         over_dt = word == "dt" and text[:place].rstrip().endswith("/")
         for part in ["d", "t"] if over_dt else spelled(word, latex, "*" in text):
-            kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
-            yield Token(kind, part, place, place + len(part))
+            part_name = _ABROAD.get(part, part)
+            kind = "function" if part_name in FUNCTIONS else "word" if len(part) > 1 else "letter"
+            yield Token(kind, part_name, place, place + len(part))
             place += len(part)
 
 
@@ -339,6 +350,11 @@ def cut(found: list[Token]) -> list[list[Token]]:
             while CLOSING[found[j := opened.pop()].text] != token.text:
                 pass
             closed[j] = i
+    for i, end in closed.items():  # and X = [ x_1 = a, x_2 = b ] in a matrix
+        inside = (token.kind == "relation" for token in found[i:end])
+        named = [token.kind for token in found[max(0, i - 2) : i]] in (["letter", "relation"], ["word", "relation"])
+        if found[i].text in MATRICES and named and any(inside):
+            found[i - 1] = found[i - 1]._replace(kind=";")
     relations = [i for i, token in enumerate(found) if token.kind == "relation"]
     layout = set[int]()
     for i, token in enumerate(found):  # brackets that begin an equation and hold all of it
