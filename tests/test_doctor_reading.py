@@ -279,6 +279,20 @@ PRINTED = [
     ("balance = sp.Eq(a*x, b)", "a*x", "b"),
     ("V = frac(1)(2)k x^2", "V", "k*x**2/2"),
     ("T_p = T^r_p", "T_p", "T_pr"),
+    (r"\sum F_r = T - mg\cos\theta", "sumF_r", "T - m*g*cos(theta)"),
+    (r"\sum \vec{F} = m \vec{a}", "sumF", "m*a"),
+    (r"\omega´ = -\frac{g}{l} \sin\theta", "domega", "-g/l*sin(theta)"),
+    (r"F = -Tsen(\theta)", "F", "-T*sin(theta)"),
+    (r"\dot{{\bf{x}}}_{c} = {\bf{J}}_c \dot{{\bf{q}}}", "dx_c", "J_c*dq"),
+    (r"p = {\partial T\over \partial \dot q} + {d\over dt} x", "p", "Ddq_T + dx"),
+    (r"P.Sen(\theta) = m.a", "P*sin(theta)", "m*a"),
+    (r"\sin^2(\theta) \Pi = const.", "sin(theta)**2*Pi", "const"),
+    ("a = sin*cos**2", "a", "sin_*cos_**2"),
+    ("x = (env->gravity*sinf(q) + 4.0f)/pend->m2", "x", "(g*sin(q) + 4.0)/m_2"),
+    ("u_ = (s_ - s)/m", "u__", "(s__ - s)/m"),
+    (r"v^{B_1} = r", "v_B_1", "r"),
+    ("a = m*ê₂ + θ̇ᵢ", "a", "m*e_2 + dtheta_i"),
+    ("u = F [N/m]", "u", "F"),
 ]
 
 
@@ -287,7 +301,14 @@ def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
     (equation,) = read_equations(read_text(text).statements)
     numbers = Numbers()
     names = {"x4d": "xdot_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
-    names |= {"q1d": "q_[1]", "T_pr": "T_p,r", "T_pt": "T_p,t", **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)}}
+    names |= {
+        "sin_": "sin",
+        "cos_": "cos",
+        "q1d": "q_[1]",
+        "T_pr": "T_p,r",
+        "T_pt": "T_p,t",
+        **{f"dx_c{i}": f"dx_c,{i}" for i in (1, 2, 3)},
+    }
     known = {name: numbers[names.get(name, name)] for name in re.findall(r"[A-Za-z_]\w*", f"{left} {right}")}
     functions = {name: getattr(np, name) for name in ("sin", "cos", "sqrt", "transpose", "array")}
     for side, expected in zip(equation.sides, (left, right), strict=True):
@@ -304,6 +325,9 @@ UNREAD = [
     r"\dot{\theta_1 - \theta_2} = 0",
     r"\sin(\theta)_{1} = x",
     r"\frac{d^2 L}{dq dp} = 0",
+    r"T = \sum m v^2",
+    r"x = \cos",
+    r"\dot{\theta^2} = a",
     r"x \to 0 = y",
     "state = [thetas[i - 1], omega]",
     r"A = \begin{bmatrix} a & b \\ c \end{bmatrix}",
@@ -352,6 +376,17 @@ DOCUMENTS = [
     ("![f](https://latex.codecogs.com/svg.latex?\\large&space;x=%5Cfrac{a}{b})", [(1, r"x=\frac{a}{b}")]),
     ("- <math>\nx = a. <math> and\n- <math> y = b <math>", [(2, "x = a"), (3, "y = b")]),
     (r"the energy {\displaystyle E={\frac {a}{b}}} is", [(1, r"E={\frac {a}{b}}")]),
+    ("```{math}\nx = a\n\ny = b\n```\n---", [(2, "x = a"), (4, "y = b")]),
+    (".. math::\n\n  x = a\n  + b\n\nend", [(3, "x = a + b")]),
+    ("so ${e`x = a`} and", [(1, "x = a")]),
+    ('  parameter SI.Mass m = 2 "the mass";', [(1, "m = 2")]),
+    ("# \\frac{d\\theta}{dt} = \\omega", [(1, "\\frac{d\\theta}{dt} = \\omega")]),
+    ("% so\n%\n% $$\n% K & = & a \\\\\n% & = & b\n% $$\n", [(4, "K & = & a"), (5, "K = & b")]),
+    ("T = a b (Kinetic energy of m1)", [(1, "T = a b")]),
+    ("fprintf('M = %.4f (m)', M);\nx = b;", [(2, "x = b")]),
+    ("入力（水平力）：u = F", [(1, "u = F")]),
+    (r"$$X = \begin{bmatrix} x = a \\ y = b \end{bmatrix}$$", [(1, "x = a"), (1, "y = b")]),
+    ("Title\n=====\n\n$x = a$", [(4, "x = a")]),
     ("so\n\n\\frac{a}{b}\n\\left(c\n\\right) = d\n\nend", [(3, "\\frac{a}{b}\n\\left(c\n\\right) = d")]),
 ]
 

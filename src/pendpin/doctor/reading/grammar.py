@@ -344,10 +344,11 @@ class _Parser:
             factors = [self.atom()] if first.kind in ("number", "half") else []
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
-            if not factors and (self.latex or exponent):
+            if not factors and self.latex:
                 raise Unread(f"{token.text} of nothing", first.start)
             if not factors:  # sin = np.sin(theta) makes it a name
-                return _symbol(Written(token.text), (token.start, token.end))
+                name, mark = _symbol(Written(token.text), (token.start, token.end)), (caret.start, caret.end)
+                return Node("power", (token.start, caret.end), exponent, (name,), (mark,)) if exponent else name
             if self.peek()[:2] == ("letter", "t") and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
             marks = tuple((factor.span[0], factor.span[0]) for factor in factors)

@@ -108,7 +108,7 @@ def spelled(word: str, latex: bool, code: bool) -> list[str]:
     written = of_word(word)
     if latex:
         angle = len(word) > 2 and written is not None and written.letter in GREEK
-        return [word] if angle or word == "diag" else _LATEX_PIECES.findall(word)
+        return [word] if angle or word in ("diag", "const") else _LATEX_PIECES.findall(word)
     known = {*GREEK.values(), "KE", "PE", "of", "is", "to", "by", "we", "an", "in", "it", "as", "on"}
     if written is None or "_" in word or len(written.letter) == 1 or written.letter in known:
         return [word]
