@@ -281,6 +281,7 @@ PRINTED = [
     ("T_p = T^r_p", "T_p", "T_pr"),
     (r"\sum F_r = T - mg\cos\theta", "sumF_r", "T - m*g*cos(theta)"),
     (r"\sum \vec{F} = m \vec{a}", "sumF", "m*a"),
+    (r"\sum F_r = T - mg = ma", "T - m*g", "m*a"),
     (r"\omega´ = -\frac{g}{l} \sin\theta", "domega", "-g/l*sin(theta)"),
     (r"F = -Tsen(\theta)", "F", "-T*sin(theta)"),
     (r"\dot{{\bf{x}}}_{c} = {\bf{J}}_c \dot{{\bf{q}}}", "dx_c", "J_c*dq"),

@@ -122,7 +122,8 @@ class _Parser:
                 found.append(self.sum())
             token = self.take()
             if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
-                return found
+                of_forces = len(found) > 2 and found[0].written and found[0].written.letter.startswith("sum")
+                return found[1:] if of_forces else found  # sum F = T - mg = m a says what is equal, not what sum F is
             if token.kind != "relation":
                 relation = f"not an equation: it holds the relation {token.text}"
                 wrong = {
