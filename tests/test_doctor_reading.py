@@ -405,3 +405,22 @@ def test_a_line_that_is_no_equation_is_named():
     document = read_text("for i = 1:10\ng = p.g;\nx = l*sin(q)")
     assert [one.text for one in document.statements] == ["x = l*sin(q)"]
     assert document.skipped == ("line 1", "line 2")
+
+
+def test_a_difference_of_angles_is_one_name_of_either_sign():
+    """Whatever the page leaves out of it; but of one sign in each equation."""
+    for sign in "+-":
+        text = rf"""$$(m_1+m_2)l_1\ddot\theta_1 + m_2l_2\ddot\theta_2\cos(\Delta\theta)
+        {sign} m_2l_2\dot\theta_2^2\sin(\Delta\theta) + (m_1+m_2)g\sin\theta_1 = 0$$
+        $$l_2\ddot\theta_2 + l_1\ddot\theta_1\cos(\theta_1-\theta_2)
+        - l_1\dot\theta_1^2\sin(\theta_1-\theta_2) + g\sin\theta_2 = 0$$"""
+        assert [f.verdict for f in pp.diagnose(text).findings] == ["holds", "holds"]
+        wrong = pp.diagnose(text.replace(r"\ddot\theta_2\cos(\Delta", r"\ddot\theta_2\sin(\Delta"))
+        assert [f.verdict for f in wrong.findings] == ["fails", "holds"]
+
+
+def test_latex_in_a_string_of_code_and_functions_of_each_element():
+    text = r"$$\\ddot{\\theta} + \\frac{g}{l} \\sin\\theta = 0$$ $$V = -m g l \\cos\\theta$$"
+    assert [f.verdict for f in pp.diagnose(text).findings] == ["holds", "holds"]
+    code = "x1 = L1 * sin.(theta1)\nx2 = x1 + L2*sin.(theta2)\ny2 = -L1*cos.(theta1) - L2*cos.(theta2)\n"
+    assert [f.verdict for f in pp.diagnose(code).findings] == ["holds"] * 3

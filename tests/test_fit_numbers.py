@@ -9,10 +9,9 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 
 import pendpin as pp
-from fit_scenes import ANGLE, ANGLES, ROD, scene_of, swings_of
+from fit_scenes import ANGLE, ANGLES, ROD, scene_of
 from pendpin.effects import Drag, DryFriction, Viscous
 from pendpin.fitting.data import FEWEST, MOST_SAMPLES, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.fitting import prepare, solve
 from pendpin.fitting.parameters import combinations, free_parameters, replace_checked, substitute
 from pendpin.scene import Chain, Data
 
@@ -266,17 +265,3 @@ def test_two_columns_are_two_angles() -> None:
     t = np.arange(10) * 0.1
     (swing,) = read_swings({"segment": np.ones(10), "a2": 2 * t, "a1": t, "t": t}, ANGLES)
     assert swing.y.tolist() == np.column_stack([t, 2 * t]).tolist()
-
-
-def test_what_was_bound_is_not_bound_again() -> None:
-    """Numbers that are asked for again have their equations, and give the same residuals bit for bit."""
-    scene = scene_of(1, DryFriction(kinetic=1e-3), data=ANGLE)
-    problem = solve(prepare(scene, swings_of(scene, [1.0], [0.7]), "friction"), lambda what: None).problem
-    x, starts = problem.prior, np.array([[1.0, 0.7], [0.0, 0.2]])
-    bound = problem.pendulum.at(x[: problem.nz])
-    first = problem.evaluate(bound, x, starts)
-    assert problem.pendulum.at(x[: problem.nz].copy()) is bound
-    problem.evaluate(bound, x, starts[:, ::-1])
-    again = problem.evaluate(problem.pendulum.at(x[: problem.nz]), x, starts)
-    np.testing.assert_array_equal(again.r, first.r)
-    np.testing.assert_array_equal(again.by_unknowns, first.by_unknowns)

@@ -193,7 +193,7 @@ def _rename_state_vectors(raw: list[Printed]) -> list[Printed]:
             assert left is not None
             assert right is not None
             named = left.letter != right.letter and left.index[:1] == right.index[:1] == "[" and not left.dots
-            if named and re.search("d|p|f", left.letter):
+            if named and re.search("d|p|f|F", left.letter):
                 vectors[left.letter] = right.letter
             same = left.letter == right.letter and left.dots == 1 and left.index and right.index
             if (same or named) and not right.dots and left.index != right.index:

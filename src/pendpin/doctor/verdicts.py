@@ -291,6 +291,7 @@ def _borne_out(findings: list[Finding], found: Recognition) -> list[Finding]:
         of_names = lambda node: all(part.kind == "symbol" for part in node.children) or node.kind == "symbol"  # noqa: E731
         sums = [side for side in one.sides if side.kind == "sum"]  # as T - V
         names = bool(sums) and all(side.kind in ("symbol", "sum") and of_names(side) for side in one.sides)
+        names = names and not one.names & one.definitions.keys() - {one.defines}  # else it is as wrong as they are
         others = [side for side in one.sides if side.value not in ENERGIES]
         still = len(others) < len(one.sides) and all(symbols(side) <= spec.still for side in others)  # as V = m g h
         if still or (names and not (finding.mends and "sign" in finding.mends[0].words)):

@@ -17,6 +17,7 @@ Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
 ProgressCallback = Callable[[float], None]
 
 CALLBACK_EVERY = 64  # evaluations between two calls of the progress callback: near a pole of a thin rod one takes 3 ms
+CALLBACK_EVERY_QUICK = 2048  # for those of a few us, whose progress is judged over longer stretches
 
 
 class Sample(NamedTuple):
@@ -128,14 +129,16 @@ class AngleEngine(Engine):
         """Columns of the inverse mass matrix, (nv, k): accelerations for a unit torque on each of k joints."""
 
 
-def count_calls(function: Derivative, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-    """A derivative that counts its calls and calls `progress` with t at every CALLBACK_EVERY-th of them."""
+def count_calls(
+    function: Derivative, progress: ProgressCallback, every: int = CALLBACK_EVERY
+) -> tuple[Derivative, Callable[[], int]]:
+    """A derivative that counts its calls and calls `progress` with t at every `every`-th of them."""
     calls = 0
 
     def derivative(dy: Array, t: float, y: Array) -> None:
         nonlocal calls
         calls += 1
-        if not calls % CALLBACK_EVERY:
+        if not calls % every:
             progress(t)
         function(dy, t, y)
 

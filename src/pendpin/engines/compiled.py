@@ -7,7 +7,7 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import Derivative, Engine, ProgressCallback, Sample, count_calls
+from pendpin.engines.base import CALLBACK_EVERY_QUICK, Derivative, Engine, ProgressCallback, Sample, count_calls
 from pendpin.engines.machine.llvm import Block, Function, Values
 from pendpin.ground.arrays import Array
 
@@ -119,4 +119,4 @@ class Compiled(Moving):
             dy[:] = rates
 
         derivative.needs = block, code  # type: ignore[attr-defined]  # they live as long as the function
-        return count_calls(derivative, progress)
+        return count_calls(derivative, progress, CALLBACK_EVERY_QUICK)

@@ -10,7 +10,15 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY, AngleEngine, Derivative, Loads, ProgressCallback, Sample
+from pendpin.engines.base import (
+    CALLBACK_EVERY,
+    CALLBACK_EVERY_QUICK,
+    AngleEngine,
+    Derivative,
+    Loads,
+    ProgressCallback,
+    Sample,
+)
 from pendpin.ground.arrays import Array, Indices, cross
 from pendpin.model.bodies import Body, in_mass_unit, mirror_upper, pinocchio, with_gravity
 from pendpin.model.build import Model
@@ -149,11 +157,12 @@ class Revolute(AngleEngine):
         """(v, q'') by Pinocchio's ABA: one call of it where constant fields act alone."""
         nv, pin, data, aba, tau = self._pin_model.nv, self._pin_model, self._data, self._aba, self._no_torque
         calls, loaded = 0, self._loaded
+        every = CALLBACK_EVERY if loaded else CALLBACK_EVERY_QUICK
 
         def derivative(dy: Array, t: float, y: Array) -> None:  # which counts its calls itself: a layer takes 4 %
             nonlocal calls
             calls += 1
-            if not calls % CALLBACK_EVERY:
+            if not calls % every:
                 progress(t)
             q, v = y[:nv], y[nv:]
             dy[:nv] = v

@@ -5,7 +5,7 @@ The motions are those of the scene, from stick to slip and back, and the derivat
 """
 
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
 
@@ -48,7 +48,6 @@ class Pendulum:
     sensors: Sensors
     moving: tuple[int, ...]  # joints, in model order
     pace: float  # s, the time scale of the data
-    last: "list[Bound]" = field(default_factory=list)  # the one that was asked for last, as it often is again
 
     @cached_property
     def model(self) -> Model:
@@ -62,16 +61,12 @@ class Pendulum:
 
     def at(self, z: Array) -> "Bound":
         """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
-        if self.last and np.array_equal(self.last[0].z, z):
-            self.last[0].variations.scales = None  # as if it were bound anew
-            return self.last[0]
         values = [float(value) for value in self.free.values(z)]
         scene = substitute(self.scene, self.free.keys, values, replace_checked)
         starts = list_state_keys(len(self.model.joints))
         keys = [*self.free.keys, *(starts[place] for place in self.places)]
         still = tuple(i for i in range(len(starts)) if i not in self.places)
-        self.last[:] = [Bound(self, scene, z.copy(), Variations(scene, keys, still), self.free.gradients(z))]
-        return self.last[0]
+        return Bound(self, scene, z, Variations(scene, keys, still), self.free.gradients(z))
 
 
 @dataclass(frozen=True, eq=False)

@@ -43,6 +43,9 @@ _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 # prints nothing, also where it holds an equals sign
+_ESCAPED = re.compile(
+    r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)"
+)  # in strings
 _BLANK = re.compile(r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
@@ -130,7 +133,7 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped = list[tuple[int, Statement]](), list[str]()
-    text = _BLANK.sub(_blank, _plain(text))
+    text = _BLANK.sub(_blank, _ESCAPED.sub(r" \\", _plain(text)))
     formulas = sorted({*_formulas(text), *_pictures(text)})
     formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):

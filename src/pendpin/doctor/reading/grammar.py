@@ -273,6 +273,8 @@ class _Parser:
             written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
         elif token.kind in ("word", "letter"):
             written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
+            if token.text == "Delta" and self.peek().text in ("theta", "phi", "alpha", "t"):  # a difference is one name
+                written = Written(f"Delta{self.take().text}")
         else:
             raise Unread(f"{token.text!r} is not a symbol", token.start)
         while True:

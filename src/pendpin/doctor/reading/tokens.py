@@ -100,7 +100,7 @@ _REWRITTEN = (  # what says nothing of quantities is blank, or written otherwise
         r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
         r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
         r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|\.\.\.[^\n]*\n"
-        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)"
+        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()"
         r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
         r"|(?<![-`])(?:`{3}|-{3})[-`\s]*$|(?<!\\)\\\s*$|(?<=const)\."  # what ends a display
         r"|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$"

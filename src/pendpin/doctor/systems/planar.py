@@ -47,7 +47,7 @@ k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
 kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
 theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
 J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 Theta I_pivot moi | m*h*h + I
-I | kg m2 | I I_G I_C I_cm J_G J_C J_cm J_S I_S Theta_S
+I | kg m2 | I I_G I_C I_cm I_com J_G J_C J_cm J_S I_S Theta_S
 rG | m | *r *r_G *x *R | vector(x, y)
 x | m | x x_G x_C x_cm x_1 | h*across(theta)
 y | m | y y_G y_C y_cm y_1 z h_y | h*high(theta)
@@ -76,6 +76,8 @@ lr | m | l_r l_red L_r L_red l_eq L_eq ell_r | J/(m*h)
 _TWO = """
 theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
+lead | - | Deltatheta Deltaphi Deltaalpha | theta1 - second
+lag | - | Deltatheta Deltaphi Deltaalpha | second - theta1
 m{n} | kg | m_{n} M_{n} m
 l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 d_1 r R
 l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 d_2 r R
@@ -141,14 +143,14 @@ M | kg | M m_c m_1 M_c M_1 m_cart m_0 M_cart masscart cart_mass m_w M_w m_k
 m | kg | m m_p m_2 m_1 m_pole M_p masspole pole_mass m_pend M_pole m_b m_r m_rod m_bob
 l | m | l L ell l_1 l_p L_p r R length l_pole
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
-I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_pole I_pend I_rod Theta
+I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
 T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
 V | N m | V U E_p | g*(m*h*high(theta))
-Tc | N m | T_c T_1 K_c K_1 T_M | M*dx**2/2
-Tp | N m | T_p T_2 K_p K_2 T_m | T - Tc
+Tc | N m | T_c T_1 K_c K_1 T_M T_cart K_cart | M*dx**2/2
+Tp | N m | T_p T_2 K_p K_2 T_m T_pole T_pend K_pole K_pend | T - Tc
 Vc | N m | V_c U_c V_1 U_1 | 0*V
 Vp | N m | V_p U_p V_2 U_2 | V
 S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
