@@ -107,7 +107,7 @@ def test_a_rod_that_is_folded_back_has_a_finite_moment() -> None:
     assert np.isfinite(effect.torques(0.0, np.array([0.0, 0.0, math.pi, 0.0]), np.zeros(4), each=each)).all()
 
 
-@pytest.mark.parametrize("n", [8, 16, 32])
+@pytest.mark.parametrize("n", [8, 16, 32, pytest.param(64, marks=pytest.mark.slow)])
 def test_a_cantilever_bends_as_a_beam_but_for_a_part_of_its_rods(n: int) -> None:
     """P L³ / (3 EI) (1 + 1/(2 n²)): the rods integrate the moment by the trapezoidal rule, whose error this is."""
     load = 1e-6  # N; the angle is then 1e-6, and its square is lost in 1e-11
