@@ -424,3 +424,6 @@ def test_latex_in_a_string_of_code_and_functions_of_each_element():
     assert [f.verdict for f in pp.diagnose(text).findings] == ["holds", "holds"]
     code = "x1 = L1 * sin.(theta1)\nx2 = x1 + L2*sin.(theta2)\ny2 = -L1*cos.(theta1) - L2*cos.(theta2)\n"
     assert [f.verdict for f in pp.diagnose(code).findings] == ["holds"] * 3
+    assert [f.verdict for f in pp.diagnose("V = m*g*l*-cos(theta)\nddtheta = -g/l*sin(theta)").findings] == [
+        "holds"
+    ] * 2

@@ -186,3 +186,27 @@ def test_three_pendulums_are_not_read_as_two():
     """What holds for two of them does not hold for three."""
     code = ACCELERATIONS.format(**USUAL)
     assert "holds" not in dict(verdicts(code + "x3 = l1*sin(theta1) + l2*sin(theta2) + l3*sin(theta3)\n")).values()
+
+
+PLACES = r"""$$\vec r_1 = \begin{pmatrix} l_1\sin\theta_1 \\ -l_1\cos\theta_1 \end{pmatrix}$$
+$$\vec r_2 = \vec r_1 + \begin{pmatrix} l_2\sin\theta_2 \\ -l_2\cos\theta_2 \end{pmatrix}$$
+$$T = \frac12 m_1\dot{\vec r}_1^2 + \frac12 m_2\dot{\vec r}_2^2$$
+"""
+POLE = r"""A pendulum on a cart. $$\mathbf r_p = \begin{pmatrix} x + l\sin\theta \\ -l\cos\theta \end{pmatrix}$$
+$$\dot{\mathbf r}_p^2 = \dot x^2 + 2 l\dot x\dot\theta\cos\theta + l^2\dot\theta^2$$
+$$T = \frac12 M\dot x^2 + \frac12 m\dot{\mathbf r}_p^2$$
+"""
+
+
+@pytest.mark.parametrize("text", [PLACES, POLE], ids=["double pendulum", "cart"])
+def test_places_of_masses_are_vectors(text):
+    """Their squares are speeds; with a factor too many or too few no sum of them is the kinetic energy."""
+    assert not all_hold(text)
+    for right, wrong in (
+        (r"\frac12 m", "m"),
+        (r"\frac12 m", r"\frac13 m"),
+        (r"r_p^2$$", r"r_p$$"),
+        (r"r_2^2$$", r"r_1^2$$"),
+    ):
+        if right in text:
+            assert verdicts(text.replace(right, wrong))[-1][1] != "holds"

@@ -169,7 +169,11 @@ class _Parser:
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
             if operator == "∖":  # A\b
                 factors[-1], operator = _inverse(name, name.outer, mark), "*"
+            sign = self.take() if token.kind == "operator" and self.at_sign() else None  # m*g*-cos(theta)
             factors.append(self.power())
+            if sign and sign.text == "-":
+                span = (sign.start, factors[-1].outer[1])
+                factors[-1] = Node("sum", span, (-1,), (factors[-1],), ((sign.start, sign.end),))
             if mark[0] == mark[1] and self._is_long(name) and self._is_long(factors[-1]):
                 both = " ".join(factor.value.lstrip("?") for factor in factors[-2:])
                 raise Unread(f"{both}: words, or names without a sign between them", name.span[0])

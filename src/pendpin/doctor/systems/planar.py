@@ -88,6 +88,7 @@ x1 | m | x_1 | h1*across(theta1)
 y1 | m | y_1 z_1 | h1*high(theta1)
 x2 | m | x_2 | l1*across(theta1) + h2*across(second)
 y2 | m | y_2 z_2 | l1*high(theta1) + h2*high(second)
+r{n} | m | *r_{n} *R_{n} *x_{n} | vector(x{n}, y{n})
 xp1 | m | x_1 | l1*across(theta1)
 yp1 | m | y_1 z_1 | l1*high(theta1)
 xp2 | m | x_2 | l1*across(theta1) + l2*across(second)
@@ -147,6 +148,7 @@ I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
+rp | m | *r_p *r_m *r_2 *r *x_p | vector(xp, yp)
 T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
 V | N m | V U E_p | g*(m*h*high(theta))
 Tc | N m | T_c T_1 K_c K_1 T_M T_cart K_cart | M*dx**2/2

@@ -28,7 +28,9 @@ from pendpin.errors import InputError
 from pendpin.scene import Chain, Scene
 
 # positions and mass matrices: they have no unit of time, and yet they move
-MOVING = {*["rG", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]}
+MOVING = {
+    *["rG", "rp", "r1", "r2", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]
+}
 MOST_RODS = 6  # of a chain whose equations anybody writes down
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
