@@ -427,3 +427,18 @@ def test_latex_in_a_string_of_code_and_functions_of_each_element():
     assert [f.verdict for f in pp.diagnose("V = m*g*l*-cos(theta)\nddtheta = -g/l*sin(theta)").findings] == [
         "holds"
     ] * 2
+
+
+def test_several_names_get_a_value_each():
+    """As many as there are values; a right side that is one vector is left as it is."""
+    code = """x1, y1 = l1*sin(theta1), -l1*cos(theta1)
+x2, y2 = x1 + l2*sin(theta2), y1 - l2*cos(theta2)
+c, s = np.cos(theta1 - theta2), np.sin(theta1 - theta2)
+ddtheta2 = (m2*g*cos(theta1)*s + m1*g*cos(theta1)*s + (m1 + m2)*l1*w1**2*s + m2*l2*w2**2*s*c)/l2/(m1 + m2*s**2)
+th, w = state
+"""
+    findings = pp.diagnose(code).findings
+    assert [f.verdict for f in findings[:7]] == ["holds"] * 7
+    assert [f.verdict for f in findings[7:]] == ["not checked"]
+    wrong = pp.diagnose(code.replace("y1 - l2", "y1 + l2")).findings
+    assert [f.verdict for f in wrong[:4]] == ["holds", "holds", "holds", "fails"]

@@ -320,6 +320,8 @@ class Patient:
         """A part with one more factor in front of it, or with a direction behind it."""
         text, (start, end) = self.writer.monomial(factor), part.node.outer
         text = f"({text})" if "/" in text and not self.writer.latex else text
+        if part.node.kind == "sum" and len(part.node.children) == 1 and not part.node.bracketed:
+            start = part.node.marks[0][1]  # behind the sign of a term alone
         splice = (end, end, self.writer.joint + text) if self.mixed else self.writer.before(start, text)
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
         return self._replaced(part, splice, cost, times(part.node, factor), words)

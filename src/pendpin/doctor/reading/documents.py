@@ -80,6 +80,7 @@ _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(
 _NAMING = re.compile(r"\s*[#%!]+\s*[A-Za-z]\w*[(\[]\d[)\]]\s*=\s*\w{1,12}'?\s*$")
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
+_SEVERAL = re.compile(r"\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*=(?!=)([^;=]*);?\s*")  # x, y = l*sin(a), l*cos(a)
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _GOES_ON = re.compile(r"(?:\s|\\displaystyle\b|&)*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
@@ -331,7 +332,15 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
         if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
             begin, equation = begin + words.end(), equation[words.end() :]
-        yield begin, equation
+        names, values = len(equation) < MOST_OF_A_LINE and _SEVERAL.fullmatch(equation), list[str]()
+        for value in names[2].split(",") if names else ():  # at commas outside brackets
+            if values and any(values[-1].count(opened) > values[-1].count(closed) for opened, closed in ("()", "[]")):
+                values[-1] += f",{value}"
+            else:
+                values.append(value)
+        each = names[1].split(",") if names else []
+        pairs = zip(each, values, strict=True) if len(each) == len(values) else ()
+        yield from ([(begin, f"{name.strip()} = {value.strip()}") for name, value in pairs] or [(begin, equation)])
 
 
 def read_toml(data: bytes, place: str) -> Document:
