@@ -62,7 +62,7 @@ class Variations:
         q, v = start_state(self.equations.model, scene.start)
         refuse_poles(self.equations.model, q)
         self._last = np.inf  # the number of evaluations that may not be passed
-        self.scales: Scales | None = None  # of the first motion that is integrated, from where it is None on
+        self._scales: Scales | None = None  # of the first motion that is integrated
         self.start = np.concatenate([q, v])
 
     @cached_property
@@ -93,9 +93,9 @@ class Variations:
         state, rtol = np.concatenate([y, w.ravel()]), max(tolerance, LEAST_RTOL)
         mode = None
         if contacts is not None:
-            if self.scales is None:
-                self.scales = contacts.scales(times, y[:nv], y[nv:], self.pace.varies)
-            mode = contacts.choose(times[0], y[:nv], y[nv:], self.scales)
+            if self._scales is None:
+                self._scales = contacts.scales(times, y[:nv], y[nv:], self.pace.varies)
+            mode = contacts.choose(times[0], y[:nv], y[nv:], self._scales)
             state.reshape(-1, 2, nv)[:, 1, mode.held] = 0.0  # a joint that is held forgets a change of its rate
         rows = [state[None].copy()]
         for piece, due, longest in self.pace.pieces(times):
@@ -117,7 +117,7 @@ class Variations:
         self, state: Array, times: Array, mode: Mode, rtol: float, atol: Array, longest: float
     ) -> tuple[Array, Mode]:
         """The states (n, size) at times (n,) from event to event, and the mode at the end."""
-        contacts, scales, nv = self.equations.contacts, self.scales, self.nv
+        contacts, scales, nv = self.equations.contacts, self._scales, self.nv
         assert contacts is not None
         assert scales is not None
         t, end, parts, done = float(times[0]), float(times[-1]), [state[None]], 1
@@ -146,7 +146,7 @@ class Variations:
         """The mode after an event at t; the state (size,) is changed to that after it."""
         contacts, block, nv = self.equations.contacts, self.equations.block, self.nv
         assert contacts is not None
-        assert self.scales is not None
+        assert self._scales is not None
         y = state.reshape(-1, 2, nv)  # the state, then its K changes
         q, v = y[0]
         contacts.enter(guards.mode)
@@ -156,12 +156,12 @@ class Variations:
         if guards.kind[which] == RATE:
             slope, changes = rates[nv + joint], y[1:, 1, joint].copy()
         else:  # a neighbour has another holding torque, and another limit
-            h = _SECANT / float((self.scales.rate / self.scales.position).max())
+            h = _SECANT / float((self._scales.rate / self._scales.position).max())
             sides = np.array([state + h * rates, state - h * rates])
             late, early = block.evaluated(t + np.array([h, -h]), sides)[1][:, joint]
             slope = turned * (late - early) / (2 * h)
             changes = turned * holding.reshape(-1, nv)[1:, joint] + self.equations.static[:, joint]
-        mode = contacts.choose(t, q, v, self.scales, guards.land(q, v, fired))
+        mode = contacts.choose(t, q, v, self._scales, guards.land(q, v, fired))
         contacts.enter(mode)
         after = block.evaluated(np.array([t]), state[None])[0][0]
         jump = (rates - after)[: 2 * nv].reshape(2, nv)

@@ -68,9 +68,11 @@ class _Parser:
         self.place, self.bars = 0, 0  # of |, how many are open
 
     def peek(self, ahead: int = 0) -> Token:
+        """The token some places ahead; behind the last one, the end."""
         return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
 
     def take(self) -> Token:
+        """The next token, and past it."""
         token = self.peek()
         self.place = min(self.place + 1, len(self.tokens) - 1)
         return token
@@ -82,16 +84,20 @@ class _Parser:
         return found
 
     def took_time(self) -> bool:
+        """Whether a dependence on time, (t), comes next, and past it."""
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
     def take_lowered(self) -> str:
+        """The text of a lowered token that comes next, and past it; empty for none."""
         return self.take().text if self.peek().kind == "_" else ""
 
     @property
     def end(self) -> int:
-        return self.peek(-1).end  # of the token before
+        """Where the token before ends."""
+        return self.peek(-1).end
 
     def at_sign(self) -> bool:
+        """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:
@@ -100,6 +106,7 @@ class _Parser:
         return framed or self.peek().kind in ("letter", "word", "accent", "style")
 
     def at_end(self) -> bool:
+        """Whether what is read ends here."""
         return self.peek().kind in ENDS or (self.peek().kind == "|" and self.bars > 0)
 
     def sides(self) -> list[Node]:
