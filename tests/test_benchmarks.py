@@ -73,6 +73,15 @@ def test_faults_are_planted_in_every_room() -> None:
     assert rooms <= {module.split("/")[0] for module in modules.split()}
 
 
+def test_a_fault_is_planted_in_functions_that_the_collector_does_not_list() -> None:
+    """conftest.py freezes what is there once the tests are read: a fault has to be in those functions all the same."""
+    code = (
+        "import gc; from mutants import *; from pendpin.runs.limits import Deadline; right = Deadline.check.__code__; "
+        "gc.freeze(); exchange_code(faults_of(SOURCE, ['runs/limits.py'], 0)[0]); print(Deadline.check.__code__ is right)"
+    )
+    assert run(FOLDER, sys.executable, "-c", code) == "False\n"
+
+
 def test_no_script_hides_a_library() -> None:
     """A script's folder is the first place where Python looks for what the script imports."""
     names = {path.stem for path in FOLDER.glob("*.py")}
