@@ -17,7 +17,7 @@ from effect_cases import EFFECTS, MODELS
 from laws import law
 from pendpin.dynamics.timing import declared_pace
 from pendpin.effects import Gravity, JointEffect, Motor, Rotation, Support, Torque
-from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace
+from pendpin.effects.pace import SIGNS, STEADY, Pace, join_paces, measure_pace
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.02),))
@@ -201,6 +201,28 @@ def test_small_fast_changes_are_found_among_large_slow_ones(at, width, size, slo
     assert len(pace.corners) < 40
     lengths = np.diff(np.concatenate([[0.0], pace.corners, [10.0]]))
     assert (lengths / np.minimum(lengths, pace.shortest)).sum() < 300 + 40 * slow
+
+
+@law(30)
+@given(
+    rate=st.floats(0.0, 3.0).map(lambda x: 10**x),
+    pulse=st.floats(-4, -1).map(lambda x: 10**x),
+    size=st.floats(-6, 1).map(lambda x: 10**x),
+)
+def test_eighth_differences_over_a_step_are_negligible(rate, pulse, size) -> None:
+    """A step is eight strides of a power of 2, such that nothing else happens within; or one interval, or all of them."""
+    t, negligible = np.linspace(0.0, 1.0, 1025), 1e-9
+    signal = np.sin(rate * t) + size * np.exp(-(((t - 0.4) / pulse) ** 2))
+    pace = measure_pace(t, signal[:, None], negligible)
+    bounds = np.concatenate([[0.0], pace.corners, [1.0]])
+    for begin, end, step in zip(
+        np.rint(bounds * 1024)[:-1], np.rint(bounds * 1024)[1:], pace.shortest * 1024, strict=True
+    ):
+        assert step in (1, np.inf) or (step in 8 * 2.0 ** np.arange(8) and step < 1024)
+        if np.isfinite(step) and step > 1:
+            one = signal[int(begin) : int(end) + 1]
+            some = one[np.arange(len(one) - int(step))[:, None] + np.arange(9) * int(step) // 8]
+            assert (np.abs(some @ SIGNS) <= negligible * np.abs(signal).max()).all()
 
 
 @pytest.mark.parametrize("method", ["radau", "bdf", "dop853", "lsoda"])

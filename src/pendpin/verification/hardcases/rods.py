@@ -83,8 +83,7 @@ def passage(radius: float, aim: float) -> tuple[Scene, tuple[float, float]]:
         J, I3, b, w = (mpf(x) for x in (inertia_about_joint(rod), rod.properties.I3, aim, SPEED))
         k, rest = J - I3, I3 - J * b**2
         nearest = mp.asin(mp.sqrt(-rest / k)) if rest < 0 else mpf(0)
-        width = mp.sqrt(abs(rest) / k)
-        marks = [nearest, *(nearest + width * 10**i for i in range(4) if nearest + width * 10**i < AWAY), mpf(AWAY)]
+        way = [nearest, mpf(AWAY)]
 
         def D(x):
             return I3 + k * mp.sin(x) ** 2
@@ -92,8 +91,8 @@ def passage(radius: float, aim: float) -> tuple[Scene, tuple[float, float]]:
         def over(x):  # D - J b²
             return max(rest, mpf(0)) + k * mp.sin(x - nearest) * mp.sin(x + nearest)
 
-        half = mp.quad(lambda x: mp.sqrt(D(x) / over(x)), marks) / w
-        turn = J * b * mp.quad(lambda x: 1 / mp.sqrt(D(x) * over(x)), marks) if aim else mpf(0)
+        half = mp.quad(lambda x: mp.sqrt(D(x) / over(x)), way) / w
+        turn = J * b * mp.quad(lambda x: 1 / mp.sqrt(D(x) * over(x)), way) if aim else mpf(0)
         rates = (J * b * w / D(mpf(AWAY)), w * mp.sqrt(over(mpf(AWAY)) / D(mpf(AWAY))))
         side = -1 if rest < 0 else 1
         q, v = (0.3, float(mp.pi / 2 - AWAY)), tuple(map(float, rates))
