@@ -70,6 +70,20 @@ def test_sensitivities_are_those_of_differences(name: str) -> None:
         assert np.abs(found[:, k] - expected).max() <= 3e-9 * max(1.0, np.abs(expected).max())
 
 
+@pytest.mark.parametrize("name", ["theta_2", "R3_1", "R3_1.max"])
+def test_sensitivities_to_the_time_of_the_start(name: str) -> None:
+    """A reaction at a time since the start changes with the effects then, and with the state."""
+    chosen = scene(EFFECTS["support"], duration=0.7, tolerance=1e-12).replace({"start.time": 0.4})
+    found = pp.simulate(chosen).sensitivity("start.time", of=name)
+
+    def at(k: int) -> np.ndarray | float:
+        moved = pp.simulate(chosen.replace({"start.time": 0.4 + k * 1e-3}), tolerance=3e-14)
+        return moved[name] if name in moved.names else moved.maximum("R3_1").value
+
+    expected = np.atleast_1d(sum(w * (at(k) - at(-k)) for k, w in SIXTH.items()) / 1e-3)
+    assert np.abs(found.ravel() - expected).max() <= 1e-7 * np.abs(expected).max()
+
+
 def test_transitions_compose() -> None:
     """From 0 to 2 s is from 1 to 2 s after 0 to 1 s, and its columns are the sensitivities to the start."""
     run = pp.simulate(scene(EFFECTS["support"], tolerance=1e-12))

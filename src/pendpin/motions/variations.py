@@ -257,7 +257,8 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
         return changes
     if statistic in EXTREMES:
         rows, changes = samples_of(rows, slice(-1, None)), changes[-1:]
-    series = np.stack([_change_of(rows, key, changes[..., k], name) for k, key in enumerate(keys)], -1)
+    shortest = float(np.min(variations.pace.shortest))
+    series = np.stack([_change_of(rows, key, changes[..., k], name, shortest) for k, key in enumerate(keys)], -1)
     return STATISTICS[statistic](rows.t, series) if statistic else series
 
 
@@ -291,14 +292,20 @@ def _quantity_and_statistic(run: RunRecord, of: str) -> tuple[str, str]:
     return name, statistic
 
 
-def _change_of(run: RunRecord, key: str, change: Array, name: str) -> Array:
-    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state; of fourth order beside q and v."""
+def _change_of(run: RunRecord, key: str, change: Array, name: str, shortest: float) -> Array:
+    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state; of fourth order beside q and v.
+
+    `shortest` is the time in s on which the effects change.
+    """
     (array, place), nv, scene = run.places[name], len(run.joints), scene_of(run)
     if array in ("q", "v"):
         return change[:, :nv][place] if array == "q" else change[:, nv:][place]
-    starts, states = parsed(key)[0] == "start", np.concatenate([run.q, run.v], 1)  # starts enter by the state
+    path, states = parsed(key), np.concatenate([run.q, run.v], 1)
+    starts = path[0] == "start" and path != ("start", "time")  # these enter by the state alone
     value = 0.0 if starts else number_at(scene, key)
-    step = _STEP / max(float(np.abs(change).max(initial=0.0)), 1 / abs(value) if value else 1.0)
+    scale = shortest if path == ("start", "time") else abs(value)
+    step = _STEP / max(float(np.abs(change).max(initial=0.0)), 1 / scale if 0 < scale < np.inf else 1.0)
+    step = 2.0 ** np.floor(np.log2(step))  # so that its sum with a time of the calendar is exact
     for offsets, weights in (_CENTRAL, _FORWARD):
         try:
             scenes = [scene if starts else scene.replace({key: value + k * step}) for k in offsets]
