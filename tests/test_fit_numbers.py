@@ -1,5 +1,6 @@
 """Fits: free numbers and their coordinates, and swings as they are read and cut."""
 
+from dataclasses import replace
 from types import SimpleNamespace
 from typing import Any
 
@@ -11,8 +12,21 @@ from hypothesis import strategies as st
 import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, ROD, scene_of
 from pendpin.effects import Drag, DryFriction, Viscous
-from pendpin.fitting.data import FEWEST, MOST_SAMPLES, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
+from pendpin.errors import RunError
+from pendpin.fitting.data import (
+    FEWEST,
+    MOST_SAMPLES,
+    Swing,
+    batch,
+    cut_pieces,
+    read_swings,
+    sensors_of,
+    spread_of,
+    thin_out,
+)
 from pendpin.fitting.parameters import combinations, free_parameters, replace_checked, substitute
+from pendpin.fitting.problem import bind_pendulum
+from pendpin.model.build import build
 from pendpin.scene import Chain, Data
 
 STRIBECK = DryFriction(kinetic=1e-3, static=1.5e-3, stribeck=5.0)
@@ -265,3 +279,25 @@ def test_two_columns_are_two_angles() -> None:
     t = np.arange(10) * 0.1
     (swing,) = read_swings({"segment": np.ones(10), "a2": 2 * t, "a1": t, "t": t}, ANGLES)
     assert swing.y.tolist() == np.column_stack([t, 2 * t]).tolist()
+
+
+def test_a_motion_depends_on_its_numbers_and_its_start_alone() -> None:
+    """Not on motions before it, nor on one that was too long; what is asked for again is not integrated again."""
+    scene = scene_of(1, DryFriction(kinetic=1e-3), data=ANGLE)
+    free, sensors = free_parameters(scene, "friction"), sensors_of(ANGLE, build(scene.model))
+    pendulum = bind_pendulum(scene, free, sensors, 0.0, scene.duration, 0.05)
+    times, start = scene.times, np.array([1.0, 0.0])
+    q, by = pendulum.at(free.start).move(start, times)
+    bound = pendulum.at(2 * free.start)
+    assert pendulum.at(2 * free.start) is bound
+    bound = pendulum.at(free.start)
+    with pytest.raises(RunError, match="too many evaluations"):
+        replace(bound, pendulum=replace(pendulum, pace=1e6), moved={}).move(np.array([1.0, 1e5]), times)
+    bound.move(np.array([3.0, 0.2]), times)
+    again, by_again = bound.move(start, times)
+    np.testing.assert_array_equal(again, q)
+    np.testing.assert_array_equal(by_again, by)
+    calls, many = bound.variations.equations.block.calls, np.ones((1, 10_000))
+    bound.move(start, times)
+    assert bound.variations.equations.block.calls == calls
+    assert np.isfinite(bound.accelerate(np.zeros(10_000), many, many)[0]).all()

@@ -188,6 +188,17 @@ def test_derivatives_pass_sticking_and_slipping(effect: fx.DryFriction) -> None:
         assert np.abs(row - right).max() < 1e-6 * np.abs(right).max(), key
 
 
+def test_a_friction_of_0_turns_with_the_motion() -> None:
+    """The derivative by a friction that is 0 is that of runs with a little of it, which reverses with every joint."""
+    key = "effects[1].kinetic"
+    chosen = scene(fx.DryFriction(kinetic=0.0), q=(1.2, 0.0, -0.9, 0.0), duration=3.0, samples=31, tolerance=1e-12)
+    none, some, twice = (pp.simulate(chosen.replace({key: x}), tolerance=3e-14)["theta_2"] for x in (0.0, 1e-4, 2e-4))
+    right = (4 * some - twice - 3 * none) / 2e-4
+    run = pp.simulate(chosen)
+    assert all((np.diff(np.sign(run.v[:, joint])) != 0).sum() > 2 for joint in (0, 2))
+    assert np.abs(run.sensitivity(key, of="theta_2")[:, 0] - right).max() < 1e-4 * np.abs(right).max()
+
+
 # --- periodic orbits ------------------------------------------------------------------------------------------------
 
 

@@ -167,11 +167,14 @@ def in_order(effects: Sequence[fx.Effect]) -> list[tuple[fx.Effect, str]]:
         # a number that derivatives.py makes complex has the place of the real one
         return repr(value.real) if isinstance(value, complex) else repr(value)
 
+    names = [type(effect).__name__ for effect, _ in acts]
+    apart = len(set(names)) == len(names)  # the numbers decide nothing
+
     def place(pair: tuple[fx.Effect, str]) -> list[str]:
         kind = type(pair[0])
-        return [kind.__name__, *(text(getattr(pair[0], name)) for name in kind.model_fields)]
+        return [kind.__name__, *(() if apart else (text(getattr(pair[0], name)) for name in kind.model_fields))]
 
-    return sorted(acts, key=place) if len(acts) > 1 else acts
+    return sorted(acts, key=place)
 
 
 def chosen_joints(model: Model, names: Sequence[str] | None, where: str) -> Indices:

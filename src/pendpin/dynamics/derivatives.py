@@ -35,6 +35,7 @@ from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
 from pendpin.scene import Chain, Scene
 
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers
+_LEAST = 1e-300  # N m
 
 
 class Jacobian(NamedTuple):
@@ -80,10 +81,9 @@ class Variational:
         key = ("derivatives", parameters.structure, len(parameters.values), places)
         self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
-        if equations.contacts and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
-            bound = bind_contacts(self.model, equations.effects, engine)
+        if (bound := equations.contacts) and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
             moving = np.isin(np.arange(len(bound.static)), still, invert=True)
-            self.contacts = replace(bound, static=bound.static * moving, block=self.block)
+            self.contacts = replace(bound, engine=engine, static=bound.static * moving, block=self.block)
         self.nv = len(self.model.joints)
 
     def _vary(self, scene: Scene, engine: Engine, by_rod: bool) -> None:
@@ -91,30 +91,37 @@ class Variational:
         model, nv = engine.model, len(engine.model.joints)
         places = [parsed(key) for key in self.keys]
         changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
-        lists = [acting(model, effects) for effects in (scene.effects, *(changed for _, changed in changes))]
+        given = [scene.effects, *(changed for _, changed in changes)]
+        lists = [acting(model, effects) for effects in (given[0], *(one for one in given if one is not given[0]))]
         active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
         unchanged = _engine_of(model, engine, None)
         cases = list[EquationsOfMotion]()  # of the scene as it is, then with an imaginary part in each of its numbers
-        for chain, given in [(None, scene.effects), *changes]:
-            effects = tuple(e if acts else Idle(kind=e.kind) for e, acts in zip(given, active, strict=True))
+        for chain, effects in zip([None, *(chain for chain, _ in changes)], given, strict=True):
+            acts = tuple(e if a else Idle(kind=e.kind) for e, a in zip(effects, active, strict=True))
             own, contacts = unchanged if chain is None else _engine_of(model, engine, chain), None
-            if any(isinstance(effect, ContactEffect) for effect in effects):
+            if cases and effects is given[0]:
+                contacts = cases[0].contacts
+            elif any(isinstance(effect, ContactEffect) for effect in acts):
                 assert isinstance(own, AngleEngine)
-                contacts = bind_contacts(model, effects, own)
-            cases.append(EquationsOfMotion(own, effects, scene.start.time, contacts=contacts, by_rod=by_rod))
+                contacts = bind_contacts(model, acts, own)
+            cases.append(EquationsOfMotion(own, acts, scene.start.time, contacts=contacts, by_rod=by_rod))
+        bound = [case.contacts for case in cases]
+        if (mine := bound[0]) and any(grows := sum(np.imag(one.static) for one in bound if one)):
+            # A friction of 0 that may grow changes its way at events too: it is one of next to nothing.
+            mine = replace(mine, static=np.where(grows, np.maximum(mine.static, _LEAST), mine.static))
+            cases = [case._replace(contacts=mine) if case.contacts is bound[0] else case for case in cases]
         first = [case.parameters() for case in cases]
+        base, *others = first
         masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
-        same = all(np.array_equal(mask, own) for one in first for mask, own in zip(masks, one.masks, strict=True))
-        base, *others = first if same else [case.parameters(masks) for case in cases]
+        if any(one.structure != base.structure for one in others):
+            base, *others = (case.parameters(masks) for case in cases)
         shared, rods = list(base.values), list(base.values_of_rods)
 
         def appended(values: list[Any], rates: Array) -> dict[int, int]:
             """Where the rates that are not 0 are among the values, behind which they are put."""
-            out = {}
-            for place, rate in enumerate(rates):
-                if np.any(rate):
-                    out[place] = len(values)
-                    values.append(rate if np.ndim(rate) else float(rate))
+            places = np.flatnonzero(rates if rates.ndim == 1 else rates.any(1))
+            out = {place: len(values) + i for i, place in enumerate(places.tolist())}
+            values += rates[places].tolist() if rates.ndim == 1 else list(rates[places])
             return out
 
         directions, static = [], []

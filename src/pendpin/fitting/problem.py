@@ -5,7 +5,7 @@ The motions are those of the scene, from stick to slip and back, and the derivat
 """
 
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import cached_property
 from typing import NamedTuple
 
@@ -48,6 +48,7 @@ class Pendulum:
     sensors: Sensors
     moving: tuple[int, ...]  # joints, in model order
     pace: float  # s, the time scale of the data
+    last: "list[Bound]" = field(default_factory=list)  # the one that was asked for last
 
     @cached_property
     def model(self) -> Model:
@@ -61,12 +62,16 @@ class Pendulum:
 
     def at(self, z: Array) -> "Bound":
         """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
+        # One search begins where the one before it ended: numbers that are asked for again are not bound again.
+        if self.last and np.array_equal(self.last[0].z, z):
+            return self.last[0]
         values = [float(value) for value in self.free.values(z)]
         scene = substitute(self.scene, self.free.keys, values, replace_checked)
         starts = list_state_keys(len(self.model.joints))
         keys = [*self.free.keys, *(starts[place] for place in self.places)]
         still = tuple(i for i in range(len(starts)) if i not in self.places)
-        return Bound(self, scene, z, Variations(scene, keys, still), self.free.gradients(z))
+        self.last[:] = [Bound(self, scene, z.copy(), Variations(scene, keys, still), self.free.gradients(z))]
+        return self.last[0]
 
 
 @dataclass(frozen=True, eq=False)
@@ -78,9 +83,12 @@ class Bound:
     z: Array  # (nz,)
     variations: Variations
     gradients: Array  # (K, nz), of the free numbers by the search coordinates
+    moved: dict[tuple[bytes, bytes], tuple[Array, Array]] = field(default_factory=dict)  # by start and times
 
     def move(self, start: Array, times: Array) -> tuple[Array, Array]:
         """The motion (M, nv) from a start (2n,) at times (M,) in s, and its derivatives (D, M, nv). Raises RunError."""
+        if (known := self.moved.get((start.tobytes(), times.tobytes()))) is not None:
+            return known
         nv, places = self.variations.nv, self.pendulum.places
         y = np.zeros(2 * nv)
         y[places] = start
@@ -89,7 +97,9 @@ class Bound:
             *(y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)),
             most=EVALUATIONS * (FEW + (times[-1] - times[0]) / self.pendulum.pace),
         )
-        return states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv])
+        motion = states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv])
+        self.moved[start.tobytes(), times.tobytes()] = motion
+        return motion
 
     def accelerate(self, t: Array, q: Array, v: Array) -> tuple[Array, Array]:
         """Accelerations (n, N) of joints that slide, by q, v (n, N) at times (N,) in s, and derivatives (nz + 2n, n, N)."""

@@ -62,7 +62,6 @@ class Variations:
         q, v = start_state(self.equations.model, scene.start)
         refuse_poles(self.equations.model, q)
         self._last = np.inf  # the number of evaluations that may not be passed
-        self._scales: Scales | None = None  # of the first motion that is integrated
         self.start = np.concatenate([q, v])
 
     @cached_property
@@ -87,39 +86,41 @@ class Variations:
     ) -> tuple[Array, Array]:
         """States and changes at some times, with sizes (2 nv K,) of the changes; RunError after `most` evaluations."""
         block, contacts, nv = self.equations.block, self.equations.contacts, self.nv
-        self._last = block.calls + most
-        block.on_progress(lambda t: bool(block.calls > self._last))
         atol = tolerance * np.concatenate([np.ones(len(y)), sizes])
         state, rtol = np.concatenate([y, w.ravel()]), max(tolerance, LEAST_RTOL)
-        mode = None
+        mode = scales = None
         if contacts is not None:
-            if self._scales is None:
-                self._scales = contacts.scales(times, y[:nv], y[nv:], self.pace.varies)
-            mode = contacts.choose(times[0], y[:nv], y[nv:], self._scales)
+            scales = contacts.scales(times, y[:nv], y[nv:], self.pace.varies)
+            mode = contacts.choose(times[0], y[:nv], y[nv:], scales)
             state.reshape(-1, 2, nv)[:, 1, mode.held] = 0.0  # a joint that is held forgets a change of its rate
         rows = [state[None].copy()]
-        for piece, due, longest in self.pace.pieces(times):
-            if mode is None:
-                part = _solve(block, state, piece, rtol, atol, longest)
-            else:
-                part, mode = self._through_events(state, piece, mode, rtol, atol, longest)
-            if len(part) < len(piece) or not np.isfinite(part).all():
-                raise RunError(
-                    f"the changes of the motion cannot be integrated beyond {piece[max(len(part), 1) - 1]:.6g} s: they grow "
-                    "too large, take too many steps, or a thin rod is near phi = 90 degrees, where its angles are singular"
-                )
-            rows.append(part[1 : due + 1])
-            state = part[-1]
+        self._last = block.calls + most
+        block.on_progress(lambda t: bool(block.calls > self._last))
+        try:
+            for piece, due, longest in self.pace.pieces(times):
+                if mode is None or scales is None:
+                    part = _solve(block, state, piece, rtol, atol, longest)
+                else:
+                    part, mode = self._through_events(state, piece, mode, scales, rtol, atol, longest)
+                if len(part) < len(piece) or not np.isfinite(part).all():
+                    raise RunError(
+                        f"the changes of the motion cannot be integrated beyond {piece[max(len(part), 1) - 1]:.6g} s: they "
+                        "grow too large, take too many steps, or a thin rod is near phi = 90 degrees, where its angles are "
+                        "singular"
+                    )
+                rows.append(part[1 : due + 1])
+                state = part[-1]
+        finally:
+            self._last = np.inf  # evaluations between motions, as of accelerations, are not counted
         states = np.concatenate(rows)
         return states[:, : len(y)], states[:, len(y) :].reshape(len(times), *w.shape)
 
     def _through_events(
-        self, state: Array, times: Array, mode: Mode, rtol: float, atol: Array, longest: float
+        self, state: Array, times: Array, mode: Mode, scales: Scales, rtol: float, atol: Array, longest: float
     ) -> tuple[Array, Mode]:
         """The states (n, size) at times (n,) from event to event, and the mode at the end."""
-        contacts, scales, nv = self.equations.contacts, self._scales, self.nv
+        contacts, nv = self.equations.contacts, self.nv
         assert contacts is not None
-        assert scales is not None
         t, end, parts, done = float(times[0]), float(times[-1]), [state[None]], 1
         first_step = 2 * rtol ** (1 / 8) / float((scales.rate / scales.position).max())
         for _ in range(MOST_EVENTS):
@@ -132,7 +133,7 @@ class Variations:
             parts, done, t, state = [*parts, samples], done + len(samples), segment.t, segment.y.copy()
             if segment.fired is None or segment.failure:
                 break
-            mode = self._cross(t, state, guards, segment.fired)
+            mode = self._cross(t, state, guards, scales, segment.fired)
         if done == len(times) - 1 and t == end:  # an event at the last time
             parts.append(state[None])
         return np.concatenate(parts), mode
@@ -142,11 +143,10 @@ class Variations:
         if self.equations.block.calls > self._last:
             raise RunError("the motion takes too many evaluations")
 
-    def _cross(self, t: float, state: Array, guards: Guards, fired: list[int]) -> Mode:
+    def _cross(self, t: float, state: Array, guards: Guards, scales: Scales, fired: list[int]) -> Mode:
         """The mode after an event at t; the state (size,) is changed to that after it."""
         contacts, block, nv = self.equations.contacts, self.equations.block, self.nv
         assert contacts is not None
-        assert self._scales is not None
         y = state.reshape(-1, 2, nv)  # the state, then its K changes
         q, v = y[0]
         contacts.enter(guards.mode)
@@ -156,12 +156,12 @@ class Variations:
         if guards.kind[which] == RATE:
             slope, changes = rates[nv + joint], y[1:, 1, joint].copy()
         else:  # a neighbour has another holding torque, and another limit
-            h = _SECANT / float((self._scales.rate / self._scales.position).max())
+            h = _SECANT / float((scales.rate / scales.position).max())
             sides = np.array([state + h * rates, state - h * rates])
             late, early = block.evaluated(t + np.array([h, -h]), sides)[1][:, joint]
             slope = turned * (late - early) / (2 * h)
             changes = turned * holding.reshape(-1, nv)[1:, joint] + self.equations.static[:, joint]
-        mode = contacts.choose(t, q, v, self._scales, guards.land(q, v, fired))
+        mode = contacts.choose(t, q, v, scales, guards.land(q, v, fired))
         contacts.enter(mode)
         after = block.evaluated(np.array([t]), state[None])[0][0]
         jump = (rates - after)[: 2 * nv].reshape(2, nv)
