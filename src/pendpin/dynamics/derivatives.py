@@ -81,7 +81,8 @@ class Variational:
         key = ("derivatives", parameters.structure, len(parameters.values), places)
         self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
-        if (bound := equations.contacts) and isinstance(engine, AngleEngine):  # not where all friction is 0 and stays so
+        bound = equations.contacts  # none where all friction is 0 and stays so
+        if bound is not None and isinstance(engine, AngleEngine):
             moving = np.isin(np.arange(len(bound.static)), still, invert=True)
             self.contacts = replace(bound, engine=engine, static=bound.static * moving, block=self.block)
         self.nv = len(self.model.joints)
@@ -106,8 +107,9 @@ class Variational:
                 contacts = bind_contacts(model, acts, own)
             cases.append(EquationsOfMotion(own, acts, scene.start.time, contacts=contacts, by_rod=by_rod))
         bound = [case.contacts for case in cases]
-        if (mine := bound[0]) and any(grows := sum(np.imag(one.static) for one in bound if one)):
+        if (mine := bound[0]) is not None:
             # A friction of 0 that may grow changes its way at events too: it is one of next to nothing.
+            grows = np.any([np.imag(one.static) > 0 for one in bound if one is not None], 0)
             mine = replace(mine, static=np.where(grows, np.maximum(mine.static, _LEAST), mine.static))
             cases = [case._replace(contacts=mine) if case.contacts is bound[0] else case for case in cases]
         first = [case.parameters() for case in cases]
