@@ -194,6 +194,16 @@ def test_tables_cut_no_letter(capsys: pytest.CaptureFixture, monkeypatch: pytest
     assert max(map(len, said.splitlines())) <= 60
 
 
+def test_tables_cut_no_number(capsys: pytest.CaptureFixture, monkeypatch: pytest.MonkeyPatch) -> None:
+    """On a narrow terminal a table grows wider rather than show 3e-17 as 3e-1 and, a line below, 7."""
+    monkeypatch.setenv("COLUMNS", "40")
+    names, number = ["any two", "newton-euler"], "-3.4567e-17"
+    print_table(Table(["", *"abcdefg"], [[name, *[number] * 7] for name in names]))
+    said = capsys.readouterr().out
+    assert said.count(number) == 14
+    assert "newton-euler" in said
+
+
 def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
     """How far a load swings, also after the trolley has stopped; when a rod comes to rest."""
     for name, says in [

@@ -38,6 +38,7 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
 # --- what the commands print on the terminal ------------------------------------------------------------------------
 
 LEAST_WIDTH = 60  # letters: on a narrower terminal the lines of a table go on below
+LONGEST_WORD = 30  # letters: numbers and names up to this length are not cut, even where a table is then wider
 IN_A_FILE = 120  # letters, where the output is not a terminal
 
 
@@ -56,20 +57,23 @@ def print_report(report: Report, as_json: bool) -> None:
 
 
 def print_table(table: Table) -> None:
-    """A table on the terminal: names in the first column stay in one piece, and no letter is cut."""
+    """A table on the terminal: numbers and names stay in one piece, and no letter is cut."""
     from rich import box, console
     from rich import table as rich
     from rich.text import Text
 
-    names = not any(" " in row[0] for row in table.rows)
-    columns = [rich.Column(title, overflow="fold", no_wrap=i == 0 and names) for i, title in enumerate(table.head)]
+    columns = list[rich.Column]()
+    for cells in zip(table.head, *table.rows, strict=True):
+        lengths = [len(word) for cell in cells for word in cell.split()]
+        least = max((length for length in lengths if length <= LONGEST_WORD), default=1)
+        columns.append(rich.Column(cells[0], overflow="fold", min_width=least))
     shown = rich.Table(*columns, show_header=any(table.head[1:]), box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for row in table.rows:
         shown.add_row(*map(Text, row))  # without markup, which may be in what users named
     terminal = console.Console()
     known = terminal.is_terminal or "COLUMNS" in os.environ
     terminal.width = max(terminal.width, LEAST_WIDTH) if known else IN_A_FILE
-    terminal.print(shown)
+    terminal.print(shown, crop=False)
     for line in table.left_out:
         print(line)
 
