@@ -226,10 +226,12 @@ class InMachineCode(Stepper):
 
     call: "Call"
     raised: Callable[[], None]  # raises what the progress callback raised
+    ahead: float = 0.0  # s, how far the first of the steps go at least
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """Steps from y (size,), some at a time, more and more: those behind an event are made in vain."""
         call, span = self.call, max(FEWEST, WINDOW / self.call.block.operations) * self.call.first_step
+        span = max(span, self.ahead)
         while t < end:
             stop = end if end - t < 2 * span else t + span
             solution = call.solved(y, t, stop, dense=True)
@@ -250,11 +252,11 @@ class InMachineCode(Stepper):
 
 
 def block_stepper(
-    block: Block, rtol: float, atol: Array, first_step: float, longest: float, raised: Callable[[], None]
+    block: Block, rtol: float, atol: Array, first_step: float, longest: float, raised: Callable[[], None], ahead: float
 ) -> Stepper:
     """The steps of DOP853 on a block's equations within rtol, atol (size,); `raised` raises what its callback wants to."""
     if cyrk() is not None:
-        return InMachineCode(Call("DOP853", block, np.array([rtol]), atol, first_step, longest), raised)
+        return InMachineCode(Call("DOP853", block, np.array([rtol]), atol, first_step, longest), raised, ahead)
     scales = StateScales(atol / rtol, np.ones(len(atol), bool))
     return OnSciPy(METHODS["dop853"], rtol, scales, first_step, longest, derivative_of(block))
 

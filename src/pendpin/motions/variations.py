@@ -35,6 +35,7 @@ from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
 
 MOST_EVENTS = 100_000  # of one motion
+AS_FAR = 1.05  # times the time between the last two events: the first steps towards the next
 _SECANT = 1e-5  # of the time scale: half of a difference
 _SURVEY = 1e-3  # the tolerance of a first integration, which finds how large the changes get
 _LEAST = 1e-6  # of the largest change: smaller ones are as if they had this size
@@ -122,14 +123,15 @@ class Variations:
         contacts, nv = self.equations.contacts, self.nv
         assert contacts is not None
         t, end, parts, done = float(times[0]), float(times[-1]), [state[None]], 1
-        first_step = 2 * rtol ** (1 / 8) / float((scales.rate / scales.position).max())
+        first_step, ahead = 2 * rtol ** (1 / 8) / float((scales.rate / scales.position).max()), 0.0
         for _ in range(MOST_EVENTS):
             contacts.enter(mode)
-            stepper = block_stepper(self.equations.block, rtol, atol, first_step, longest, self._refuse_more)
+            stepper = block_stepper(self.equations.block, rtol, atol, first_step, longest, self._refuse_more, ahead)
             guards = guards_of(contacts, state[:nv], mode, scales, rtol)
             segment = integrate_to_event(stepper, guards.values, guards.floor, t, state, end, times[done:])
             samples = segment.samples
             samples.reshape(len(samples), 1 + len(self.keys), 2, nv)[:, :, 1, mode.held] = 0.0
+            ahead = AS_FAR * (segment.t - t)  # one swing lasts about as long as the one before it
             parts, done, t, state = [*parts, samples], done + len(samples), segment.t, segment.y.copy()
             if segment.fired is None or segment.failure:
                 break

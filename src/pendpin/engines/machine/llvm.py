@@ -151,7 +151,7 @@ class Code:
         """The steps of rk4 on this function: y, t, h, steps, block, work (5 size); its directions stay unit vectors."""
         return partial(Steps(_routine("steps")), self.address)
 
-    @property
+    @cached_property
     def many(self) -> Callable[..., None]:
         """The function at many states: n, t (n,), y (n, size), block, dy (n, size), more (n, further results)."""
         return partial(Many(_routine("many")), self.address)
