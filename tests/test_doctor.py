@@ -1,6 +1,7 @@
 """The equation doctor: its truth, verdicts, mends and conventions; its report; code in place of formulae."""
 
 import json
+import re
 from pathlib import Path
 
 import numpy as np
@@ -248,6 +249,15 @@ def test_the_command_writes_json_and_a_page(tmp_path, capsys):
     text = page.read_text()
     assert "://" not in text
     assert 'class="changed"' in text
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_the_page_begins_with_the_first_mend(count):
+    wrong = ["x = -l/2*sin(phi)", "R1 = m*g/4*cos(theta)*sin(theta)"][:count]
+    found = pp.diagnose(wrong)
+    _, _, rest = found.page().partition("Mended:")
+    assert [len(finding.mends) > 0 for finding in found.findings] == [True] * count
+    assert re.sub("<[^>]*>", "", rest).strip().startswith(found.findings[0].mends[0].latex)
 
 
 def test_the_exit_status_says_whether_all_holds(tmp_path):

@@ -8,6 +8,7 @@ import pytest
 import pendpin as pp
 from pendpin.doctor.checking.conditions import _may_mean, _zero_is_said, conditions, rounded
 from pendpin.doctor.checking.dimensions import NONE, dimension, unit
+from pendpin.doctor.checking.evaluation import LARGEST
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, raw
@@ -216,6 +217,16 @@ def test_columns_of_vectors_are_three() -> None:
     """Three make a matrix; two make none."""
     finding = finding_of(r"\begin{bmatrix}\vec b_1\\ \vec b_2\end{bmatrix}\vec r_G = 0")
     assert (finding.verdict, finding.remark) == ("not checked", "a matrix of this size, or one of vectors")
+
+
+@pytest.mark.parametrize("count", [2, 3, LARGEST, LARGEST + 1])
+def test_a_row_times_a_column_is_their_sum(count: int) -> None:
+    """Of any number of entries that a matrix may have."""
+    row, column = " & ".join(["m"] * count), r" \\ ".join(["l"] * count)
+    finding = finding_of(
+        rf"\begin{{bmatrix}}{row}\end{{bmatrix}}\begin{{bmatrix}}{column}\end{{bmatrix}} = {count} m l"
+    )
+    assert finding.verdict == ("holds" if count <= LARGEST else "not checked")
 
 
 def test_a_symbol_that_nothing_explains_is_0() -> None:

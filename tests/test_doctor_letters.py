@@ -373,3 +373,54 @@ def test_an_index_of_an_index_is_one_index():
     assert words(Written("lc", 0, "1")) == words(Written("lc1")) == plain
     tables = [spec.words for spec in FAMILIES["cart-pole"]]
     assert all(table(Written("T", 0, "M")) == ("Tc",) != table(Written("T", 0, "m")) for table in tables)
+
+
+PLANE = r"$$\ddot\theta = -\frac{g}{l}\sin\theta$$ $$V = -mgl\cos\theta$$ $$T = \frac12 m l^2\dot\theta^2$$ "
+
+
+@pytest.mark.parametrize(
+    ("line", "verdict"), [(r"v = \dot\theta", "not checked"), (r"\omega = \theta", "not checked"), ("v = l", "fails")]
+)
+def test_a_state_may_get_any_name_and_a_length_no_speed(line, verdict):
+    *_, last = pp.diagnose(f"{PLANE} $${line}$$").findings
+    assert last.verdict == verdict
+    assert (last.remark == "it gives a state a name") == (verdict == "not checked")
+
+
+@pytest.mark.parametrize(("use", "idle"), [("", True), (r"$$V = Q\cos\theta$$", False)])
+def test_what_a_line_defines_is_idle_where_nothing_uses_it(use, idle):
+    findings = pp.diagnose(rf"{PLANE} $$Q = b\, s$$ {use}").findings
+    assert findings[3].remark.startswith("no other equation uses Q: ") == idle
+
+
+def test_a_name_for_a_name_comes_to_nothing():
+    """An expression of some length does."""
+    code = (
+        "x1 = l1*sin(theta1)\nx2 = x1 + l2*sin(theta2)\nacc_b1 = ddtheta1\nalpha_s = ddtheta2\nxs = x1 + l2*sin(theta2)"
+    )
+    findings = pp.diagnose(code).findings
+    assert [finding.kind for finding in findings[2:4]] == ["definition"] * 2
+    assert [finding.verdict for finding in findings] == ["holds", "holds", "not checked", "not checked", "holds"]
+
+
+@pytest.mark.parametrize("count", [3, 4])
+def test_few_are_accused_beside_one_that_holds(count):
+    """Where more than three others do not hold, in one place or two each, the text is about another system."""
+    wrong = [
+        r"R_1 = \frac{mg}{3}\cos\theta\sin\phi",
+        r"R_2 = \frac{mg}{4}\cos\theta",
+        r"V = -\frac{mgl}{2}\cos\theta\sin\phi",
+        r"T = \frac{ml^2}{3}(\dot\phi^2+\dot\theta^2\cos^2\phi)",
+    ][:count]
+    right = r"\ddot\theta = 2\dot\theta\dot\phi\tan\phi - \tfrac32\,\frac{g}{l}\,\frac{\sin\theta}{\cos\phi}"
+    first, *others = verdicts(" ".join(f"$${line}$$" for line in (right, *wrong)))
+    assert first == "holds"
+    assert others == ["fails" if count <= 3 else "not checked"] * count
+
+
+@pytest.mark.parametrize(("rates", "states"), [("f", "y"), ("dydt", "y"), ("p", "u")])
+def test_a_function_of_a_vector_of_states_gives_their_rates(rates, states):
+    """Whatever the vector of rates is called."""
+    code = f"{rates}(1) = {states}(2);\n{rates}(2) = -g/l*sin({states}(1));\n"
+    assert verdicts(code) == ["holds", "holds"]
+    assert verdicts(code.replace("sin", "cos"))[1] != "holds"

@@ -294,6 +294,8 @@ PRINTED = [
     (r"v^{B_1} = r", "v_B_1", "r"),
     ("a = m*ê₂ + θ̇ᵢ", "a", "m*e_2 + dtheta_i"),
     ("u = F [N/m]", "u", "F"),
+    (r"x = \sin^{1/2} q + \cos^{3/2} q", "x", "sqrt(sin(q)) + cos(q)**1.5"),
+    ("theta_d = theta_dot_1 + x_ddot - z2_tt", "dtheta", "dtheta_1 + ddx - ddz_2"),
 ]
 
 
@@ -351,6 +353,8 @@ DOCUMENTS = [
     ("$$L = a$$\n\n$$+ b$$", [(1, "L = a    \n\n  + b")]),
     ("$$a + b$$\n$$+ c = 0$$", [(1, "a + b + c = 0")]),
     ("$$a = b$$\n$$-c = d$$", [(1, "a = b"), (2, "-c = d")]),
+    ("$x$ $= a$", [(1, "x = a")]),
+    ("$a = b$, $c = d$ and $e = f$ in $x$ $= y$", [(1, "a = b"), (1, "c = d"), (1, "e = f"), (1, "x = y")]),
     (r"$$\left\{\begin{array}{l} x = a \\ y = b \end{array}\right.$$", [(1, "x = a"), (1, "y = b")]),
     (r"$$\begin{array}{rcl} x &=& a \\ y &=& b \end{array}$$", [(1, "x &=& a"), (1, "y &=& b")]),
     (r"$$x = a \rightarrow y = b$$", [(1, "x = a"), (1, "y = b")]),

@@ -187,6 +187,19 @@ def test_a_mend_takes_a_minus_away_and_writes_none_before_another():
     assert not any("--" in text.replace(" ", "") for text in mended)
 
 
+@pytest.mark.parametrize(
+    ("wrong", "right"),
+    [
+        (r"-x = \frac{l}{2}\sin\phi", r"x = \frac{l}{2}\sin\phi"),
+        (r"x = -\frac{l}{2}\sin\phi", r"x = \frac{l}{2}\sin\phi"),
+    ],
+)
+def test_a_wrong_minus_in_front_is_taken_away(wrong, right):
+    (finding,) = pp.diagnose([wrong]).findings
+    assert finding.mends[0].latex == right
+    assert finding.mends[0].words.startswith("the sign of -")
+
+
 def test_a_symbol_cannot_stand_for_a_word_that_names_nothing():
     with pytest.raises(InputError, match="did you mean 'theta'"):
         pp.diagnose("x = l/2*sin(a)", symbols={"a": "thetaa"})
