@@ -66,7 +66,7 @@ def print_table(table: Table) -> None:
     for cells in zip(table.head, *table.rows, strict=True):
         lengths = [len(word) for cell in cells for word in cell.split()]
         least = max((length for length in lengths if length <= LONGEST_WORD), default=1)
-        columns.append(rich.Column(cells[0], overflow="fold", min_width=least))
+        columns.append(rich.Column(cells[0], overflow="fold", min_width=least, no_wrap=max(map(len, cells)) == least))
     shown = rich.Table(*columns, show_header=any(table.head[1:]), box=box.SIMPLE_HEAD, pad_edge=False, show_edge=False)
     for row in table.rows:
         shown.add_row(*map(Text, row))  # without markup, which may be in what users named
