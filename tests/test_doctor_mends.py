@@ -274,3 +274,11 @@ def test_newton_s_balances_of_two_bobs_are_mended(faulty):
     assert pp.diagnose(places + "\n".join(BALANCES)).ok
     mended = found[0].mends[0].latex
     assert pp.diagnose(places + "\n".join(law if law != faulty else mended for law in BALANCES)).ok
+
+
+def test_a_function_of_an_angle_may_be_missing():
+    """A sine of the only angle, in an equation that has no angle."""
+    laws = r"$$\ddot\theta = -\frac{g}{l}\sin\theta$$ $$V = -mgl\cos\theta$$"
+    *_, finding = pp.diagnose(laws + r" $$m l\ddot\theta = -mg$$").findings
+    assert finding.verdict == "fails"
+    assert finding.mends[0].latex.replace(r"\sin(\theta)", r"\sin\theta") == r"m l\ddot\theta = -\sin\theta mg"

@@ -279,6 +279,26 @@ def test_extremes_of_a_rod_in_a_plane_are_exact() -> None:
     assert run.maximum("t").value == run.maximum("t").t == 3.0
 
 
+@pytest.mark.parametrize("method", SETTINGS)
+def test_extremes_of_a_rod_on_a_spring_are_exact(method: str) -> None:
+    """By every method, of a fixed step too: a cosine of an amplitude of 0.5 rad, between a few samples."""
+    rod = THICK.rods[0]
+    stiffness = rod.properties.I1 + rod.mass * rod.length**2 / 4  # one rad/s
+    start = pp.Start(positions={"theta": 0.3}, velocities={"theta": 0.4})
+    spring = pp.effects.Spring(stiffness=stiffness, joints=("theta",))
+    run = pp.simulate(
+        pp.Scene(model=THICK, effects=(spring,), start=start, duration=5.0), samples=7, **SETTINGS[method]
+    )
+    error = 1e-3 if method == "euler" else 1e-6
+    for found, value, t in (
+        (run.maximum("theta"), 0.5, np.arctan2(0.4, 0.3)),
+        (run.minimum("theta"), -0.5, np.arctan2(0.4, 0.3) + np.pi),
+        (run.minimum("theta_rate"), -0.5, np.arctan2(0.4, 0.3) + np.pi / 2),
+    ):
+        assert found.value == pytest.approx(value, abs=error)
+        assert found.t == pytest.approx(t, abs=2 * error**0.5)
+
+
 def test_the_side_of_an_impact() -> None:
     """The least rate is just before the impact, the largest just behind it: e times as large, the other way."""
     stop = pp.effects.Stop(lower=0.2, upper=0.9, restitution=0.6, joints=["theta"])
