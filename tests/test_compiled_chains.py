@@ -180,6 +180,28 @@ def test_what_stays_equal_is_carried_once() -> None:
     assert [one.inward for one in tape.passes] == [True, False, False]
 
 
+def test_only_parameters_and_their_products_have_a_truth() -> None:
+    """A sum of them may be 0, and nothing is known of a state before it is computed."""
+    tape = Tape()
+    (x, y), p, q = tape.state(2), tape.parameter(0), tape.parameter(1)
+    assert all((p, q, p * q, p * q * p, p**2))
+    for term in (
+        x,
+        -x,
+        x * y,
+        p * x,
+        x * p * q,
+        p + q,
+        p - q,
+        p / q,
+        2.0 * (p + q),
+        tape.record("sin", p),
+        tape.time(),
+    ):
+        with pytest.raises(TypeError, match="may not ask for one"):
+            bool(term)
+
+
 def test_passes_of_numbers() -> None:
     """Outward sums from the base, inward ones from the tips, on a tree with two branches."""
     parents = [-1, 0, 1, 0]

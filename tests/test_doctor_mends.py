@@ -10,6 +10,7 @@ import pendpin as pp
 from pendpin.doctor.checking import evaluation
 from pendpin.doctor.checking.residuals import changed
 from pendpin.doctor.mending.numbers import Numbers, swapped
+from pendpin.doctor.verdicts import ONE_CHANGE
 from test_doctor import first_mend, verdicts
 
 # --- wrong equations are mended -------------------------------------------------------------------------------------
@@ -282,3 +283,15 @@ def test_a_function_of_an_angle_may_be_missing():
     *_, finding = pp.diagnose(laws + r" $$m l\ddot\theta = -mg$$").findings
     assert finding.verdict == "fails"
     assert finding.mends[0].latex.replace(r"\sin(\theta)", r"\sin\theta") == r"m l\ddot\theta = -\sin\theta mg"
+
+
+def test_a_missing_factor_is_one_change():
+    """Of a number and of some symbols; the more are missing, the less likely it is."""
+    missing = (
+        (r"V = -\frac{mg}{2}\cos\theta\cos\phi", r"V = -l \frac{mg}{2}\cos\theta\cos\phi"),
+        (r"V = -\frac{l}{2}\cos\theta\cos\phi", r"V = -m g \frac{l}{2}\cos\theta\cos\phi"),
+        (r"R_1 = \cos\theta\sin\phi", r"R_1 = \frac{m g}{4} \cos\theta\sin\phi"),
+    )
+    mends = [pp.diagnose([wrong], rod="thin").findings[0].mends[0] for wrong, _ in missing]
+    assert [mend.latex for mend in mends] == [right for _, right in missing]
+    assert mends[0].cost < mends[1].cost < mends[2].cost < ONE_CHANGE
