@@ -67,11 +67,12 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
         _, more = block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
         if not np.isfinite(more).all():
             return None
-        a, wrench, placed = np.split(more[:, :-1].reshape(len(t), parts, -1), [joints, 7 * joints], -1)
-        placed = placed.reshape(len(t), -1, 3, 4)
+        rows = more[:, :-1].reshape(len(t), parts, -1)
+        a, wrench = rows[..., :joints].reshape(len(t), -1), rows[..., joints : 7 * joints].reshape(len(t), -1, 6)
+        placed = rows[..., 7 * joints :].reshape(len(t), -1, 3, 4)
         poses = np.zeros((*placed.shape[:2], 4, 4))
         poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
-        return RodSamples(a.reshape(len(t), -1), wrench.reshape(len(t), -1, 6), poses, more[:, -1].copy())
+        return RodSamples(a, wrench, poses, more[:, -1].copy())
 
     return sample
 

@@ -215,7 +215,7 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     change = sizes[:, 1] + 4 * sizes[:, 2]  # of the function, where time changes by half an interval
     floors = np.maximum(floor, np.maximum(ROUNDING_SHARE * whole, 2 * np.spacing(np.abs(end)) / (end - begin) * change))
     reaching, intervals = least < unseen - floors, list[_Interval]()
-    for i in reaching.any(1).nonzero()[0][::-1].tolist():
+    for i in np.flatnonzero(np.any(reaching, 1))[::-1].tolist():
         which = reaching[i].nonzero()[0].tolist()
         resolved = all(unseen[i, k] <= floors[i, k] for k in which)
         ends = float(bounds[i]), float(bounds[i + 1])

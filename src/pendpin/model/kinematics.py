@@ -53,8 +53,14 @@ def _chain_poses(frames: Array, chain_tips: Array) -> Array:
 
 def tips(model: Model, link_poses: Array) -> Array:
     """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
-    ends = np.array([[*body.tip, 1.0] for body in model.bodies])
-    return np.einsum("nrij,rj->nri", link_poses[..., :3, :], ends)
+    return np.einsum("nrij,rj->nri", link_poses[..., :3, :], _with_ones(model.body_arrays.tip))
+
+
+def _with_ones(points: Array) -> Array:
+    """Points (n, 3) as poses turn and move them, (n, 4)."""
+    out = np.ones((len(points), 4))
+    out[:, :3] = points
+    return out
 
 
 def _turned(link_poses: Array, vectors: Array) -> Array:
@@ -207,7 +213,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
         placed, (velocity, spin) = poses(model, run.q), _motion_of_bodies(model, run.q, run.v)
-        centres = np.einsum("nrij,rj->nri", placed[..., :3, :], [[*body.com, 1.0] for body in model.bodies])
+        centres = np.einsum("nrij,rj->nri", placed[..., :3, :], _with_ones(model.body_arrays.com))
         omega, frames = spin * SIGNS, FLIP @ placed[..., :3, :3] @ FLIP
         orbital = cross(centres, tree.m[:, None] * applied(placed[..., :3, :3], velocity))
     turned = np.einsum("nrij,nrj->ni", frames, omega * tree.inertia)
@@ -216,7 +222,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
-    centres = np.array([[*body.com, 1.0] for body in model.bodies])
+    centres = _with_ones(model.body_arrays.com)
     weights = -model.body_arrays.mass[:, None, None] * (np.array([*field, 0.0])[:, None] * centres[:, None])
     # Not `@`: BLAS adds up in another order for another number of rows, and a sample's energy must not depend on how many
     # are computed with it (with OpenBLAS 1, 2, 3, 6 and 7 rows of 48 numbers have other bits than among 9).

@@ -89,8 +89,10 @@ class IntegrationLoop(ABC):
         """The run as far as it was integrated, and why and where it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
-        nv, end = self.nv, 2 * self.nv + self.accounts
-        q, v, work, torque = (part.copy() for part in np.split(done.samples, [nv, 2 * nv, end], axis=1))
+        nv, end, rows = self.nv, 2 * self.nv + self.accounts, done.samples
+        q, v, work, torque = (
+            x.copy() for x in (rows[:, :nv], rows[:, nv : 2 * nv], rows[:, 2 * nv : end], rows[:, end:])
+        )
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
         motion = self.times[: done.n], q, v, torque if torque.shape[1] else None, work

@@ -94,7 +94,8 @@ def run_prepared(
     except Halted as error:
         return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), saver)
     run = integrate_to_end(loop, prepared.q, prepared.v, saver)
-    run = replace(run, notes=(*prepared.notes, *notes_on_stiffness(scene, run.steps)))
+    if notes := (*prepared.notes, *notes_on_stiffness(scene, run.steps)):
+        run = replace(run, notes=notes)
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy

@@ -237,9 +237,10 @@ class RunRecord:
         n, rods = len(self.t), self._derived.rod_reactions
         given = () if rods is None or callable(rods) else rods  # those still to be computed are wrenches, turned
         arrays = [array.reshape(n, -1) for array in (self.t, self.q, self.v, *self._derived[:-1], *given)]
-        if all(np.abs(array).max(initial=0.0) <= LARGEST for array in arrays):  # False for NaN
+        if sum(float(np.vdot(array, array)) for array in arrays) <= LARGEST**2:  # nor is one NaN: told at a glance
             return n
-        return int(np.argmin(np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)))
+        fine = np.all([(np.abs(array) <= LARGEST).all(1) for array in arrays], 0)
+        return n if fine.all() else int(np.argmin(fine))
 
     def save(self, path: str | Path) -> Path:
         """Write everything to an .npz file, whole or not at all. Raises InputError where that cannot be."""

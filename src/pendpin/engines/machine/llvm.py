@@ -267,8 +267,8 @@ class Block:
         for i, table in enumerate(tables):
             addresses = (part.ctypes.data for part in self._kept[2 * i : 2 * i + 2])
             self._whole[HEADER + TABLE * i :][:TABLE] = *addresses, len(table.times)
-        cells, self.inputs = np.split(self._cells[first:], [len(numbers)])
-        cells[:] = numbers
+        behind = first + len(numbers)
+        self._cells[first:behind], self.inputs = numbers, self._cells[behind:]
         self._pointer = np.array([self._cells.ctypes.data])
         self.address = self._pointer.ctypes.data  # of the address of the cells
 
