@@ -6,7 +6,7 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.dynamics.contacts import Contacts, Mode, Scales
-from pendpin.dynamics.falls import Guards, LowFall, falls_of, guards_of, rates_and_mode
+from pendpin.dynamics.falls import LowFall, falls_of, guards_of, rates_and_mode
 from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY, Derivative, ProgressCallback
 from pendpin.errors import InputError, RunError
@@ -22,7 +22,6 @@ from pendpin.trajectory import Event
 SAMPLES_A_SEGMENT = 64  # output times of a segment
 MOST_AT_ONCE = 200  # events at the same time
 LANDED = 2.0  # of the time of a fall: where a segment ends if the joint has not come down, as the forces have changed
-WAYS = 64  # in which joints may slide, for which guards are kept
 
 
 class LoopWithEvents(IntegrationLoop):
@@ -37,7 +36,6 @@ class LoopWithEvents(IntegrationLoop):
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
         self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
-        self._guards_by_ways = dict[bytes, Guards]()  # where no joint is held, only the ways that joints slide matter
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,), after the impacts that are due at the start."""
@@ -71,7 +69,9 @@ class LoopWithEvents(IntegrationLoop):
             q, v = self._angles(y)
             fall = falls_of(self.contacts, t, q, v, mode).low(t, q, self.scales, self._method.step_tolerance)
         end = end if fall is None else min(end, t + LANDED * fall.longest)
-        guards, stepper = self._guards(y, mode, fall), self._stepper(float(self.pace.shortest[corner]), mode, fall)
+        scales = self.scales if fall is None else fall.scales
+        guards = guards_of(self.contacts, y[: self.nv], mode, scales, self._method.tolerance)
+        stepper = self._stepper(float(self.pace.shortest[corner]), mode, fall)
         due = times
         if any(sampled.is_instant(end) for sampled in self.held):  # what is at the end belongs to the next segment
             due = times[times < end - instant(t, end - t)]
@@ -105,19 +105,6 @@ class LoopWithEvents(IntegrationLoop):
         """The scales of the run, once it has begun."""
         assert self._scales is not None
         return self._scales
-
-    def _guards(self, y: Array, mode: Mode, fall: LowFall | None) -> Guards:
-        """The guards of a mode from the state y (size,) on."""
-        tolerance = self._method.tolerance
-        if fall is not None or mode.holds:
-            scales = self.scales if fall is None else fall.scales
-            return guards_of(self.contacts, y[: self.nv], mode, scales, tolerance)
-        if (ways := mode.sign.tobytes()) not in self._guards_by_ways:
-            if len(self._guards_by_ways) == WAYS:
-                self._guards_by_ways.clear()
-            free = Mode(np.zeros(self.nv, bool), np.frombuffer(ways), self.scales.torque)
-            self._guards_by_ways[ways] = guards_of(self.contacts, np.zeros(self.nv), free, self.scales, tolerance)
-        return self._guards_by_ways[ways]
 
     def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
         """The method, with steps up to `longest` in s; those of a fall are as short as it."""
