@@ -70,15 +70,15 @@ class Prepared:
     balance: EnergyBalance | None  # of the work of effects, if it is integrated too
 
     @classmethod
-    def of(cls, scene: Scene, energy_balance: bool = False, bound: Dynamics | None = None) -> "Prepared":
-        """The scene, bound unless it is already; as it was prepared for its last run where it may run again.
+    def of(cls, scene: Scene, energy_balance: bool = False) -> "Prepared":
+        """The scene, bound; as it was prepared for its last run where it may run again.
 
         Raises InputError for a scene that cannot be run.
         """
 
         def anew() -> Prepared:
             """Its method and engine chosen, bound again where the method integrates another form of state."""
-            chosen, dynamics = scene, bound or bind_for_run(scene)
+            chosen, dynamics = scene, bind_for_run(scene)
             q, v = start_state(dynamics.model, scene.start)
             if dynamics.contacts is not None:
                 check_start(dynamics.contacts, dynamics.model, q)
@@ -106,23 +106,19 @@ class Prepared:
         return cls(scene, bound, dynamics, q, v, EnergyBalance(dynamics) if energy_balance else None)
 
     def with_scene(self, scene: Scene) -> "Prepared":
-        """The same model and effects with another solver or start, bound again only where the state has another form.
+        """The same model and effects with another setting or start; bound again for another method or engine.
 
         Sampled torques are bound for each run, as they record its outputs.
         """
-        solver, before, model = scene.solver, self.scene.solver, self.bound.model
-        if self.bound.sampled_torques or scene.start.time != self.scene.start.time:
+        same = all(getattr(scene.solver, name) == getattr(self.scene.solver, name) for name in ("method", "engine"))
+        if not same or self.bound.sampled_torques or scene.start.time != self.scene.start.time:
             return Prepared.of(scene, self.balance is not None)
-        if (solver.method, solver.engine) == (before.method, before.engine):
-            if scene.start is self.scene.start:
-                return replace(self, scene=scene)
-            q, v = start_state(model, scene.start)
-            if self.bound.contacts is not None:
-                check_start(self.bound.contacts, model, q)
-            return Prepared._from_start(scene, self.balance is not None, self.bound, q, v)
-        same = solver.engine == before.engine or (solver.engine == "auto" and not self.bound.engine.compiles)
-        same &= _form_of(solver.method, model) == _form_of(before.method, model)
-        return Prepared.of(scene, self.balance is not None, self.bound if same else None)
+        if scene.start is self.scene.start:
+            return replace(self, scene=scene)
+        q, v = start_state(self.bound.model, scene.start)
+        if self.bound.contacts is not None:
+            check_start(self.bound.contacts, self.bound.model, q)
+        return Prepared._from_start(scene, self.balance is not None, self.bound, q, v)
 
     @property
     def compiles(self) -> bool:
