@@ -195,6 +195,10 @@ def test_a_summary_says_what_is_pushed_and_the_whole_note() -> None:
         run = pp.simulate(pp.Scene(model=pp.Chain(rods=[rod]), effects=effects, start=start, duration=1.0))
     assert "compression up to" in repr(run)
     assert "tension from -" not in repr(run)
+    upright = pp.Scene(model=pp.Chain(rods=[rod]), effects=effects[:1], start=pp.Start(positions={"theta": np.pi}))
+    shown = repr(pp.simulate(upright, duration=1.0))
+    assert "compression from 29.43 to 29.43 N" in shown
+    assert "tension" not in shown
     note = "a note of many words " * 20
     assert note in repr(replace(run, stats=replace(run.stats, notes=(note,))))
 

@@ -166,9 +166,11 @@ def text(run: Any) -> str:
     parts = [f"{name} {rows[name]}" for name in ("at rest from", SWING, TILT) if name in rows]
     if "R3 largest" in rows:
         least, largest = rows["R3 least"], rows["R3 largest"]
-        if least.value < 0:
-            pushed = f"compression up to {-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
-            parts.append(f"{pushed}, tension up to {largest}")
+        pushed = f"{-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
+        if largest.value < 0:
+            parts.append(f"compression from {-largest.value:.4g} to {pushed}")
+        elif least.value < 0:
+            parts.append(f"compression up to {pushed}, tension up to {largest}")
         else:
             parts.append(f"tension R3 from {least.value:.4g} to {largest}")
     parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean period"))][:1]
