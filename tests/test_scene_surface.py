@@ -252,6 +252,9 @@ def test_slips_are_noted() -> None:
     scene = builtin_scene().replace({"start.positions.theta": 45.0})
     with pytest.warns(Note, match="theta: 45 rad is more than a whole turn"):
         pp.simulate(scene, duration=0.1)
+    stop = pp.effects.Stop(upper=30.0, joints=["theta"])
+    with pytest.warns(Note, match=r"effects\[1\].upper: 30 rad is more than a whole turn"):
+        pp.simulate(builtin_scene().replace(effects=[*builtin_scene().effects, stop]), duration=0.1)
     with pytest.warns(Note, match="nothing acts"):
         pp.simulate(builtin_scene().replace(effects=[]), duration=0.1)
 

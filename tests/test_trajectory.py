@@ -142,3 +142,5 @@ def test_a_record_shows_and_names_its_numbers(run: pp.Trajectory) -> None:
     assert "effort_gravity_theta" in run
     assert repr(record) in repr(run)
     assert not hasattr(record, "plot")
+    with pytest.raises(pp.InputError, match="energy_balance=True"):
+        replace(record, work={})["work_gravity"]

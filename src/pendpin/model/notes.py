@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.effects import AsWritten, Drag, Effect
+from pendpin.effects import AsWritten, Drag, Effect, Motor, Spring, Stop
 from pendpin.errors import PendpinError, choices, shown
 from pendpin.model import kinematics
 from pendpin.model.bodies import WrittenJoint
@@ -13,6 +13,7 @@ from pendpin.scene import Chain, Scene, scene_of
 from pendpin.trajectory import RunRecord
 
 TURN = 2 * np.pi
+ANGLES = ("rest", "target", "lower", "upper")  # of springs, motors and stops
 MOST_NAMED = 3  # in a note
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
 
@@ -26,6 +27,13 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
             f"start.positions.{model.joints[joint]}: {q[joint]:.6g} rad is more than a whole turn; "
             'for degrees write unit = "degrees" in [start]'
         )
+    if not model.slides.any():
+        lines += [
+            f"effects[{i}].{name}: {getattr(effect, name):.6g} rad is more than a whole turn; effects have no degrees"
+            for i, effect in enumerate(scene.effects)
+            for name in ANGLES
+            if isinstance(effect, Spring | Motor | Stop) and abs(getattr(effect, name, None) or 0.0) > TURN
+        ]
     positions, moved = scene.start.positions, homes(model.written or (), scene.effects)
     if isinstance(positions, dict) or not positions:
         begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]

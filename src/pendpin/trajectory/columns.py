@@ -127,7 +127,10 @@ def place_of(run: Any, name: str) -> Place:
         unnumbered = name.removesuffix(f"_{tips}")  # tip_x_2 of two rods is tip_x, theta_1 of a single rod theta
         name = unnumbered if unnumbered in places else name
     if name not in places:
-        raise InputError(f"{shown(name)} is not a quantity of this run{nearest_or_all(name, tuple(places))}")
+        without_works = str(name).startswith("work_") and not run.work
+        remedy = "; energy_balance=True (--energy-balance) adds the works"
+        hint = remedy if without_works else nearest_or_all(name, tuple(places))
+        raise InputError(f"{shown(name)} is not a quantity of this run{hint}")
     return places[name]
 
 
