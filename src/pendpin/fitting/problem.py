@@ -34,6 +34,7 @@ POLISHED = 0.01  # of the noise of one residual: what another step would gain of
 LONGEST = 3.0  # natural scales: the first step, within which residuals are nearly linear
 TOLERANCE = 1e-10  # of the motions; pieces magnify it a thousandfold at most, and sensors show 1e-5 rad
 EVALUATIONS, FEW = 2000, 10  # at most, for each time scale of the data and some more; good models take 100
+MOST_KEPT = 256  # motions with the same numbers: the last ones of all pieces of most data
 LOST = 1e6  # a residual that is no number, in units of the weights
 AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may accelerate by and stay
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
@@ -98,6 +99,8 @@ class Bound:
             most=EVALUATIONS * (FEW + (times[-1] - times[0]) / self.pendulum.pace),
         )
         motion = states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv])
+        if len(self.moved) == MOST_KEPT:
+            self.moved.pop(next(iter(self.moved)))
         self.moved[start.tobytes(), times.tobytes()] = motion
         return motion
 
