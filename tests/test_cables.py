@@ -15,6 +15,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.integrate import solve_ivp
+from scipy.optimize import root
 
 import pendpin as pp
 from pendpin import effects as fx
@@ -213,6 +214,25 @@ def test_an_anchor_grows_into_a_joint(lengths: tuple, thetas: tuple, aside: floa
     order = np.log10(np.divide(errors[:-1], errors[1:]))
     assert np.all(np.abs(order - 1) < 0.1), (order, errors)
     assert errors[-1] < 1e-4
+
+
+def test_a_rope_on_a_stiff_anchor_comes_to_rest_from_afar() -> None:
+    """20 rods of 5 g on 1e6 N/m, stretched by a metre at the start: each rod lies along the force at its middle."""
+    n, mass, length, point, stiffness = 20, 0.005, 0.1, (0.0, 1.0, -0.3), 1e6
+    model = pp.Chain(rods=[pp.Rod(length=length, mass=mass, radius=0.002, joint="hinge", copies=n)])
+    scene = still(model, fx.Gravity(), fx.Anchor(link=f"rod_{n}", point=point, stiffness=stiffness), theta_1=-0.9)
+
+    def gap(force: np.ndarray) -> np.ndarray:
+        """Of the tip and where the anchor's force puts it, m, with the force (2,) N at the support along y and up."""
+        sideways, up = force[0], force[1] - mass * 9.81 * (np.arange(n) + 0.5)
+        size = np.hypot(sideways, up) / length
+        tip = np.array([(sideways / size).sum(), -(up / size).sum()])
+        at_end = np.array([sideways, n * mass * 9.81 - force[1]])
+        return tip + at_end / stiffness - point[1:]
+
+    force = root(gap, [0.3, 0.6], tol=1e-13).x
+    rest = at_rest(scene)
+    assert np.hypot(rest["R2_1"][0], rest["R3_1"][0]) == pytest.approx(np.hypot(*force), rel=1e-7)
 
 
 def test_an_anchor_is_a_spring_and_a_damper() -> None:
