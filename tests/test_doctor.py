@@ -147,7 +147,7 @@ def test_the_printed_derivation_has_exactly_its_faults():
     assert r"\dot{\phi}^2+\dot{\theta}^2cos^2" in sign.mends[0].latex
     assert "bracket" in sign.remark
     assert first.mends[0].latex.count(r"\frac{ml^2}{12}") == second.mends[0].latex.count(r"\frac{ml^2}{12}") == 2
-    assert found.shared[0].numbers == [5, 6]
+    assert found.shared[0][2] == [5, 6]
     assert "about the joint" in str(found)
     assert str(found).startswith("Equation 2, line 4, is the first wrong one: the sign of")
 

@@ -6,12 +6,10 @@ from fractions import Fraction
 import pytest
 
 import pendpin as pp
-from pendpin.doctor.checking.conditions import _may_mean, _zero_is_said, conditions, rounded
+from pendpin.doctor.checking.conditions import _may_mean, conditions
 from pendpin.doctor.checking.dimensions import NONE, dimension, unit
 from pendpin.doctor.checking.evaluation import LARGEST
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.names import Vocabulary, raw
 from pendpin.doctor.reading.tree import Node
 from pendpin.doctor.systems.base import System
 from pendpin.doctor.systems.rod import SPECS
@@ -137,37 +135,6 @@ def test_a_special_case_sets_what_it_says(rod: str) -> None:
     assert {one.words: dict(one.instead) for one in found if one.system is None} == SETS
     assert [one.words for one in found if not one.free] == ["at the pole, phi = ±90°"]
     assert all(one.system.spec.kind in SPECS and not one.instead for one in found if one.system is not None)
-
-
-def test_an_equation_says_that_one_quantity_is_0() -> None:
-    """Not that it is 1, nor that two are equal, nor that a sum is 0."""
-    symbol, zero, one = Node("symbol", (0, 0), "R1"), *(Node("number", (0, 0), Fraction(n)) for n in (0, 1))
-    both = Node("sum", (0, 0), (1, 1), (symbol, symbol))
-    said = [
-        _zero_is_said(Equation(sides))
-        for sides in ((symbol, zero), (zero, symbol), (symbol, one), (symbol, symbol), (both, zero))
-    ]
-    assert said == [True, True, False, False, False]
-
-
-@pytest.mark.parametrize(
-    ("equation", "same"),
-    [
-        (r"\sqrt{2} = 1.414", True),
-        (r"\sqrt{2} = 1.4", True),
-        (r"\sqrt{2} = 1.415", False),
-        (r"1.41421356 = \sqrt{2}", True),
-        (r"1.41421357 = \sqrt{2}", False),
-        (r"2/7 = 0.2857", True),
-        (r"2/7 = 0.2858", False),
-        (r"\sqrt{4} = 2", False),  # nothing is rounded
-        (r"m = 1.5", False),  # a symbol
-    ],
-)
-def test_printed_digits_are_rounded(equation: str, same: bool) -> None:
-    """Half a unit of the last one, at most."""
-    [sides] = parse(equation, Vocabulary(raw))
-    assert rounded(Equation(tuple(sides)), System(SPECS["thin"])) == same
 
 
 @pytest.mark.parametrize(

@@ -23,12 +23,9 @@ WRONG = [
     (r"\ddot\phi = -\dot\theta\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi", None),
     (r"y = \frac{l}{2}\sin\theta", None),
     (r"R_3 = \frac{ml}{2}\dot\phi^2 + mg\cos\theta\cos\phi", None),
-    (r"\hat{y} = \cos\theta\,\hat{a}_2 + \sin\theta", None),
-    ("v_G = l/2*(dphi*b1 + dtheta*cos(phi))", None),
     ("M_3 = M_c", "M_3 = cos(phi)*M_c"),
     ("T = m*l**2/6*(dphi**2 + dtheta**2*cos(phi)**2) + m*g*l", None),
     ("ddphi = dtheta**2*sin(phi)*cos(phi) - 3*g*sin(theta)*sin(phi)/(2*l)", None),
-    ("y = l/2*cos(theta)*sin(phi)", "y = l/2*cos(phi)*sin(theta)"),
     (
         r"\frac{d}{dt}\left(\frac13ml^2\dot\theta\cos\phi\right) = -\frac12mgl\sin\theta\cos\phi",
         r"\frac{d}{dt}\left(\frac13ml^2\dot\theta\cos^2 \phi\right) = -\frac12mgl\sin\theta\cos\phi",
@@ -107,24 +104,6 @@ def test_a_root_may_be_missing():
     right, wrong = pp.diagnose(SWINGING.replace(r"\sqrt{\frac{m g s}{I_A}}", r"\frac{m g s}{I_A}")).findings
     assert (right.verdict, wrong.verdict) == ("holds", "fails")
     assert wrong.mends[0].words == r"\omega should be \omega^2"
-
-
-TWO_ACCELERATIONS = """d = theta1 - theta2
-den = 2*m1 + m2 - m2*cos(2*d)
-a1 = (-g*(2*m1 + m2)*sin(theta1) - m2*g*sin(theta1 - 2*theta2) - 2*sin(d)*m2*(w2**2*l2 + w1**2*l1*cos(d)))/(l1*den)
-a2 = 2*sin(d)*(w1**2*l1*(m1 + m2) + g*(m1 + m2)*cos(theta1) + w2**2*l2*m2*cos(d))/(l2*den)
-"""
-
-
-def test_what_a_name_means_beside_the_like_of_it_is_mended():
-    """a2 is the acceleration of the second body where a1 is that of the first; alone it may be anything."""
-    wrong = TWO_ACCELERATIONS.replace("*cos(theta1)", "*cos(theta2)")
-    assert verdicts(pp.diagnose(TWO_ACCELERATIONS)) == ["holds"] * 4
-    found = pp.diagnose(wrong).findings
-    assert [finding.verdict for finding in found] == ["holds"] * 3 + ["fails"]
-    assert found[3].mends[0].latex == TWO_ACCELERATIONS.splitlines()[3]
-    alone = "\n".join(line for line in wrong.splitlines() if not line.startswith("a1"))
-    assert "fails" not in verdicts(pp.diagnose(alone))
 
 
 CART = """(M + m)*ẍ + m*l*θ̈*cos(θ) - m*l*θ̇**2*sin(θ) = F

@@ -5,7 +5,7 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pendpin.doctor.checking.exact import need_sympy
+from pendpin.doctor.checking.check import need_sympy
 from pendpin.doctor.diagnosis import examine
 from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements, text_of
 from pendpin.doctor.report import Diagnosis

@@ -1,11 +1,10 @@
 """The doctor's main line: a document in, a verdict and mends for each of its equations out."""
 
-import re
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property
-from itertools import islice, product
+from itertools import islice
 from typing import Any
 
 import numpy as np
@@ -22,7 +21,7 @@ from pendpin.doctor.checking.conditions import (
 )
 from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
@@ -31,7 +30,7 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, parts, symbols, with_meaning
+from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
 from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, linearised, random_states
@@ -40,8 +39,6 @@ from pendpin.doctor.verdicts import judge
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
-SLIGHT = 1.3  # what a change costs less than that leaves no doubt of what a letter means
-NEIGHBOURS = 3  # equations that hold in a reading, so that a symbol that stands in one alone may be called a slip
 
 
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
@@ -110,19 +107,20 @@ class _Doctor:
         except Unread as error:
             if said:
                 return replace(found, kind="condition", remark=said), []
-            if healed := self._mended_without_value(found, one, error):
-                return healed, []
-            mixed = isinstance(error, Mismatch)
-            return replace(found, remark=error.reason) if mixed else self._unread(found, one, error.reason), []
+            if isinstance(error, Mismatch):
+                return replace(found, remark=error.reason), []
+            return self._unread(found, one, error.reason)
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
         if verdict.holds:
             if idle := self._idle(one):
-                return self._mended_as_quantity(found, one) or replace(found, remark=idle, unknown=(one.defines,)), []
+                return replace(found, remark=idle, unknown=(one.defines,)), []
             found = replace(found, verdict="holds", proved=verdict.proved, equation=equation, error=verdict.error)
             return replace(found, remark=_joined(one.remark, verdict.remark)), []
         if equation.names <= set(self.system.spec.state) and said:
             return replace(found, kind="condition", remark=said), []
+        if not equation.names - {"pi"}:
+            return replace(found, kind="condition", remark="it is about numbers alone: nothing to check"), []
         for reading in one.readings():
             if condition := holds_as_stated(reading, self.system, one.statement.context):
                 found = replace(found, verdict="holds if", condition=condition, equation=reading, remark=one.remark)
@@ -149,56 +147,33 @@ class _Doctor:
 
         readings = sorted(readings, key=lambda candidate: -agreement(candidate[0]))[:MOST_READINGS]
         for equation, _ in readings:
-            if condition := self._holds_without_loads(equation):
-                return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
             if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
-                healed = mends(self._patient(one, equation), False)
+                healed = tuple(mends(self._patient(one, equation), False))
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
-                return replace(found, mends=tuple(healed), remark=one.remark)
+                return replace(found, mends=healed, remark=one.remark)
         system = self._to_first_order(one) or self.system
         healed = [mends(self._patient(one, equation, system), pairs) for equation, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
-        if costs[best] >= SLIGHT and (meant := self._mended_as_quantity(found, one)):
-            return meant
         equation, error = readings[best]
-        remarks = [one.remark]
+        remarks = [one.remark, found.remark]
         if linear := system is not self.system:
             remarks.append("it is compared to the first order in the angles")
             error = relative_error(equation, random_states(system))
         for convention in self.reading.conventions:  # that would make it right
-            with suppress(Unread):
-                if relative_error(equation, random_states(replace(self.system, convention=convention))) < TOLERANCE:
-                    remarks.append(f"it holds if {convention.words}")
-                    break
+            if holds(equation, random_states(replace(self.system, convention=convention))):
+                remarks.append(f"it holds if {convention.words}")
+                break
         said = {"error": error, "when": when(equation, system), "dimensions": of_equation(equation, system.spec)[1]}
         found = replace(found, **said, equation=equation, linear=linear)
-        alike = (
-            mend for mend in healed[best] if mend.count == 1 or not of_equation(mend.equation, self.system.spec)[1]
-        )
-        if right := tuple(alike):
+        one_or_sound = (m for m in healed[best] if m.count == 1 or not of_equation(m.equation, self.system.spec)[1])
+        if right := tuple(one_or_sound):
             return replace(found, verdict="fails", proved=not linear, mends=right, remark=_joined(*remarks))
         if self.reading.unknown:
             words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, remark=words)
         words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
         return replace(found, remark=_joined(words, *remarks))
-
-    def _holds_without_loads(self, equation: Equation) -> str:
-        """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
-        known = {part.written for other in self.neighbours for part in parts(other.sides)}
-        nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
-        letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
-        for written, meaning in letters.items():
-            if written and written not in known and meaning in self.system.spec.still:
-                letter = f"{written.letter}_{written.index}".rstrip("_")
-                own = replace(
-                    equation, sides=tuple(with_meaning(side, written, f"?{letter}") for side in equation.sides)
-                )
-                sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
-                if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
-                    return condition
-        return ""
 
     def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
         """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
@@ -222,31 +197,27 @@ class _Doctor:
                 found = replace(found, follows=sources[0].number)
         return found
 
-    def _unread(self, found: Finding, one: Printed, reason: str) -> Finding:
+    def _unread(self, found: Finding, one: Printed, reason: str) -> tuple[Finding, list[Candidate]]:
         """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
+        lacking, name = one.lacking, one.defines.lstrip("?")
         if idle := self._idle(one):
-            return replace(found, kind="definition", remark=idle, unknown=(one.defines,))
+            return replace(found, kind="definition", remark=idle, unknown=(one.defines,)), []
         if one.defines and not one.unknown - {one.defines}:
-            words = f"it says what {one.defines.lstrip('?')} is"
-            return replace(found, verdict="holds", kind="definition", remark=words)
-        if len(one.lacking) <= MOST_LOADS and not one.defines:
-            for equation in one.readings():
-                if condition := loads_at_zero(equation, self.system, one.lacking):
-                    found = replace(found, verdict="holds if", condition=condition, kind="equation of motion")
-                    return replace(found, equation=without(equation, one.lacking))
-            # with a load that a small change makes hold where the load is 0, as another of the text holds there
-            others = (other for other in self.reading.equations if other is not one and other.lacking == one.lacking)
-            alike = (loads_at_zero(e, self.system, one.lacking) for o in others if not o.defines for e in o.readings())
-            condition = next(filter(None, alike), "") if not self.reading.unknown else ""
-            equation = without(next(one.readings()), one.lacking)
+            return replace(found, verdict="holds", kind="definition", remark=f"it says what {name} is"), []
+        for equation in one.readings() if len(lacking) <= MOST_LOADS and not one.defines else ():
+            if condition := loads_at_zero(equation, self.system, lacking):
+                found = replace(found, verdict="holds if", condition=condition, kind="equation of motion")
+                return replace(found, equation=without(equation, lacking)), []
+        # with a load a small change may make it hold where the load is 0, as another of the text holds there
+        others = [o for o in self.reading.equations if o is not one and o.lacking == lacking and not o.defines]
+        alike = (loads_at_zero(e, self.system, lacking) for o in others for e in o.readings())
+        if not one.defines and lacking and not self.reading.unknown and (condition := next(filter(None, alike), "")):
+            equation = without(next(one.readings()), lacking)
             with suppress(Unread):
-                error = relative_error(equation, random_states(self.system)) if condition else 0.0
-                if error > TOLERANCE and (healed := mends(self._patient(one, equation), False)):
-                    moment = when(equation, self.system)
-                    found = replace(found, verdict="fails", kind="equation of motion", error=error, when=moment)
-                    remark = f"compared where {condition}, as another equation holds"
-                    return replace(found, proved=True, mends=tuple(healed), remark=remark, equation=equation)
-        return replace(found, remark=reason, unknown=tuple(sorted(one.unknown)))
+                error = relative_error(equation, random_states(self.system))
+                remark = f"compared where {condition}, as another equation holds"
+                return replace(found, kind="equation of motion", remark=remark), [(equation, error)]
+        return replace(found, remark=reason, unknown=tuple(sorted(one.unknown))), []
 
     def _names_energies(self, one: Printed) -> bool:
         """Whether it only gives energies their names, as L = T - U, whatever the text takes T and U to be."""
@@ -256,67 +227,13 @@ class _Doctor:
         words = replace(one.words, chosen={})
         equation = Equation(tuple(bound(side, words) for side in one.sides))
         readings = (e for e in equation.readings(words) if e.names <= {"T", "V", "L", "E"} and len(e.names) > 2)
-        return any(relative_error(e, random_states(self.system)) < TOLERANCE for e in readings)
+        return any(holds(e, random_states(self.system)) for e in readings)
 
     def _idle(self, one: Printed) -> str:
         """What to write of a symbol that an equation defines and nothing uses, so that nothing tells whether it is right."""
         name = one.defines.lstrip("?")
         idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
         return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
-
-    def _mended_as_quantity(self, found: Finding, one: Printed) -> Finding | None:
-        """An equation that a slight change makes one of the quantity that the symbol alone on its left stands for.
-
-        That is what the letter usually means, where the text made it its own, or what the like of it is for another body,
-        as a_2 beside a_1.
-        """
-        left = one.sides[0].written
-        if left is None or left.dots or self.reading.unknown or len(one.sides) != 2:
-            return None
-        name, chosen = (left.letter, left.index), one.words.chosen
-        usual = replace(one.words, chosen={other: meaning for other, meaning in chosen.items() if other != name})
-        meanings = [*usual(left)] if name in chosen else []
-        for other in self.reading.equations if left.index.isdigit() else ():
-            like = other.sides[0].written if len(other.sides) == 2 else None
-            alike = like and like != left and like == replace(left, index=like.index)
-            if like and alike and (quantity := quantity_of(other, self.system)):
-                meanings.append(re.sub(rf"{like.index}(?!\d)", left.index, quantity[0]))
-        words = replace(one.words, chosen=chosen | {name: ""})
-        ways = tuple((tuple(bound(side, words) for side in sides), tight) for sides, tight in one.ways)
-        own = replace(one, words=words, ways=ways)
-        for equation, meaning in product(islice(own.readings(), MOST_READINGS), dict.fromkeys(meanings)):
-            meant = replace(equation, meanings=equation.meanings | {str(equation.sides[0].value): meaning})
-            with suppress(Unread):
-                error, patient = relative_error(meant, random_states(self.system)), self._patient(own, meant)
-                if error > TOLERANCE and (healed := tuple(m for m in mends(patient, False) if m.cost < SLIGHT)):
-                    kind, moment = kind_of(meant, self.system.spec), when(meant, self.system)
-                    found = replace(found, verdict="fails", proved=True, error=error, when=moment, kind=kind, remark="")
-                    return replace(found, mends=healed, equation=meant)
-        return None
-
-    def _mended_without_value(self, found: Finding, one: Printed, error: Unread) -> Finding | None:
-        """An equation without a value that a small change gives one with which it holds; None for any other.
-
-        It mixes numbers and vectors, or has a symbol that stands nowhere else in a text of which other equations hold.
-        """
-        if self.reading.unknown:
-            return None
-        if isinstance(error, Mismatch):
-            if one.sides[0].kind == "symbol" and len(one.sides) == 2 and not self.reading.chosen:
-                return None
-        else:
-            others = [other for other in self.reading.equations if other is not one]
-            right = sum(holding(other, self.system) is not None for other in others)
-            letters = {bare(name) for other in others for name in other.names}
-            strange = {*map(bare, one.unknown)}
-            if len(strange) != 1 or strange & letters or one.defines or right < NEIGHBOURS:
-                return None
-        for equation in islice(one.readings(), 2):
-            if healed := mends(self._patient(one, equation), False):
-                kind = kind_of(healed[0].equation, self.system.spec)
-                found = replace(found, verdict="fails", proved=True, error=1.0, when="in every motion", kind=kind)
-                return replace(found, mends=tuple(healed), remark=error.reason)
-        return None
 
     def _to_first_order(self, one: Printed) -> System | None:
         """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""

@@ -10,7 +10,7 @@ from functools import cached_property, lru_cache
 import numpy as np
 
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, relative_error
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
 from pendpin.doctor.reading.names import (
@@ -373,9 +373,8 @@ def holding(one: Printed, system: System) -> Equation | None:
     if one.defines and len(one.sides) == 2:
         return None
     for equation in one.meant(system.spec):
-        with suppress(Unread):
-            if relative_error(equation, random_states(system)) < TOLERANCE:
-                return equation
+        if holds(equation, random_states(system)):
+            return equation
     return None
 
 

@@ -6,11 +6,11 @@ from collections import Counter
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from importlib import resources
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.exact import in_symbols
+from pendpin.doctor.checking.check import in_symbols
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, residuals
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.tree import Unread
@@ -89,14 +89,6 @@ class Finding:
                 yield "mend", [("without that condition: ", "dim"), (self.mends[0].words, "")]
 
 
-class Shared(NamedTuple):
-    """One mend that heals several equations, by their numbers."""
-
-    old: str
-    new: str
-    numbers: list[int]
-
-
 @dataclass(frozen=True, eq=False, repr=False)
 class Diagnosis(Result):
     """Every equation with its verdict, for the system that they were checked for."""
@@ -129,13 +121,13 @@ class Diagnosis(Result):
         return tuple(finding for finding in self.findings if finding.doubtful)
 
     @property
-    def shared(self) -> list[Shared]:
-        """The changes that mend several equations."""
+    def shared(self) -> list[tuple[str, str, list[int]]]:
+        """The changes that mend several equations: what is replaced, by what, and the numbers of the equations."""
         groups: dict[tuple[str, str], list[int]] = {}
         for finding in self.wrong:
             if finding.mends and (mend := finding.mends[0]).old and mend.new:
                 groups.setdefault((mend.old, mend.new), []).append(finding.number)
-        return [Shared(*pair, numbers) for pair, numbers in groups.items() if len(numbers) > 1]
+        return [(*pair, numbers) for pair, numbers in groups.items() if len(numbers) > 1]
 
     def report(self) -> Report:
         """The report line by line, the findings as data (docs/doctor.md), and the first line where all is not well."""
@@ -203,7 +195,7 @@ def first_screen(diagnosis: Diagnosis) -> list[str]:
     unchecked = [one for one in diagnosis.findings if one.verdict == "not checked" and one.kind != "condition"]
     if known and (left := [one for one in unchecked if not one.when]):  # and what to write so that they are checked
         symbols = list(dict.fromkeys(name.lstrip("?") for one in left for name in one.unknown))
-        pairs = ",".join(f"{name}={_likely(name, diagnosis.system)}" for name in symbols[:MOST_SYMBOLS])
+        pairs = ",".join(f"{name}=..." for name in symbols[:MOST_SYMBOLS])
         why = f"say what these symbols are: --symbols {pairs}" if symbols else "the reasons are below."
         answer.append(f"{len(left)} of {count} equations {'are' if left[1:] else 'is'} NOT CHECKED; {why}")
     elif not wrong and not doubtful and known:
@@ -242,12 +234,6 @@ def _listed(findings: Iterable[Finding]) -> str:
 def _few(every: tuple[str, ...] | list[str]) -> str:
     """The first of some words, and how many more there are."""
     return ", ".join(every[:MOST_LISTED]) + f" and {len(every) - MOST_LISTED} more" * (len(every) > MOST_LISTED)
-
-
-def _likely(name: str, system: System) -> str:
-    """What an unknown symbol probably is: F_1 a force of the joint."""
-    force = re.fullmatch(r"[FNSXQP]_([123])", name)
-    return f"R_{force[1]}" if force and f"R{force[1]}" in system.spec.unknowns else "..."
 
 
 def explain_change(old: str, new: str) -> str:

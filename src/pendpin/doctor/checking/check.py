@@ -1,19 +1,23 @@
 """The verdict on an equation at random states, in floats and in 50 digits; in which motions it fails; laws of any system."""
 
 import re
-from contextlib import suppress
+from collections.abc import Callable
 from dataclasses import dataclass, replace
+from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.exact import in_fifty_digits
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, parts
-from pendpin.doctor.systems.base import Quantities, Spec, System, Values, free_states, random_states
+from pendpin.doctor.systems.base import STATES, Formula, Quantities, Spec, System, Values, free_states, random_states
+from pendpin.equations.base import exact
+from pendpin.ground.libraries import optional
 
 EXACT = 1e-25  # what is left in 50 digits: three derivatives within each other leave 1e-32
-SAME = 1e-8  # relative: of second derivatives eight digits are left
+PAIRS = 4  # states in 50 digits from either half of the random states
 
 
 @dataclass(frozen=True)
@@ -31,9 +35,6 @@ def check(equation: Equation, system: System) -> Verdict:
     states = random_states(system)
     error = relative_error(equation, states)
     if error > TOLERANCE:
-        with suppress(Unread):  # rates of points have no rates off the true motion
-            difference, sure = harmless(equation, system)
-            return Verdict(True, sure, 0.0, difference) if difference else Verdict(False, True, error)
         return Verdict(False, True, error)
     if not system.spec.analytic:
         return Verdict(True, False, error, "compared with the scene's dynamics at 60 random states")
@@ -58,30 +59,6 @@ def when(equation: Equation, system: System) -> str:
     alone = (name for name in rates if fails_without([rate for rate in rates if rate != name]))
     wrong = [f"as soon as {name[1:]} {'turns' if name[1:] in system.spec.angles else 'moves'}" for name in alone]
     return " and ".join(wrong) or f"only when {' and '.join(system.spec.coordinates)} both turn"
-
-
-def harmless(equation: Equation, system: System) -> tuple[str, bool]:
-    """How a Lagrangian differs from T - V where that changes no equation of motion, and whether that is so to 20 digits."""
-    lone = [side for side in equation.sides if side.kind == "symbol" and equation.meaning(side.value) == "L"]
-    others = [side for side in equation.sides if side not in lone]
-    if not lone or not others or equation.names & set(system.spec.unknowns):
-        return "", False
-
-    def is_multiple(states: Quantities, most: float) -> bool:
-        """Whether the equations of motion are the same but for a positive factor, which the halves of the states share."""
-        for ratio in (_motion(side, equation, states) / _motion(lone[0], equation, states) for side in others):
-            first, second = np.split(ratio, 2, axis=1)
-            if not (ratio > 0).all() or max(np.abs(ratio - ratio[0]).max(), np.abs(first - second).max()) > most:
-                return False
-        return True
-
-    free = free_states(system)
-    with np.errstate(all="ignore"):
-        if not is_multiple(free, SAME):
-            return "", False
-    same = np.abs(_motion(others[0], equation, free) / _motion(lone[0], equation, free) - 1).max() < SAME
-    words = f"it is T - V{'' if same else ' times a constant'} up to a total derivative, which changes no equation of motion"
-    return words, system.spec.analytic and is_multiple(in_fifty_digits(free), 1e-20)
 
 
 def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
@@ -127,3 +104,39 @@ def is_general(equation: Equation, system: System) -> bool:
     except (Unread, KeyError):
         return False
     return True
+
+
+def need_sympy() -> Any:
+    """sympy. Raises MissingLibrary where it is not installed."""
+    return optional("sympy", "the equation doctor", "sympy")
+
+
+@cache
+def in_fifty_digits(states: Quantities) -> Quantities:
+    """Some of the states in mpmath's numbers of 50 digits, as many of the second half as of the first."""
+    numbers = exact(50)
+    pi = numbers.asarray("3.14159265358979323846264338327950288419716939937510582097")
+    chosen = [place + start for start in (0, STATES // 2) for place in range(PAIRS)]
+    base = {name: numbers.asarray(values[chosen]) for name, values in states.base.items()}
+    return Quantities(base, states.system, SimpleNamespace(**vars(numbers), pi=pi), states.true)
+
+
+@cache
+def in_symbols(system: System) -> Quantities:
+    """Every quantity as sympy's expression in the state, the parameters and the unknowns."""
+    sympy = need_sympy()
+
+    def on_each(function: Callable[[Any], Any]) -> Callable[[Any], Values]:
+        one_by_one = np.frompyfunc(function, 1, 1)
+        return lambda x: np.asarray(one_by_one(np.asarray(x, dtype=object)), dtype=object)
+
+    def derivative(q: Quantities, function: Formula, variable: str) -> Values:
+        value, rates = function(q), {sympy.Symbol(name): rate[0] for name, rate in q.direction(variable).items()}
+        if variable == "t" and any(str(one) in q.spec.unknowns for x in value.flat for one in x.free_symbols):
+            raise Unread("the rate of an acceleration or reaction is not known")
+        return on_each(lambda x: sum(x.diff(symbol) * rate for symbol, rate in rates.items()))(value)
+
+    functions = {name: on_each(getattr(sympy, name)) for name in ("sin", "cos", "sqrt")}
+    numbers = SimpleNamespace(asarray=on_each(sympy.sympify), pi=sympy.pi, derivative=derivative, **functions)
+    names = (*system.spec.state, *system.spec.parameters, *system.spec.unknowns)
+    return Quantities({name: np.array([sympy.Symbol(name)], dtype=object) for name in names}, system, numbers)

@@ -13,8 +13,16 @@ from functools import cache
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import evaluate, norm
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, residuals, stack_residuals
-from pendpin.doctor.reading.tree import Node, Unread, parts, symbols
+from pendpin.doctor.checking.residuals import (
+    TOLERANCE,
+    Equation,
+    holds,
+    names_in,
+    relative_error,
+    residuals,
+    stack_residuals,
+)
+from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 from pendpin.doctor.systems.rod import SPECIAL
@@ -23,9 +31,8 @@ PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
-NO_LOAD = re.compile(
-    "[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi"
-)  # letters of what cannot be left out, also as Ip
+# letters of what cannot be left out, also as Ip
+NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -87,19 +94,11 @@ def conditions(system: System) -> list[Condition]:
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    if rounded(equation, system):
-        return "the printed digits are rounded"
-    # x, y, z as the tip's, or with z upwards, where the words say so
-    upwards = re.search(r"\bz\$? (?:points )?up|upwards|in \$?W\b|\bworld\b", context)
-    there = replace(system, convention=replace(system.convention, z="up")) if upwards else system
-    up, names, others = " with z upwards" if there != system else "", equation.names & {"x", "y", "z"}, []
+    names = equation.names & {"x", "y", "z"}
     if names and re.search(r"\btip\b", context):
         tip = replace(equation, meanings=equation.meanings | {name: f"{name}T" for name in names})
-        others.append((tip, f"x, y, z are the tip's{up}"))
-    for meaning, words in (*others, *([(equation, "z points upwards")] if up else [])):
-        with suppress(Unread):
-            if relative_error(meaning, random_states(there)) < TOLERANCE:
-                return words
+        if holds(tip, random_states(system)):
+            return "x, y, z are the tip's"
     for condition in conditions(system):  # the words state it, or hint at one that the equation may mean
         hinted = re.search(condition.hinted, context, re.IGNORECASE) and _may_mean(condition, equation, system)
         said = hinted or re.search(condition.stated, context, re.IGNORECASE)
@@ -128,12 +127,8 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
 
 def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
     """Whether an equation contains nothing, but for a name that stands alone on a side, that the condition makes vanish."""
-    several = len(equation.sides) > 1
-    fresh = set().union(*(symbols(side) for side in equation.sides if not (several and side.kind == "symbol")))
-    names = set[str]()
-    while fresh:
-        names |= fresh
-        fresh = set().union(*(symbols(equation.definitions[n]) for n in fresh & equation.definitions.keys())) - names
+    sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1]
+    names = names_in(sides, equation.definitions)
     changing = condition.absent if condition.system else frozenset[str]()
     changing = changing.union(*(dependents(system, name) for name, _ in condition.instead))
     return condition.free and changing.isdisjoint(map(equation.meaning, names))
@@ -145,11 +140,9 @@ def dependents(system: System, name: str) -> frozenset[str]:
     here, there = random_states(system), random_states(system, ((name, 0.321),))
     changing = {name, f"d{name}", f"dd{name}"}
     for other in system.spec.formulas:
-        try:
+        with suppress(KeyError, Unread):
             if other not in system.spec.unknowns and np.abs(here[other] - there[other]).max() > 1e-9:
                 changing.add(other)
-        except (KeyError, Unread):
-            continue
     return frozenset(changing)
 
 
@@ -157,36 +150,20 @@ def _holds_under(equation: Equation, system: System, condition: Condition) -> bo
     """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
     special = condition.system or system
     here, full = random_states(special, condition.instead), random_states(special)
-    try:
+    with suppress(Unread):
         if relative_error(equation, here, full) > TOLERANCE:
             return False
-        if _zero_is_said(equation):
-            return True
+        zero = any(side.kind == "number" and not side.value for side in equation.sides)
+        if zero and {side.kind for side in equation.sides} == {"symbol", "number"}:
+            return True  # it says that one quantity is 0
         if max(np.abs(size).max() for _, size in residuals(equation, here)) < TRIVIAL:
             return False
-        zero = any(side.kind == "number" and not side.value for side in equation.sides)
         for side in () if zero else equation.sides:
             special_size, size = (norm(evaluate(side, equation.context(q))).max() for q in (here, full))
             if special_size < TRIVIAL < size:
                 return False
-    except Unread:
-        return False
-    return True
-
-
-def _zero_is_said(equation: Equation) -> bool:
-    """Whether it says that one quantity is 0."""
-    kinds = {side.kind for side in equation.sides}
-    return any(side.kind == "number" and not side.value for side in equation.sides) and kinds == {"symbol", "number"}
-
-
-def rounded(equation: Equation, system: System) -> bool:
-    """Whether a side is a number with printed digits, and the other side comes to it when it is rounded."""
-    numbers = [side for side in equation.sides if side.kind == "number" and side.value.denominator > 1]
-    if len(numbers) != 1 or equation.names:
-        return False
-    digits = len(str(float(numbers[0].value)).partition(".")[2])
-    return np.abs(stack_residuals(equation, random_states(system))).max() <= 0.5000001 * 10.0**-digits
+        return True
+    return False
 
 
 def small_angles(equation: Equation, system: System) -> str:
@@ -221,22 +198,22 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | zeros)
 
 
-def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
+def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
 
-    An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
+    An equation without circular functions may hold to the first order.
     """
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not moves or (any(map(other, unknown)) and not sure):
+    if not moves or any(map(other, unknown)):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
         terms = any(np.abs(size).min() > 0 for _, size in residuals(bare, here))
-        holds = relative_error(bare, here) < TOLERANCE
-        small = "" if holds else small_angles(bare, system)
-        if terms and (small or holds):
+        right = holds(bare, here)
+        small = "" if right else small_angles(bare, system)
+        if terms and (small or right):
             words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
             return " and ".join([*words, small] if small else words)
     return ""

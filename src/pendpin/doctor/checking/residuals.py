@@ -1,6 +1,7 @@
 """An equation and its residuals at random states of the true motion."""
 
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator, Mapping
+from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -48,12 +49,7 @@ class Equation:
     @cached_property
     def names(self) -> set[str]:
         """The quantities in it, those inside definitions too."""
-        found = set[str]()
-        fresh = set().union(*map(symbols, self.sides))
-        while fresh:
-            found |= fresh
-            fresh = set().union(*(symbols(self.definitions[name]) for name in fresh & self.definitions.keys())) - found
-        return set(map(self.meaning, found))
+        return set(map(self.meaning, names_in(self.sides, self.definitions)))
 
     @cached_property
     def energies(self) -> list[Node]:
@@ -90,6 +86,15 @@ class Equation:
             lengths = [other for other in found if other not in ENERGIES] if name in both and "L" in found else []
             for other in lengths:
                 yield from replace(self, right={name: other}).readings(words)
+
+
+def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
+    """The names in some expressions, those inside definitions too."""
+    found, fresh = set[str](), set().union(*map(symbols, sides))
+    while fresh:
+        found |= fresh
+        fresh = set().union(*(symbols(definitions[name]) for name in fresh & definitions.keys())) - found
+    return found
 
 
 def _with_meanings(node: Node, meanings: dict[str, str]) -> Node:
@@ -186,3 +191,10 @@ def relative_error(equation: Equation, quantities: Quantities, full: Quantities 
     if not (np.isfinite(tops).all() and np.isfinite(bottoms).all()):
         raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
     return float((tops / np.where(bottoms, bottoms, 1.0)).max())
+
+
+def holds(equation: Equation, quantities: Quantities) -> bool:
+    """Whether an equation has a value and holds at random states."""
+    with suppress(Unread, KeyError):
+        return relative_error(equation, quantities) < TOLERANCE
+    return False

@@ -10,7 +10,6 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
-from itertools import combinations
 
 import numpy as np
 
@@ -79,7 +78,7 @@ def oddness(factor: Fraction) -> float:
 class Patient:
     """A wrong equation: one reading of what is printed, and every small change of it, written as its text is.
 
-    `numbers` holds its values at random states; without any it mixes numbers and vectors, or has an unknown symbol.
+    `numbers` holds its values at random states; None where it has none.
     """
 
     def __init__(self, printed: Printed, equation: Equation, system: System, writer: Writer) -> None:
@@ -88,27 +87,19 @@ class Patient:
         states = random_states(system)
         with suppress(Unread):
             self.numbers = Numbers(equation, states)
-        self.strange = printed.unknown if self.numbers is None else set[str]()
-        self.mixed = self.numbers is None and not self.strange
         self.context = equation.context(states)
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
         self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
     def read(self, text: str) -> Equation:
-        """The equation of a changed text, its names meaning the same. Raises Unread."""
-        equations = self.printed.read_again(text, self.equation.tight)
-        if len(equations) <= self.printed.index:
-            raise Unread("the equation is gone")
-        return replace(self.equation, sides=equations[self.printed.index])
+        """The equation of a changed text, its names meaning the same. Raises Unread, or IndexError if it is gone."""
+        return replace(self.equation, sides=self.printed.read_again(text, self.equation.tight)[self.printed.index])
 
     # --- what is listed -----------------------------------------------------------------------------------------
 
     def listed(self) -> Iterator[Change]:
-        """The changes that can be listed: of one part, of all that are printed alike, of two letters for each other."""
-        if self.strange:
-            yield from self._of_unknown_symbols()
-            return
+        """The changes that can be listed: of one part, of all that are printed alike."""
         alike: dict[tuple, list[Part]] = defaultdict(list)
         for part in self.parts:
             yield from self._of_part(part)
@@ -121,13 +112,6 @@ class Patient:
                 first = self._replaced(group[0], splices[0], cost + (0.15 if new.kind == "number" else 0.35), new)
                 swaps = {id(part.node): new for part in group}
                 yield replace(first, splices=splices, words=f"{first.words}, {where}", swaps=swaps)
-        letters = [group for group in alike.values() if group[0].node.kind == "symbol"]
-        for first, second in combinations(letters, 2):
-            a, b = (self.writer.of(group[0].node.span) for group in (first, second))
-            places = [(part, b, second[0].node) for part in first] + [(part, a, first[0].node) for part in second]
-            splices = tuple(self.writer.put(part.node.span, text) for part, text, _ in places)
-            swaps = {id(part.node): node for part, _, node in places}
-            yield Change(splices, 1.6, f"{a} and {b} are exchanged", a, b, swaps)
 
     def _of_part(self, part: Part) -> Iterator[Change]:
         node, writer = part.node, self.writer
@@ -193,7 +177,7 @@ class Patient:
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
             for other in self._alternatives(name):
-                cost = 1.05 if units.get(other) == units.get(name) else 1.15 if self.mixed else 1.3
+                cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)
                 yield replace(node, value=other), writer.symbol(other), cost
         if node.kind == "function" and node.value in CIRCULAR:
@@ -205,11 +189,8 @@ class Patient:
                 yield replace(node, value=other), writer.symbol(other), 1.1
 
     def _alternatives(self, name: str) -> list[str]:
-        """Names that could stand in place of one: of its family first, and the common ones; numbers for vectors if mixed."""
+        """Names that could stand in place of one: of its family first, and the common ones."""
         spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
-        if self.mixed:
-            scalars = (*spec.state, *spec.unknowns[: len(spec.coordinates)], *spec.parameters)
-            return list(scalars if name in spec.vectors else spec.directions)
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
         known = (known | self.writer.styles.keys()) - {name}
@@ -220,25 +201,13 @@ class Patient:
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:
-        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine; a direction."""
+        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
         spec, q = self.spec, self.context.quantities
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
-        powers = [(name, 1) for name in spec.directions] if self.mixed else powers
         return [Monomial(Fraction(1), (power,)) for power in powers]
-
-    def _of_unknown_symbols(self) -> Iterator[Change]:
-        """A quantity in place of a symbol that nobody knows, with its dots, wherever it stands."""
-        nodes = [part.node for part in self.parts if part.node.kind == "symbol" and part.node.value in self.strange]
-        dots = ["d" * node.written.dots if node.written else "" for node in nodes]
-        for name in (*self.spec.coordinates, *self.spec.parameters) if nodes else ():
-            texts = [self.writer.symbol(d + name) for d in dots]
-            splices = tuple(self.writer.put(node.span, text) for node, text in zip(nodes, texts, strict=True))
-            swaps = {id(node): replace(node, value=d + name) for node, d in zip(nodes, dots, strict=True)}
-            old = self.writer.of(nodes[0].span)
-            yield Change(splices, 1.0, f"{old} should be {texts[0]}", old, texts[0], swaps)
 
     # --- what has a size ----------------------------------------------------------------------------------------
 
@@ -312,17 +281,18 @@ class Patient:
     def _removed(self, part: Part, cost: float) -> Change:
         """A sum without a term, which leaves 0 of any shape in its place, or a product without a factor."""
         what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
-        new = replace(NUMBER, value=Fraction(0)) if self.mixed else times(part.node, Monomial(Fraction(0)))
-        swaps = {id(part.node): new if what == "term" else NUMBER}
-        return Change((self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", swaps)
+        new = times(part.node, Monomial(Fraction(0))) if what == "term" else NUMBER
+        return Change(
+            (self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", {id(part.node): new}
+        )
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
-        """A part with one more factor in front of it, or with a direction behind it."""
-        text, (start, end) = self.writer.monomial(factor), part.node.outer
+        """A part with one more factor in front of it."""
+        text, start = self.writer.monomial(factor), part.node.outer[0]
         text = f"({text})" if "/" in text and not self.writer.latex else text
         if part.node.kind == "sum" and len(part.node.children) == 1 and not part.node.bracketed:
             start = part.node.marks[0][1]  # behind the sign of a term alone
-        splice = (end, end, self.writer.joint + text) if self.mixed else self.writer.before(start, text)
+        splice = self.writer.before(start, text)
         words = f"the factor {text} is missing in {self.writer.of(part.node.outer)}"
         return self._replaced(part, splice, cost, times(part.node, factor), words)
 

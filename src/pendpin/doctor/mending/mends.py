@@ -1,6 +1,7 @@
 """The smallest changes of a printed equation that make it hold, the simplest first, each verified on the changed text."""
 
 from collections.abc import Iterable, Iterator
+from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import cache
 from itertools import combinations, pairwise
@@ -9,9 +10,9 @@ import numpy as np
 
 from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of, swapped
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
@@ -66,15 +67,11 @@ class Mend(Change):
 def mends(patient: Patient, pairs: bool) -> list[Mend]:
     """Verified mends, the simplest first; none where only unlikely ones would do. `pairs` also tries two changes."""
     every, numbers = patient.parts, patient.numbers
-    if len(every) > MOST_NODES:
+    if numbers is None or len(every) > MOST_NODES:
         return []
     listed = sorted(patient.listed(), key=lambda change: change.order)[: MOST_WORK // len(every)]
     if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
         return _verified(patient, listed)
-    if numbers is None:
-        wrong, system = patient.equation, patient.system
-        changed = ((one, tuple(swapped(side, one.swaps) for side in wrong.sides)) for one in listed)
-        return _verified(patient, (one for one, sides in changed if _holds(replace(wrong, sides=sides), system)))
     sized: list[Change] = []
     for part in every:
         if (needed := numbers.needed(part)) is not None:
@@ -120,7 +117,7 @@ def mends_of_definition(
     for mend in mends(Patient(source, definition, needing, writer), False):
         meaning = next(side for side in mend.equation.sides if side.value != name)
         mended = (replace(one, definitions=one.definitions | {name: meaning}) for one in every)
-        if all(_holds(one, system) for one in mended):
+        if all(holds(one, random_states(system)) for one in mended):
             found.append(replace(mend, words=mend.words + words, cost=mend.cost + less))
     return found
 
@@ -160,13 +157,11 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
     likely = sorted((change for change in changes if change.cost <= FARTHEST), key=lambda change: change.order)
     for change in likely[:MOST_TEXTS]:
         text = spliced(patient.printed.text, change.splices)
-        try:
+        with suppress(Unread, IndexError):
             equation = patient.read(text)
-            if _holds(equation, patient.system) and not _is_empty(equation, patient):
+            if holds(equation, random_states(patient.system)) and not _is_empty(equation, patient):
                 shape, odd = standing(equation, patient.system)
                 held.append((change.cost + odd, change, text, equation, shape))
-        except Unread:
-            continue
     chosen: list[Mend] = []
     shapes: list[Values] = []
     for cost, change, text, equation, shape in sorted(held, key=lambda one: (one[0], *one[1].order)):
@@ -179,14 +174,6 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             priced, alone = vars(replace(change, cost=cost)), patient.printed.alone
             chosen.append(Mend(**priced, text=text, equation=equation, alone=alone))
     return chosen
-
-
-def _holds(equation: Equation, system: System) -> bool:
-    """Whether an equation holds at random states."""
-    try:
-        return relative_error(equation, random_states(system)) < TOLERANCE
-    except Unread:
-        return False
 
 
 def _is_empty(equation: Equation, patient: Patient) -> bool:
@@ -206,10 +193,10 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
 
 @cache
 def _laws(system: System) -> list[Values]:
-    """What each balance leaves over off the true motion, (n,): the laws in their usual form."""
+    """What each unknown is off by off the true motion, (n,): the laws in their usual form."""
     q = free_states(system)
     truth = solved(q)
-    return [q[name] - truth[name] for name in system.spec.unknowns] + system.spec.laws(q)
+    return [q[name] - truth[name] for name in system.spec.unknowns]
 
 
 def standing(equation: Equation, system: System) -> tuple[Values, float]:

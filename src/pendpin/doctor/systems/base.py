@@ -124,7 +124,6 @@ class Spec:
     directions: tuple[str, ...] = ()
     moving: tuple[str, ...] = ()  # atoms of monomials: rates, sines and cosines
     extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
-    laws: Callable[["Quantities"], list[Values]] = lambda q: []
     values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers
     analytic: bool = True  # whether its formulas take complex numbers and symbols
 
@@ -167,7 +166,7 @@ def linearised(spec: Spec) -> Spec:
         near = Quantities(base, System(spec, q.convention), q.xp, true=True)
         return {name: np.real(near[name]) + np.imag(near[name]) / 1e-30 for name in spec.unknowns}
 
-    return replace(spec, solve=solve, analytic=False, laws=lambda q: [])
+    return replace(spec, solve=solve, analytic=False)
 
 
 @dataclass(frozen=True)
@@ -299,20 +298,18 @@ def solved(quantities: Quantities) -> Quantities:
 
 @cache
 def random_states(
-    system: System, instead: tuple[tuple[str, float | Formula], ...] = (), doubled: str = "", scale: float = 1.0
+    system: System, instead: tuple[tuple[str, float | Formula], ...] = (), scale: float = 1.0
 ) -> Quantities:
     """Quantities at random states of the true motion.
 
-    `instead` gives parts of the state or parameters a value, or one that the others determine; `doubled` doubles a
-    parameter, and `scale` shrinks the state and the loads.
+    `instead` gives parts of the state or parameters a value, or one that the others determine; `scale` shrinks the state
+    and the loads.
     """
     base = random_base(system.spec, STATES)
     base |= {name: base[name] * scale for name in (*system.spec.state, *LOADS) if name in base}
     for name, value in instead:
         if name in base:
             base[name] = value(Quantities(base, system, np)) if callable(value) else np.full(STATES, value)
-    if doubled:
-        base[doubled] = 2 * base[doubled]
     return Quantities(base, system, np, true=True)
 
 

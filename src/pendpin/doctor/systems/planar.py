@@ -7,9 +7,11 @@ high(x) and rise(x) are how far to the side and up the end of a unit link is, an
 """
 
 import re
+from collections.abc import Mapping
 from itertools import product
+from typing import Any
 
-from pendpin.doctor.systems.base import Formula, Spec, formula, formulas
+from pendpin.doctor.systems.base import Spec, formula, formulas
 from pendpin.doctor.systems.tables import table_spec
 
 BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
@@ -26,9 +28,8 @@ POSES = {  # from where angles are measured, in words; and across, high and rise
 _NO_INERTIA = ("I", "I1", "I2", "k")  # names that a text on point masses does not use
 _OTHER_WAY = ", positive the other way"
 AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angle
-conical_rate = formula(
-    "sqrt(m*g*h/J/cos(theta))"
-)  # of the azimuth, for a spherical pendulum that keeps its polar angle
+# of the azimuth, for a spherical pendulum that keeps its polar angle
+conical_rate = formula("sqrt(m*g*h/J/cos(theta))")
 
 _COMMON = """
 g | m/s2 | g G g_0
@@ -255,103 +256,80 @@ W | N | | vector(0, 0, -m*g)
 """
 
 
-def _table(table: str, pose: str, **words: str) -> str:
-    """A table with what all share, for one pose, some words of its formulas replaced."""
-    every = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)) | words
-    return re.sub(r"\b(?:across|high|rise|second|turning|side)\b", lambda word: every[word[0]], _COMMON + table.strip())
+def _spec(
+    kind: str,
+    title: str,
+    table: str,
+    coordinates: str,
+    parameters: str,
+    body: str,
+    pose: str,
+    indices: str = " ",
+    words: Mapping[str, str] | None = None,
+    more: Mapping[str, str] | None = None,
+    absent: tuple[str, ...] = (),
+    **others: Any,
+) -> Spec:
+    """A system from its table with what all share, for one kind of body and one pose.
 
-
-def _bodies(body: str, *indices: str) -> tuple[tuple[str, ...], dict[str, Formula]]:
-    """The parameters of bodies of a kind beside mass and length, and the formulas of what is no parameter."""
-    given = BODIES[body][1]
-    texts = {f"{name}{i}": re.sub(r"\b[mlh]\b", rf"\g<0>{i}", text) for name, text in given.items() for i in indices}
-    return tuple(f"{name}{i}" for name in "hI" if name not in given for i in indices), formulas(texts)
+    In `parameters` a * is the place of those of the bodies, each with one of the `indices`; `words` replaces words of the
+    formulas, and `more` holds further formulas: what they give is no parameter.
+    """
+    given, marks = BODIES[body][1], [index.strip() for index in indices]
+    texts = {f"{name}{i}": re.sub(r"\b[mlh]\b", rf"\g<0>{i}", text) for name, text in given.items() for i in marks}
+    texts |= more or {}
+    own = [f"{name}{i}" for name in "hI" for i in marks]
+    names = (name for one in parameters.split() for name in (own if one == "*" else [one]) if name not in texts)
+    every = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)) | (words or {})
+    rows = re.sub(rf"\b(?:{'|'.join(every)})\b", lambda word: every[word[0]], _COMMON + table.strip())
+    absent = (*_NO_INERTIA * (body == "point"), *absent)
+    return table_spec(
+        kind, title, rows, tuple(coordinates.split()), tuple(names), formulas(texts), absent=absent, **others
+    )
 
 
 def _plane(body: str, pose: str) -> Spec:
-    own, given = _bodies(body, "")
-    return table_spec(
-        f"plane {body} {pose}",
-        f"a pendulum in a plane, {BODIES[body][0]}, in its angle from {POSES[pose][0]}",
-        _table(_PLANE, pose),
-        ("theta",),
-        ("m", "g", "l", "theta0", *own),
-        given,
-        absent=_NO_INERTIA if body == "point" else (),
-        extra=("h", "I", "J", "omega", "v", "x") if body == "any" else ("h", "omega", "v", "x"),
-        values={"theta0": AMPLITUDE},
-    )
+    kind, extra = f"plane {body} {pose}", ("h", *("I", "J") * (body == "any"), "omega", "v", "x")
+    title = f"a pendulum in a plane, {BODIES[body][0]}, in its angle from {POSES[pose][0]}"
+    values = {"theta0": AMPLITUDE}
+    return _spec(kind, title, _PLANE, "theta", "m g l theta0 *", body, pose, extra=extra, values=values)
 
 
 def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
-    own, given = _bodies(body, "1", "2")
-    loads, driven = {
-        "": ((), ""),
-        "acrobot": (("tau2",), ", with a torque at the second joint"),
-        "both": (("tau1", "tau2"), ", with torques at both joints"),
-    }[drive]
+    loads = {"": (), "acrobot": ("tau2",), "both": ("tau1", "tau2")}[drive]
+    driven = ("", ", with a torque at the second joint", ", with torques at both joints")[len(loads)]
     more = {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
-    parameters = ("m1", "m2", "g", "l1", "l2", *own)
-    if equal:
-        more |= {name: f"{name[:-1]}1" for name in parameters if name.endswith("2")}
-        parameters = tuple(name for name in parameters if not name.endswith("2"))
+    more |= {f"{name}2": f"{name}1" for name in "mlhI"} if equal else {}
     kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies", "tip": BODIES["tip"][0]}[body]
     which, both = ("relative", "theta1+theta2") if relative else ("absolute", "theta1-theta2")
     second = ("(theta1 + theta2)", "(dtheta1 + dtheta2)") if relative else ("theta2", "dtheta2")
-    return table_spec(
-        f"double {body} {which}{' equal' * equal} {pose} {drive}".rstrip(),
-        f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {POSES[pose][0]}{driven}",
-        _table(_TWO, pose, second=second[0], turning=second[1]),
-        ("theta1", "theta2"),
-        (*parameters, *loads),
-        given | formulas(more),
-        # beside l_1, l_c1 is a centre of mass
-        absent=(*_NO_INERTIA * (body == "point"), *("h1", "h2") * (body in ("point", "tip"))),
-        atoms=(f"sin {both}", f"cos {both}"),
-    )
+    kind = f"double {body} {which}{' equal' * equal} {pose} {drive}".rstrip()
+    of, where = f"{'equal ' * equal}{kinds}", f"{which} angles from {POSES[pose][0]}"
+    title = f"a double pendulum in a plane of {of}, in {where}{driven}"
+    words, parameters = {"second": second[0], "turning": second[1]}, f"m1 m2 g l1 l2 * {' '.join(loads)}"
+    atoms, absent = (f"sin {both}", f"cos {both}"), ("h1", "h2") * (body in ("point", "tip"))  # l_c1 is no length
+    return _spec(kind, title, _TWO, "theta1 theta2", parameters, body, pose, "12", words, more, absent, atoms=atoms)
 
 
-def _cart(body: str, pose: str, mirrored: bool) -> Spec:
-    own, given = _bodies(body, "")
-    return table_spec(
-        f"cart-pole {body} {pose}{' mirrored' * mirrored}",
-        f"a pendulum on a cart, {BODIES[body][0]}, its angle from {POSES[pose][0]}{_OTHER_WAY * mirrored}",
-        _table(_CART, pose, side="-1" if mirrored else "1"),
-        ("x", "theta"),
-        ("M", "m", "g", "l", *own, "F"),
-        given,
-        absent=_NO_INERTIA if body == "point" else (),
-        extra=("J", "I", "F"),
-    )
-
-
-def _cart_two(body: str, pose: str, mirrored: bool) -> Spec:
-    own, given = _bodies(body, "1", "2")
+def _cart(body: str, pose: str, mirrored: bool, two: bool = False) -> Spec:
+    side = {"side": "-1" if mirrored else "1"}
+    if not two:
+        kind = f"cart-pole {body} {pose}{' mirrored' * mirrored}"
+        title = f"a pendulum on a cart, {BODIES[body][0]}, its angle from {POSES[pose][0]}{_OTHER_WAY * mirrored}"
+        return _spec(kind, title, _CART, "x theta", "M m g l * F", body, pose, words=side, extra=("J", "I", "F"))
     kinds, where = "point masses" if body == "point" else "rigid bodies", f"their angles from {POSES[pose][0]}"
-    return table_spec(
-        f"cart-double {body} {pose}{' mirrored' * mirrored}",
-        f"two pendulums, one below the other, on a cart, {kinds}, {where}{_OTHER_WAY * mirrored}",
-        _table(_CART_TWO, pose, side="-1" if mirrored else "1"),
-        ("x", "theta1", "theta2"),
-        ("M", "m1", "m2", "g", "l1", "l2", *own, "F"),
-        given,
-        absent=_NO_INERTIA if body == "point" else (),
-        atoms=("sin theta1-theta2", "cos theta1-theta2"),
-    )
+    title = f"two pendulums, one below the other, on a cart, {kinds}, {where}{_OTHER_WAY * mirrored}"
+    kind, parameters = f"cart-double {body} {pose}{' mirrored' * mirrored}", "M m1 m2 g l1 l2 * F"
+    atoms = ("sin theta1-theta2", "cos theta1-theta2")
+    return _spec(kind, title, _CART_TWO, "x theta1 theta2", parameters, body, pose, "12", side, atoms=atoms)
 
 
 def _polar(body: str, up: bool) -> Spec:
     pose, where = ("up", "upwards") if up else ("down", "downwards")
-    _, given = _bodies(body, "")
-    return table_spec(
-        f"polar {body}{' up' * up}",
-        f"a spherical pendulum, {BODIES[body][0]}: theta is the polar angle from {where} and phi the azimuth",
-        _table(_POLAR, pose),
-        ("theta", "phi"),
-        ("m", "g", "l", *(("h", "J") if body == "any" else ())),
-        given | (formulas({"J": "I + m*h**2"}) if given else {}),
-        extra=("J", "p"),
-    )
+    title = f"a spherical pendulum, {BODIES[body][0]}: theta is the polar angle from {where} and phi the azimuth"
+    more = {} if body == "any" else {"J": "I + m*h**2"}
+    kind = f"polar {body}{' up' * up}"
+    return _spec(kind, title, _POLAR, "theta phi", "m g l h J", body, pose, more=more, extra=("J", "p"))
 
 
 _FLAGS, _VERTICAL, _SINGLE = (False, True), ("down", "up"), ("any", "point", "uniform")
@@ -359,7 +337,7 @@ FAMILIES = {
     "plane": [_plane(body, pose) for body, pose in product(_SINGLE, _VERTICAL)],
     "polar": [_polar(body, up) for body, up in product(_SINGLE, _FLAGS)],
     "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
-    "cart-double": [_cart_two(body, pose, side) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
+    "cart-double": [_cart(body, pose, side, True) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
     "double": [
         _two(b, a, e, pose) for pose, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")
     ],

@@ -18,7 +18,6 @@ from pendpin.doctor.systems.base import (
     Quantities,
     Spec,
     Values,
-    cross,
     dot,
     formulas,
     read_table,
@@ -173,15 +172,6 @@ DIMENSION_OF = {name: powers for name, unit, _, _ in ROWS if (powers := UNITS[un
 DIMENSION_OF |= dict.fromkeys(MATRICES, (0, 0, 0)) | dict.fromkeys(("inertia", "inertiaO"), (1, 2, 0))
 
 
-def _laws(q: Quantities) -> list[Values]:
-    """What the balances of forces, of moments about G and about the joint leave over, (n,) along the axes of B and A."""
-    force = q["m"] * q["aG"] - q["R"] - q["weight"]
-    spin, momentum = (np.stack([dot(row, q[name]) for row in q["inertia"]]) for name in ("alpha", "omega"))
-    about_g = spin + cross(q["omega"], momentum) + cross(q["rG"], q["R"]) - q["M"]
-    balances = (force, about_g, about_g + cross(q["rG"], force))
-    return [dot(vector, q[axis]) for vector in balances for axis in ("b1", "b2", "b3", "a1")]
-
-
 _RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
 _RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
 _RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
@@ -297,7 +287,6 @@ SPECS: dict[str, Spec] = {
         directions=DIRECTIONS,
         moving=("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi"),
         extra=(*_EXTRA.split(), *_DIFFERENCES),
-        laws=_laws,
     )
     for kind, (title, parameters, given, common) in KINDS.items()
 }
