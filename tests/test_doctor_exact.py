@@ -7,8 +7,7 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
-from pendpin.doctor.checking.dimensions import Disagreement, common, unit
-from pendpin.doctor.checking.residuals import Equation, stack_residuals
+from pendpin.doctor.checking.residuals import Disagreement, Equation, common, stack_residuals, unit
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, bound
 from pendpin.doctor.report import Finding, residual

@@ -7,8 +7,6 @@ from functools import cached_property
 from itertools import islice
 from typing import Any
 
-import numpy as np
-
 from pendpin.doctor.checking.check import check, is_general, when
 from pendpin.doctor.checking.conditions import (
     SAID_SMALL,
@@ -20,8 +18,7 @@ from pendpin.doctor.checking.conditions import (
     without,
 )
 from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
-from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
+from pendpin.doctor.checking.residuals import Equation, holds, of_equation, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
@@ -103,20 +100,20 @@ class _Doctor:
         said = self.reading.says(one)
         try:
             readings = candidates(one, self.system)
-            verdict = check(readings[0][0], self.system)
-        except Unread as error:
+            right, proved, error = check(readings[0][0], self.system)
+        except Unread as unread:
             if said:
                 return replace(found, kind="condition", remark=said), []
-            if isinstance(error, Mismatch):
-                return replace(found, remark=error.reason), []
-            return self._unread(found, one, error.reason)
+            if isinstance(unread, Mismatch):
+                return replace(found, remark=unread.reason), []
+            return self._unread(found, one, unread.reason)
         equation = readings[0][0]
         found = replace(found, kind="definition" if one.defines else kind_of(equation, self.system.spec))
-        if verdict.holds:
+        if right:
             if idle := self._idle(one):
                 return replace(found, remark=idle, unknown=(one.defines,)), []
-            found = replace(found, verdict="holds", proved=verdict.proved, equation=equation, error=verdict.error)
-            return replace(found, remark=_joined(one.remark, verdict.remark)), []
+            found = replace(found, verdict="holds", proved=proved, equation=equation, error=error)
+            return replace(found, remark=one.remark), []
         if equation.names <= set(self.system.spec.state) and said:
             return replace(found, kind="condition", remark=said), []
         if not equation.names - {"pi"}:
@@ -127,25 +124,11 @@ class _Doctor:
                 return found, []
         if said:
             return replace(found, kind="condition", remark=said), []
-        # a force along the rod that the text calls no tension may be a compression
-        left = equation.sides[0]
-        own = left.kind == "symbol" and left.written is not None and left.written.letter != "R"
-        if own and equation.meaning(str(left.value)) == "R3" and "tension" not in one.statement.context.lower():
-            states = random_states(self.system)
-            after = changed(equation, states, {id(left): -states["R3"]})
-            if after is not None and np.abs(after).max() < TOLERANCE * np.abs(states["R3"]).max():
-                condition = f"{one.latex.partition('=')[0].strip(' &')} is a compression"
-                return replace(found, verdict="holds if", condition=condition, equation=equation), []
         return found, readings
 
     def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
-
-        def agreement(equation: Equation) -> int:  # how often its names mean in others what they mean in it
-            every = (other.meanings for other in self.neighbours)
-            return sum(meant.get(name) == meaning for meant in every for name, meaning in equation.meanings.items())
-
-        readings = sorted(readings, key=lambda candidate: -agreement(candidate[0]))[:MOST_READINGS]
+        readings = readings[:MOST_READINGS]
         for equation, _ in readings:
             if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
                 healed = tuple(mends(self._patient(one, equation), False))

@@ -14,8 +14,7 @@ from itertools import islice, permutations, product
 
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.definitions import quantity_of
-from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, relative_error
 from pendpin.doctor.printed import Printed, bind, holding
 from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import Vocabulary, Written, raw

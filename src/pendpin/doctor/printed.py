@@ -9,8 +9,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
 from pendpin.doctor.reading.names import (

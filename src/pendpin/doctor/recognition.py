@@ -9,8 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import stack_residuals
+from pendpin.doctor.checking.residuals import of_equation, stack_residuals
 from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
 from pendpin.doctor.letters import (
     Again,

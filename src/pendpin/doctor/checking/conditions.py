@@ -27,7 +27,6 @@ from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Valu
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 from pendpin.doctor.systems.rod import SPECIAL
 
-PLANE = r"planar|in (?:a|the|one) plane|plane motion"
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
@@ -49,7 +48,6 @@ class Condition:
     system: System | None = None
     free: bool = True
     absent: frozenset[str] = frozenset()  # names that an equation on it does not contain
-    hinted: str = "^$"  # how it says so of an equation that contains nothing that changes with `instead`
 
 
 def conditions(system: System) -> list[Condition]:
@@ -62,8 +60,8 @@ def conditions(system: System) -> list[Condition]:
         for name in spec.coordinates:
             held = ((name, 0.0), (f"d{name}", 0.0))
             letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
-            found.append(Condition(f"{name} = 0 throughout", held, letter, hinted=PLANE))
-            found.append(Condition(f"{name} = 0", held[:1], letter, hinted=PLANE))
+            found.append(Condition(f"{name} = 0 throughout", held, letter))
+            found.append(Condition(f"{name} = 0", held[:1], letter))
             found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
     if spec.kind.startswith("polar"):
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
@@ -94,14 +92,19 @@ def conditions(system: System) -> list[Condition]:
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    names = equation.names & {"x", "y", "z"}
+    names, left, others = equation.names & {"x", "y", "z"}, equation.sides[0], list[tuple[str, Equation]]()
     if names and re.search(r"\btip\b", context):
         tip = replace(equation, meanings=equation.meanings | {name: f"{name}T" for name in names})
-        if holds(tip, random_states(system)):
-            return "x, y, z are the tip's"
-    for condition in conditions(system):  # the words state it, or hint at one that the equation may mean
-        hinted = re.search(condition.hinted, context, re.IGNORECASE) and _may_mean(condition, equation, system)
-        said = hinted or re.search(condition.stated, context, re.IGNORECASE)
+        others.append(("x, y, z are the tip's", tip))
+    if left.written and equation.meaning(str(left.value)) == "R3" and "tension" not in context.lower():
+        turned = Node("sum", left.span, (-1,), (left,), ((0, 0),))  # a force that the text calls no tension
+        pushed = replace(equation, sides=(turned, *equation.sides[1:]))
+        others += [(f"{left.written.letter} is a compression", pushed)] * (left.written.letter != "R")
+    for words, other in others:
+        if holds(other, random_states(system)):
+            return words
+    for condition in conditions(system):
+        said = re.search(condition.stated, context, re.IGNORECASE)
         if said and _holds_under(equation, system, condition):
             return condition.words
     return small_angles(equation, system) if SAID_SMALL.search(context) else ""

@@ -6,9 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.doctor.checking.dimensions import Disagreement, dimension
 from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import ENERGIES, TOLERANCE, Equation
+from pendpin.doctor.checking.residuals import ENERGIES, TOLERANCE, Disagreement, Equation, dimension
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Unread, walk
 from pendpin.doctor.systems.base import System, Values, random_states

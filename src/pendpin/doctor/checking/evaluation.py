@@ -205,41 +205,30 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
         x, name = (dot(x, x) if x.ndim == 2 else x * x), "sqrt"
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
-    xp, one = quantities.xp, quantities.number(1)
+    xp = quantities.xp
     with np.errstate(all="ignore"):
-        match name:
-            case "tan":
-                return xp.sin(x) / xp.cos(x)
-            case "cot":
-                return xp.cos(x) / xp.sin(x)
-            case "sec" | "csc":
-                return one / (xp.cos(x) if name == "sec" else xp.sin(x))
-            case _:
-                return getattr(xp, name)(x)
+        if name not in ("tan", "cot", "sec", "csc"):
+            return getattr(xp, name)(x)
+        sin, cos, one = xp.sin(x), xp.cos(x), quantities.number(1)
+        top, bottom = {"tan": (sin, cos), "cot": (cos, sin), "sec": (one, cos), "csc": (one, sin)}[name]
+        return top / bottom
 
 
 def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
-    quantities, (rows, columns) = context.quantities, node.value
-    scalars, vectors = (all(part.ndim == ndim for part in parts) for ndim in (1, 2))
-    if node.value == (3, 3):
-        if not scalars:
-            raise Unread("a matrix of vectors", node.span[0])
-        tensor = np.stack([np.stack(parts[i : i + 3]) for i in (0, 3, 6)])
-        return turned(quantities, tensor) if context.tensors else tensor
-    axes = AXES[context.frame]
-    if (
-        node.value == (3, 1) and scalars and axes[0] in quantities
-    ):  # a system in a plane has no frames: columns are lists
+    """A matrix of numbers, a column of three rows that are vectors, or a vector from its components in a frame."""
+    quantities, (rows, columns), axes = context.quantities, node.value, AXES[context.frame]
+    entries = {part.ndim for part in parts}
+    if node.value == (3, 1) and entries == {2} and not context.tensors:
+        return np.stack(parts)
+    if entries != {1} or max(rows, columns) > LARGEST:
+        raise Unread("a matrix of vectors" if entries != {1} else "a matrix of this size", node.span[0])
+    if node.value == (3, 1) and axes[0] in quantities:  # a system in a plane has no frames: columns are lists
         components = zip(parts, axes, strict=True)
         return sum((part * quantities[axis] for part, axis in components), start=quantities.number(0))
-    if node.value == (3, 1) and vectors and not context.tensors:
+    if 1 in (rows, columns):
         return np.stack(parts)
-    if rows == 1 and columns <= LARGEST and scalars:  # a row before a matrix or column
-        return np.stack(parts)
-    if 1 < rows <= LARGEST and columns <= LARGEST and scalars:
-        lines = [np.stack(parts[i * columns : (i + 1) * columns]) for i in range(rows)]
-        return np.stack(parts) if columns == 1 else np.stack(lines)
-    raise Unread("a matrix of this size, or one of vectors", node.span[0])
+    matrix = np.stack(parts).reshape(rows, columns, -1)
+    return turned(quantities, matrix) if node.value == (3, 3) and context.tensors else matrix
 
 
 def scale(node: Node, context: Context, known: Known) -> Values:

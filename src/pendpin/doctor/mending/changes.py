@@ -13,8 +13,7 @@ from functools import cached_property
 
 import numpy as np
 
-from pendpin.doctor.checking.dimensions import Disagreement, dimension
-from pendpin.doctor.checking.residuals import Equation
+from pendpin.doctor.checking.residuals import Disagreement, Equation, dimension
 from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fraction_of, parts_of, reader_of, swapped
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
@@ -119,7 +118,7 @@ class Patient:
             cost = 1.0 + 0.5 * part.lone + 0.01 * (part.role == "term" and not part.index)
             words = f"the sign of {writer.of(node.outer)} is wrong"
             yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)
-            for factor in (*FACTORS, *self._forgotten):
+            for factor in FACTORS:
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
         if part.role in ("factor", "divisor") or (part.role == "term" and len(part.parents[-1].children) > 1):
             yield self._removed(part, 1.25 if part.role == "term" else 1.2)
@@ -198,16 +197,6 @@ class Patient:
             return [other for other in dict.fromkeys(family) if other in known]
         others = (one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q)
         return [other for other in others if np.any(q[other])]
-
-    @cached_property
-    def _forgotten(self) -> list[Monomial]:
-        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
-        spec, q = self.spec, self.context.quantities
-        circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
-        styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
-        names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
-        powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
-        return [Monomial(Fraction(1), (power,)) for power in powers]
 
     # --- what has a size ----------------------------------------------------------------------------------------
 

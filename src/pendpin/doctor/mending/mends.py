@@ -9,8 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.dimensions import of_equation
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, stack_residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
@@ -169,7 +168,7 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             break
         if any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes):
             continue
-        if check(equation, patient.system).holds:
+        if check(equation, patient.system)[0]:
             shapes.append(shape)
             priced, alone = vars(replace(change, cost=cost)), patient.printed.alone
             chosen.append(Mend(**priced, text=text, equation=equation, alone=alone))

@@ -280,7 +280,7 @@ def _spec(
     texts |= more or {}
     own = [f"{name}{i}" for name in "hI" for i in marks]
     names = (name for one in parameters.split() for name in (own if one == "*" else [one]) if name not in texts)
-    every = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)) | (words or {})
+    every = {**dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)), **(words or {})}
     rows = re.sub(rf"\b(?:{'|'.join(every)})\b", lambda word: every[word[0]], _COMMON + table.strip())
     absent = (*_NO_INERTIA * (body == "point"), *absent)
     return table_spec(
