@@ -27,8 +27,8 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, symbols
-from pendpin.doctor.recognition import REMEDY, Reading, Recognition, read
+from pendpin.doctor.reading.tree import Mismatch, Unread, parts, symbols, with_meaning
+from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
@@ -41,14 +41,6 @@ MOST_HOPELESS = 5  # equations without a mend, after which two changes are no lo
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)
-    findings = tuple(judge(_verdicts(found, progress), found))
-    wrong = found.main.unknown and any(finding.verdict == "fails" for finding in findings)
-    title, remarks = (found.main.system.spec.title, ()) if wrong else (found.title, found.main.remarks)
-    return Diagnosis(findings, found.main.system, title, remarks, document.skipped)
-
-
-def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Finding]:
-    """The verdict on each equation by itself."""
     equations = found.equations
     used = in_use(equations, [reading.system for reading in found.chosen])
     styles: dict[bool, dict[str, str]] = {True: {}, False: {}}
@@ -56,11 +48,12 @@ def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Fin
         styles[is_latex(one.text)] |= styles_of(one, one.sides)
     doctors = {id(reading): _Doctor(reading, styles, used) for reading in (found.main, *found.chosen)}
     pairs = [(doctors[id(reading)], one) for reading, one in zip(found.chosen, equations, strict=True)]
-    findings, tried = list[Finding](), dict[int, list[Candidate]]()
-    for i, (doctor, one) in enumerate(pairs):
+    findings, tried = list[Finding](), list[list[Candidate]]()
+    for doctor, one in pairs:
         progress(f"equation {one.number}")
-        finding, tried[i] = doctor.first(one)
+        finding, readings = doctor.first(one)
         findings.append(finding)
+        tried.append(readings)
         if finding.verdict == "holds" and finding.kind != "definition" and finding.equation:
             doctor.neighbours.append(finding.equation)
     for i, (doctor, one) in enumerate(pairs):
@@ -68,7 +61,11 @@ def _verdicts(found: Recognition, progress: Callable[[str], object]) -> list[Fin
             progress(f"equation {one.number}")
             hopeless = sum(finding.doubtful for finding in findings)
             findings[i] = doctor.second(findings[i], one, tried[i], hopeless < MOST_HOPELESS)
-    return [doctor.through_definitions(one, findings) for (doctor, _), one in zip(pairs, findings, strict=True)]
+    findings = [doctor.through_definitions(one, findings) for (doctor, _), one in zip(pairs, findings, strict=True)]
+    findings = tuple(judge(findings, found))
+    wrong = found.main.unknown and any(finding.verdict == "fails" for finding in findings)
+    title, remarks = (found.main.system.spec.title, ()) if wrong else (found.title, found.main.remarks)
+    return Diagnosis(findings, found.main.system, title, remarks, document.skipped)
 
 
 @dataclass(frozen=True)
@@ -130,6 +127,8 @@ class _Doctor:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
         readings = readings[:MOST_READINGS]
         for equation, _ in readings:
+            if condition := self._holds_without_loads(equation):
+                return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
             if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
                 healed = tuple(mends(self._patient(one, equation), False))
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
@@ -151,12 +150,28 @@ class _Doctor:
         found = replace(found, **said, equation=equation, linear=linear)
         one_or_sound = (m for m in healed[best] if m.count == 1 or not of_equation(m.equation, self.system.spec)[1])
         if right := tuple(one_or_sound):
-            return replace(found, verdict="fails", proved=not linear, mends=right, remark=_joined(*remarks))
+            remark = "; ".join(filter(None, remarks))
+            return replace(found, verdict="fails", proved=not linear, mends=right, remark=remark)
         if self.reading.unknown:
             words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, remark=words)
         words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
-        return replace(found, remark=_joined(words, *remarks))
+        return replace(found, remark="; ".join(filter(None, (words, *remarks))))
+
+    def _holds_without_loads(self, equation: Equation) -> str:
+        """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
+        known = {part.written for other in self.neighbours for part in parts(other.sides)}
+        nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
+        letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
+        for written, meaning in letters.items():
+            if written and written not in known and meaning in self.system.spec.still:
+                letter = f"{written.letter}_{written.index}".rstrip("_")
+                sides = tuple(with_meaning(side, written, f"?{letter}") for side in equation.sides)
+                own = replace(equation, sides=sides)
+                sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
+                if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
+                    return condition
+        return ""
 
     def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
         """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
@@ -237,7 +252,3 @@ class _Doctor:
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
         return Patient(one, equation, system or self.system, writer)
-
-
-def _joined(*remarks: str) -> str:
-    return "; ".join(filter(None, remarks))

@@ -209,10 +209,8 @@ def last_lines(diagnosis: Diagnosis) -> list[str]:
     for old, new, numbers in diagnosis.shared:
         listed = f"{', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
         answer.append(f"{new} for {old} heals equations {listed}{explain_change(old, new)}.")
-    kinds = (
-        "doubtful" if one.doubtful else "state" if one.kind == "condition" else one.verdict
-        for one in diagnosis.findings
-    )
+    kind = lambda one: "doubtful" if one.doubtful else "state" if one.kind == "condition" else one.verdict  # noqa: E731
+    kinds = map(kind, diagnosis.findings)
     counts, count = Counter(kinds), len(diagnosis.findings)
     said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in COUNTED.items() if counts[kind])
     sentence = f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."

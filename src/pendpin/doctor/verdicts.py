@@ -8,6 +8,7 @@ import re
 from collections import defaultdict
 from contextlib import suppress
 from dataclasses import replace
+from functools import cached_property
 
 import numpy as np
 
@@ -57,6 +58,15 @@ class _Case:
     def mends_itself(self) -> bool:
         """Whether its first mend is of the equation, and not of a definition that it uses."""
         return bool(self.finding.mends) and " in the definition of " not in self.finding.mends[0].words
+
+    @cached_property
+    def brought(self) -> frozenset[str]:
+        """The parameters that a mend writes into an equation whose dimensions do not agree: a text may set them to 1."""
+        finding, spec = self.finding, self.spec
+        if not (finding.verdict == "fails" and self.mends_itself and finding.equation and finding.dimensions):
+            return frozenset()
+        new = _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec)
+        return new - {*spec.coordinates}
 
     def meaning(self) -> str:
         """What its first side means, if that is a name."""
@@ -165,6 +175,8 @@ def _doubt_definitions(cases: list[_Case]) -> None:
     for case in cases:
         finding = case.finding
         confirmed = finding.equation if finding.kind != "definition" and case.confirmed else None
+        if confirmed and _is_circular(confirmed, case.system):
+            confirmed = None
         if finding.verdict == "fails" and finding.mends:  # as it is mended it holds
             confirmed = finding.mends[0].equation if case.mends_itself else finding.equation
         for name, meaning in _meanings_used(confirmed) if confirmed else ():
@@ -172,11 +184,29 @@ def _doubt_definitions(cases: list[_Case]) -> None:
                 used[name][key(meaning)] = meaning
     for case in cases:
         one, finding = case.one, case.finding
-        if finding.verdict == "holds" and finding.kind == "definition" and len(one.sides) == 2:
+        if finding.verdict != "holds":
+            continue
+        if finding.kind == "definition" and len(one.sides) == 2:
             own = one.definitions[one.defines]
             if not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
                 case.doubt(words, mends=finding.mends, unknown=(one.defines,))
+        elif finding.equation and _is_circular(finding.equation, case.system):
+            alone = [name for name, _ in _meanings_used(finding.equation) if not used[name]]
+            case.doubt(
+                f"it holds by what {alone[0].lstrip('?')} is here, and nothing else confirms that" if alone else ""
+            )
+
+
+def _is_circular(equation: Equation, system: System) -> bool:
+    """Whether an equation only says again what a definition of the text says: T - m g = 0 beside T = m g."""
+    inside = set().union(*map(symbols, equation.sides))
+    own = sorted(inside & equation.definitions.keys())
+    if len(own) != 1 or inside - {*own} != symbols(equation.definitions[own[0]]):
+        return False
+    if equation.sides[0] is equation.sides[-1] or any(part.kind == "derivative" for part in parts(equation.sides)):
+        return False
+    return holds(equation, free_states(system))
 
 
 def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
@@ -240,7 +270,10 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
         return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
     if spec.kind in RODS and sum(1 for other in cases if other.one.ways) < FEW:
         return ""
-    if ones := _brought_into_bare_sides(case):
+    written = {name for o in cases if o.finding.equation for name in _quantities(o.finding.equation, o.spec)}
+    again = sum(other.brought == case.brought for other in cases) > 1
+    ones = case.brought if again or case.brought - written else frozenset[str]()  # not by mistake
+    if ones := ones or _brought_into_bare_sides(case):
         return f"it does not hold, but where {' = '.join(sorted(ones))} = 1"
     rest = one.statement.after  # and what is read next
     after = rest if rest.strip() else "".join(o.one.latex for o in cases if o.one.number == one.number + 1)
@@ -304,6 +337,11 @@ def _is_law(equation: Equation | None, spec: Spec) -> bool:
     names = equation.names if equation else set[str]()
     heavy = any(name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names)
     return heavy and bool(names & {*spec.parameters})
+
+
+def _quantities(equation: Equation, spec: Spec) -> frozenset[str]:
+    """The coordinates and parameters in an equation."""
+    return frozenset(equation.names & {*spec.parameters, *spec.coordinates})
 
 
 def _follows(equation: Equation, wrong: list[_Case], system: System) -> int:

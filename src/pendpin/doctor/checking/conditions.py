@@ -201,15 +201,15 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | zeros)
 
 
-def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
+def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
     """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
 
-    An equation without circular functions may hold to the first order.
+    An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not moves or any(map(other, unknown)):
+    if not moves or (any(map(other, unknown)) and not sure):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):

@@ -1,7 +1,7 @@
 """What the definitions of a text come to: the quantity of the system that one is, and those that equations use."""
 
 import re
-from collections.abc import Iterator
+from contextlib import suppress
 from functools import cache
 
 import numpy as np
@@ -38,59 +38,43 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
                 value = evaluate(one.sides[1], equation.context(random_states(system)))
         except (Unread, KeyError):
             continue
-        names = {name for name in _equal(value, system) if dimensions.get(name, ()) not in usual}
-        if np.isfinite(value).all() and names:
-            called = size >= LONG or ACCELERATION.search(word)
-            fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
-            if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
-                return fits[0], equation
+        names = list[str]()
+        for name, row in _known(system).items() if np.isfinite(value).all() else ():
+            if row.shape == value.shape and dimensions.get(name, ()) not in usual:
+                off = value - row
+                off = np.diff(np.split(off, 2), axis=0) if name in ENERGIES else off  # the halves share the parameters
+                names += [name] * bool(np.abs(off).max() <= TOLERANCE * np.abs(row).max())
+        called = size >= LONG or ACCELERATION.search(word)
+        fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
+        if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
+            return fits[0], equation
     return None
 
 
 def _is_own(equation: Equation, one: Printed, system: System) -> bool:
     """Whether the name on the left is the text's own: nobody's, or of another dimension than what it usually means."""
     left, right = one.sides
+    usual = system.spec.dimensions.get(equation.meaning(left.value))
     if left.value == one.defines:
         return True
-    usual = system.spec.dimensions.get(equation.meaning(left.value))
     if left.written is None or left.written.dots or usual is None or left.value in system.spec.state:
         return False
-    try:
+    with suppress(Disagreement):
         found = dimension(right, equation.definitions, system.spec)
-    except Disagreement:
-        return False
-    return found is not None and tuple(found) != tuple(usual)
-
-
-def _equal(value: Values, system: System) -> Iterator[str]:
-    """The quantities that have these values."""
-    names, rows = _known(system, value.ndim)
-    for name, row in zip(names, rows, strict=True):
-        if row.shape == value.shape:
-            off = value - row
-            if name in ENERGIES:  # each half of the states has the same parameters
-                off = np.diff(np.split(off, 2), axis=0)
-            if np.abs(off).max() <= TOLERANCE * np.abs(row).max():
-                yield name
+        return found is not None and tuple(found) != tuple(usual)
+    return False
 
 
 @cache
-def _known(system: System, ndim: int) -> tuple[list[str], list[Values]]:
-    """The quantities of a system that are numbers, or vectors, with their values at random states of the true motion."""
+def _known(system: System) -> dict[str, Values]:
+    """The quantities of a system with their values at random states of the true motion."""
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
+    moving = [name for name in names if re.match(r"r|[xyz][pG]?\d?$", name)]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
-    names += ["ddq"] * ("q" in spec.formulas) + [
-        d + name for name in names if re.match(r"r|[xyz][pG]?\d?$", name) for d in ("d", "dd")
-    ]
+    names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
     every = {name: states[name] for name in dict.fromkeys(names)}
-    if "weight" in every and len(every["weight"]) == len(spec.coordinates) and "G1" not in every:
-        every |= {
-            f"the moment of the weight on {name}": row
-            for name, row in zip(spec.coordinates, every["weight"], strict=True)
-        }
-    kept = {name: row for name, row in every.items() if row.ndim == ndim and 0 < np.abs(row).max() < np.inf}
-    return [*kept], [*kept.values()]
+    return {name: row for name, row in every.items() if 0 < np.abs(row).max() < np.inf}
 
 
 def _agrees(word: str, name: str) -> bool:

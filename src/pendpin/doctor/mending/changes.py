@@ -118,7 +118,7 @@ class Patient:
             cost = 1.0 + 0.5 * part.lone + 0.01 * (part.role == "term" and not part.index)
             words = f"the sign of {writer.of(node.outer)} is wrong"
             yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)
-            for factor in FACTORS:
+            for factor in (*FACTORS, *self._forgotten):
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
         if part.role in ("factor", "divisor") or (part.role == "term" and len(part.parents[-1].children) > 1):
             yield self._removed(part, 1.25 if part.role == "term" else 1.2)
@@ -146,11 +146,8 @@ class Patient:
             cut, end = last.children[i - 1].outer[1], inside[1] if inside else 0
             rest, splices = self.writer.of((cut, end - 1)), ((cut, cut, ")"), (end - 1, end, ""))
             yield Change(splices, 1.2, f"{rest} belongs behind the bracket", rest, rest, {id(node): moved})
-        head = (
-            node.children[0]
-            if node.kind == "sum" and node.value[0] > 0 and not node.marks[0][1] > node.span[0]
-            else node
-        )
+        begins = node.kind == "sum" and node.value[0] > 0 and not node.marks[0][1] > node.span[0]
+        head = node.children[0] if begins else node
         plain = head is not node and head.kind == "product" and not head.bracketed and {*head.value[1:]} <= {"*"}
         for i in range(1, len(head.children)) if plain else ():
             rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
@@ -197,6 +194,16 @@ class Patient:
             return [other for other in dict.fromkeys(family) if other in known]
         others = (one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q)
         return [other for other in others if np.any(q[other])]
+
+    @cached_property
+    def _forgotten(self) -> list[Monomial]:
+        """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
+        spec, q = self.spec, self.context.quantities
+        circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
+        styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
+        names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
+        powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
+        return [Monomial(Fraction(1), (power,)) for power in powers]
 
     # --- what has a size ----------------------------------------------------------------------------------------
 
@@ -271,9 +278,8 @@ class Patient:
         """A sum without a term, which leaves 0 of any shape in its place, or a product without a factor."""
         what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
         new = times(part.node, Monomial(Fraction(0))) if what == "term" else NUMBER
-        return Change(
-            (self.writer.without(part),), cost, f"the {what} {old} is too many", old, "", {id(part.node): new}
-        )
+        words = f"the {what} {old} is too many"
+        return Change((self.writer.without(part),), cost, words, old, "", {id(part.node): new})
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:
         """A part with one more factor in front of it."""

@@ -93,9 +93,7 @@ class Numbers:
         vector only what the residual can be taken from is known: a side or a term. An energy's constant is taken as 0.
         """
         above = {id(node) for node in (*part.parents, part.node)}
-        kept = {
-            place: value for place, value in self.known.items() if place not in above and not self.equation.energies
-        }
+        kept = {} if self.equation.energies else {place: v for place, v in self.known.items() if place not in above}
 
         def rows_with(value: Values) -> Values:
             return stack_residuals(self.equation, self.quantities, None, kept | {id(part.node): value}, plain=True)

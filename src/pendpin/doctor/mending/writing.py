@@ -43,9 +43,8 @@ class Writer:
                 if text in self.styles[rate]:
                     return self.styles[rate].replace(text, letter, 1)
             if self.latex or not letter.isascii():
-                return (
-                    rf"\{dots}ot{{{letter}}}" if self.latex else letter + {"d": "\u0307", "dd": "\u0308"}.get(dots, "")
-                )
+                marks = {"d": "\u0307", "dd": "\u0308"}
+                return rf"\{dots}ot{{{letter}}}" if self.latex else letter + marks.get(dots, "")
         return self.styles.get(name) or (self.spec.printed.get(name, name) if self.latex else name)
 
     def number(self, value: Fraction) -> str:

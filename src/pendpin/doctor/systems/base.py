@@ -1,5 +1,6 @@
 """A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
 
+import re
 from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -56,13 +57,37 @@ def formulas(texts: Mapping[str, str]) -> dict[str, Formula]:
     return {name: formula(text) for name, text in texts.items()}
 
 
-def read_table(table: str) -> list[list[str]]:
-    """The cells of each row: name, unit, how it is written or printed, formula. A row with a mark or names is several."""
+def read_table(table: str, columns: int = 4) -> list[list[str]]:
+    """The cells of each row: name, unit, how it is written, formula. A row with a mark or names is several."""
     lines = table.strip().splitlines()
     for mark, values in MARKS.items():
         lines = [line.replace(mark, value) for line in lines for value in (values if mark in line else ("",))]
-    rows = ([*(cell.strip() for cell in line.split("|")), "", ""][:4] for line in lines)
+    rows = ([*(cell.strip() for cell in line.split("|")), "", "", ""][:columns] for line in lines)
     return [[name, *cells] for names, *cells in rows for name in names.split()]
+
+
+def plain_name(word: str) -> str:
+    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1."""
+    plain = re.sub(r"[{}\s,_/]", "", word)
+    return plain[:1] + (plain[1:] if plain[1:] == "M" else plain[1:].lower())  # T_M beside T_m
+
+
+def names_written(writings: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """What a word may mean, the likeliest first, from the writings of each name, its likeliest first.
+
+    A * stands before what is printed with a hat or in bold type, a + before what may be printed either way, and @ for the
+    axis of the name, as a number or a letter.
+    """
+    ranked: dict[str, list[tuple[int, str]]] = {}
+    for name, every in writings.items():
+        axis = re.search(r"[123xyz]", name)
+        pair = next((pair for pair in ("1x", "2y", "3z") if axis and axis[0] in pair), "")
+        for rank, one in enumerate(every.split()):
+            for word in {one.replace("@", mark) for mark in pair} if "@" in one else (one,):
+                styles = ("", "*") if word[0] == "+" else ("*" * (word[0] == "*"),)
+                for style in styles:
+                    ranked.setdefault(style + plain_name(word.lstrip("*+")), []).append((rank, name))
+    return {word: tuple(dict.fromkeys(name for _, name in sorted(names))) for word, names in ranked.items()}
 
 
 @dataclass(frozen=True)
@@ -203,9 +228,7 @@ class Quantities:
         xp, convention = self.xp, self.convention
         numbers = {name: getattr(xp, name) for name in NUMBERS} | {"dot": dot, "cross": cross}
         return numbers | {
-            "vector": lambda *rows: np.stack(
-                [row if isinstance(row, np.ndarray) else self.number(row) for row in rows]
-            ),
+            "vector": lambda *rows: np.stack([r if isinstance(r, np.ndarray) else self.number(r) for r in rows]),
             "slope": lambda name, variable: self.derivative(lambda q: q[name], variable),
             "theta_sign": convention.theta,
             "phi_sign": convention.phi,

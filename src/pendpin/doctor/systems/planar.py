@@ -282,10 +282,9 @@ def _spec(
     names = (name for one in parameters.split() for name in (own if one == "*" else [one]) if name not in texts)
     every = {**dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)), **(words or {})}
     rows = re.sub(rf"\b(?:{'|'.join(every)})\b", lambda word: every[word[0]], _COMMON + table.strip())
-    absent = (*_NO_INERTIA * (body == "point"), *absent)
-    return table_spec(
-        kind, title, rows, tuple(coordinates.split()), tuple(names), formulas(texts), absent=absent, **others
-    )
+    unused = (*_NO_INERTIA * (body == "point"), *absent)
+    moving = tuple(coordinates.split())
+    return table_spec(kind, title, rows, moving, tuple(names), formulas(texts), absent=unused, **others)
 
 
 def _plane(body: str, pose: str) -> Spec:
@@ -338,8 +337,6 @@ FAMILIES = {
     "polar": [_polar(body, up) for body, up in product(_SINGLE, _FLAGS)],
     "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
     "cart-double": [_cart(body, pose, side, True) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
-    "double": [
-        _two(b, a, e, pose) for pose, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")
-    ],
+    "double": [_two(b, a, e, p) for p, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")],
     "acrobot": [_two(body, True, False, pose, to) for pose, body, to in product(POSES, BODIES, ("acrobot", "both"))],
 }

@@ -5,8 +5,6 @@ convention end in _. The accelerations and reactions come from pendpin.equations
 """
 
 import re
-from dataclasses import replace
-from functools import cache
 from typing import Any
 
 import numpy as np
@@ -20,6 +18,8 @@ from pendpin.doctor.systems.base import (
     Values,
     dot,
     formulas,
+    names_written,
+    plain_name,
     read_table,
     with_zeros,
 )
@@ -88,173 +88,115 @@ def _cosines(source: str, target: str) -> Formula:
     return value
 
 
-# name, unit, how it is printed where the text does not print it, and what it is where that is no parameter or unknown
+# name, unit, how it is printed where the text does not print it, how it is written (as names_written says, ~, % and & as in
+# _INDICES), and what it is where that is no parameter or unknown
 TABLE = r"""
-{d}theta_ | - | | theta_sign*({d}phi if swapped else {d}theta)
-{d}phi_ | - | | phi_sign*({d}theta if swapped else {d}phi)
-st_ | - | | sin(theta_)
-ct_ | - | | cos(theta_)
-s_ | - | | sin(phi_)
-c_ | - | | cos(phi_)
-x_ | - | | vector(1, 0, 0)
-y_ | - | | vector(0, 1, 0)
-z_ | - | | vector(0, 0, 1)
-a2_ | - | | vector(0, ct_, -st_)
-a3_ | - | | vector(0, st_, ct_)
-b1_ | - | | vector(c_, -st_*s_, -ct_*s_)
-b2_ | - | | a2_
-b3_ | - | | vector(s_, st_*c_, ct_*c_)
-pi | 1 | \pi
-{q} | 1 | \{q}
+{d}theta_ | - | | | theta_sign*({d}phi if swapped else {d}theta)
+{d}phi_ | - | | | phi_sign*({d}theta if swapped else {d}phi)
+st_ | - | | | sin(theta_)
+ct_ | - | | | cos(theta_)
+s_ | - | | | sin(phi_)
+c_ | - | | | cos(phi_)
+x_ | - | | | vector(1, 0, 0)
+y_ | - | | | vector(0, 1, 0)
+z_ | - | | | vector(0, 0, 1)
+a2_ | - | | | vector(0, ct_, -st_)
+a3_ | - | | | vector(0, st_, ct_)
+b1_ | - | | | vector(c_, -st_*s_, -ct_*s_)
+b2_ | - | | | a2_
+b3_ | - | | | vector(s_, st_*c_, ct_*c_)
+pi | 1 | \pi | +pi
+theta | 1 | \theta | theta theta_1 +q_1
+phi | 1 | \phi | phi phi_1 +q_2
+q_i | - | | +q +q_i
 d{q} | 1/s | \dot{\{q}}
 dd{q} | 1/s2 | \ddot{\{q}}
-s_{q} | 1 | s_\{q} | sin({q})
-c_{q} | 1 | c_\{q} | cos({q})
-a1 | 1 | \hat{a}_1 | x_
-a2 | 1 | \hat{a}_2 | along*a2_
-a3 | 1 | \hat{a}_3 | along*a3_
-b1 | 1 | \hat{b}_1 | b1_
-b2 | 1 | \hat{b}_2 | along*b2_
-b3 | 1 | \hat{b}_3 | along*b3_
-xhat | 1 | \hat{x} | x_
-yhat | 1 | \hat{y} | y_sign*y_
-zhat | 1 | \hat{z} | z_sign*z_
-m | kg
-l r h | m
-g | m/s2
-I1 | kg m2 | I_1
-I2 | kg m2 | I_2 | I1
-I3 | kg m2 | I_3
-J1 | kg m2 | J_1 | I1 + m*h**2
-J2 | kg m2 | J_2 | I2 + m*h**2
-J3 | kg m2 | J_3 | I3
-Fg | N | F_g | m*g
-field | m/s2 | \mathbf{g} | g*z_
-weight | N | \mathbf{F}_g | m*field
-rG | m | \mathbf{r}_G | h*b3_
-rT | m | | l*b3_
-vG | m/s | \mathbf{v}_G | h*(dphi_*b1_ + dtheta_*c_*b2_)
-aG | m/s2 | \mathbf{a}_G | h*(ag1_*b1_ + (ddtheta_*c_ - 2*dtheta_*dphi_*s_)*b2_ + ag3_*b3_)
-ag1_ | - | | ddphi_ + dtheta_*dtheta_*s_*c_
-ag3_ | - | | -(dphi_*dphi_ + dtheta_*dtheta_*c_*c_)
-omega | 1/s | \omega | -dtheta_*c_*b1_ + dphi_*b2_ + -dtheta_*s_*b3_
-alpha | 1/s2 | \dot{\omega} | al1_*b1_ + ddphi_*b2_ + (-ddtheta_*s_ - dtheta_*dphi_*c_)*b3_
-al1_ | - | | -ddtheta_*c_ + dtheta_*dphi_*s_
-speed | m/s | v | sqrt(dot(vG, vG))
-{c} | m | | dot(rG, {c}hat)
-{c}T | m | | dot(rT, {c}hat)
-v{c} | m/s | v_{c} | dot(vG, {c}hat)
-a{c} | m/s2 | a_{c} | dot(aG, {c}hat)
-vc{i} | m/s | v_{i} | dot(vG, b{i})
-ac{i} | m/s2 | a_{G,{i}} | dot(aG, b{i})
-w{c} | 1/s | | dot(omega, {c}hat)
-w{i} | 1/s | \omega_{i} | dot(omega, b{i})
-wd{c} | 1/s2 | | dot(alpha, {c}hat)
-wd{i} | 1/s2 | \dot{\omega}_{i} | dot(alpha, b{i})
-R{i} | N | R_{i}
-R | N | \mathbf{R} | R1*b1_ + along*R2*b2_ + -R3*b3_
-Mc | N m | M_c | M3/c_
-M | N m | \mathbf{M} | along*Mc*a3_
-M1 | N m | M_1 | dot(M, b1)
-M2 | N m | M_2 | dot(M, b2)
-M3 | N m | M_3
-T | N m | | (m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2
-V | N m | | -m*g*h*c_*ct_
-L | N m | | T - V
-E | N m | | T + V
+s_{q} | 1 | s_\{q} | +s_{q} | sin({q})
+c_{q} | 1 | c_\{q} | +c_{q} | cos({q})
+a1 | 1 | \hat{a}_1 | +a_1 | x_
+a2 | 1 | \hat{a}_2 | +a_2 | along*a2_
+a3 | 1 | \hat{a}_3 | +a_3 | along*a3_
+b1 | 1 | \hat{b}_1 | +b_1 | b1_
+b2 | 1 | \hat{b}_2 | +b_2 | along*b2_
+b3 | 1 | \hat{b}_3 | +b_3 | along*b3_
+xhat | 1 | \hat{x} | *e_@ *n_@ *i *x +x_I *x x | x_
+yhat | 1 | \hat{y} | *e_@ *n_@ *j *y +y_I *y y | y_sign*y_
+zhat | 1 | \hat{z} | *e_@ *n_@ *k *z +z_I *z z | z_sign*z_
+m | kg | | +m M
+l | m | | +l +L
+r | m | | r +r~
+h | m | | +h
+g | m/s2 | | g
+I1 | kg m2 | I_1 | +I_@ +I_@@ I_G J_G I_C J_C I_cm J_cm I *I
+I2 | kg m2 | I_2 | +I_@ +I_@@ | I1
+I3 | kg m2 | I_3 | +I_@ +I_@@
+J1 | kg m2 | J_1 | +J_@ +J_@@ J J_O J_A J_P I_O I_A I_P - - I | I1 + m*h**2
+J2 | kg m2 | J_2 | +J_@ +J_@@ | I2 + m*h**2
+J3 | kg m2 | J_3 | +J_@ +J_@@ | I3
+Fg | N | F_g | F_g W W_g | m*g
+field | m/s2 | \mathbf{g} | *g | g*z_
+weight | N | \mathbf{F}_g | *F_g *W *W_g | m*field
+rG | m | \mathbf{r}_G | +r~ | h*b3_
+rT | m | | +r_T +r_tip +r_P | l*b3_
+vG | m/s | \mathbf{v}_G | +v~ | h*(dphi_*b1_ + dtheta_*c_*b2_)
+aG | m/s2 | \mathbf{a}_G | +a~ | h*(ag1_*b1_ + (ddtheta_*c_ - 2*dtheta_*dphi_*s_)*b2_ + ag3_*b3_)
+ag1_ | - | | | ddphi_ + dtheta_*dtheta_*s_*c_
+ag3_ | - | | | -(dphi_*dphi_ + dtheta_*dtheta_*c_*c_)
+omega | 1/s | \omega | +omega& +w& | -dtheta_*c_*b1_ + dphi_*b2_ + -dtheta_*s_*b3_
+alpha | 1/s2 | \dot{\omega} | +alpha& | al1_*b1_ + ddphi_*b2_ + (-ddtheta_*s_ - dtheta_*dphi_*c_)*b3_
+al1_ | - | | | -ddtheta_*c_ + dtheta_*dphi_*s_
+speed | m/s | v | - +v~ | sqrt(dot(vG, vG))
+{c} | m | | {c}~ | dot(rG, {c}hat)
+{c}T | m | | {c}_T {c}_tip {c}_P | dot(rT, {c}hat)
+v{c} | m/s | v_{c} | +v_{c} +v_G{c} +v_C{c} +v_cm{c} +v_{c}G | dot(vG, {c}hat)
+a{c} | m/s2 | a_{c} | +a_{c} +a_G{c} +a_C{c} +a_cm{c} +a_{c}G | dot(aG, {c}hat)
+vc{i} | m/s | v_{i} | +v_{i} +v_G{i} +v_C{i} +v_cm{i} +v_{i}G | dot(vG, b{i})
+ac{i} | m/s2 | a_{G,{i}} | a_{i} +a_G{i} +a_C{i} +a_cm{i} +a_{i}G | dot(aG, b{i})
+w{c} | 1/s | | +omega_{c} +omega_B{c} +w_{c} +w_B{c} | dot(omega, {c}hat)
+w{i} | 1/s | \omega_{i} | +omega_@ +omega_B@ +w_@ +w_B@ | dot(omega, b{i})
+wd{c} | 1/s2 | | +alpha_{c} +alpha_B{c} | dot(alpha, {c}hat)
+wd{i} | 1/s2 | \dot{\omega}_{i} | +alpha_@ +alpha_B@ | dot(alpha, b{i})
+R{i} | N | R_{i} | +R_{i}
+R | N | \mathbf{R} | +R | R1*b1_ + along*R2*b2_ + -R3*b3_
+Mc | N m | M_c | +M_c | M3/c_
+M | N m | \mathbf{M} | +M | along*Mc*a3_
+M1 | N m | M_1 | +M_1 | dot(M, b1)
+M2 | N m | M_2 | +M_2 | dot(M, b2)
+M3 | N m | M_3 | +M_3
+T | N m | | +E_k +E_c +E_kin +T% +K% | (m*dot(vG, vG) + (I1*w1**2 + I2*w2**2 + I3*w3**2))/2
+V | N m | | +E_p +E_pot +V% +U% | -m*g*h*c_*ct_
+L | N m | | +L% | T - V
+E | N m | | +E +E_tot +H% | T + V
 """
-ROWS = read_table(TABLE)
-FORMULAS: dict[str, Formula] = formulas({name: text for name, _, _, text in ROWS if text})
+# indices of the centre of mass, of energies, and of how B turns
+_INDICES = {"~": "_ _G _C _CG _cm _com _GO _OG", "%": "_ _k _c _p _kin _pot _tot", "&": "_ _B _BI _IB _AB"}
+ROWS = read_table(TABLE, 5)
+FORMULAS: dict[str, Formula] = formulas({row[0]: row[4] for row in ROWS if row[4]})
 FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
 FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J")}
-LATEX = {name: printed for name, _, printed, _ in ROWS if printed} | {"inertia": r"\mathbf{I}"}
-DIMENSION_OF = {name: powers for name, unit, _, _ in ROWS if (powers := UNITS[unit]) is not None}
+LATEX = {name: printed for name, _, printed, *_ in ROWS if printed} | {"inertia": r"\mathbf{I}"}
+DIMENSION_OF = {name: powers for name, unit, *_ in ROWS if (powers := UNITS[unit]) is not None}
 DIMENSION_OF |= dict.fromkeys(MATRICES, (0, 0, 0)) | dict.fromkeys(("inertia", "inertiaO"), (1, 2, 0))
-
-
 _RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
 _RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
 _RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
-_CENTRE = "(?:_(?:G|G/O|G,O|GO|OG|C|CG|c|cm|CM|com|g))?"
-_OF_CENTRE = "(?:(?:G|C|cm),?)?"
-_TIP = "_(?:T|tip|P|t)"
-_PARTS = "(?:_(?:k|c|p|kin|pot|tot))?"
-_TURNING = "(?:_(?:B|BI|B/I|IB|I/B|AB))?"
-_AXIS = "(?P<axis>[123]|[xyz]|11|22|33|xx|yy|zz)"
-_NUMBERS = {name: i for i, letter, unit in zip("123", "xyz", "ijk", strict=True) for name in (i, letter, unit)}
-# how a symbol is written as letter_index, with a star for a hat or bold type, and what it can mean, the likeliest first;
-# {n} is the number of its axis and {c} the letter. The first row that fits counts.
-WRITINGS: tuple[tuple[str, str], ...] = (
-    (r"(?P<name>theta|phi)(?:_1)?", "{name}"),
-    (r"\*?q_1", "theta"),
-    (r"\*?q_2", "phi"),
-    (r"\*?q(?:_i)?", "q_i"),
-    (r"\*?(?P<name>[sc]_(?:theta|phi))", "{name}"),
-    (rf"\*?(?:omega|w){_TURNING}", "omega"),
-    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[123])", "w{n}"),
-    (r"\*?(?:omega|w)_(?:B[,/]?)?(?P<axis>[xyz])", "w{n} w{c}"),
-    (rf"\*?alpha{_TURNING}", "alpha"),
-    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[123])", "wd{n}"),
-    (r"\*?alpha_(?:B[,/]?)?(?P<axis>[xyz])", "wd{n} wd{c}"),
-    (r"\*?b_(?P<axis>[123])", "b{n}"),
-    (r"\*a_(?P<axis>[123])", "a{n}"),
-    (r"a_(?P<axis>[123])", "a{n} ac{n}"),
-    (rf"\*[en]_{_AXIS}|\*(?P<unit>[ijk])", "{c}hat"),
-    (r"\*(?P<axis>[xyz])(?:_I)?|(?P<unit>[xyz])_I", "{c}hat"),
-    (rf"(?P<axis>[xyz]){_CENTRE}", "{c} {c}hat"),
-    (rf"(?P<axis>[xyz]){_TIP}", "{c}T"),
-    (rf"\*?r{_TIP}", "rT"),
-    (r"r", "r rG"),
-    (rf"\*?r{_CENTRE}", "rG r"),
-    (rf"\*?v{_CENTRE}", "vG speed"),
-    (rf"\*?a{_CENTRE}", "aG"),
-    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[xyz]),?G?", "{name}{c}"),
-    (rf"\*?(?P<name>[va])_{_OF_CENTRE}(?P<axis>[123]),?G?", "{name}c{n}"),
-    (rf"\*?(?P<name>[IJ])_{_AXIS}", "{name}{n}"),
-    (r"\*J.*", "inertiaO"),
-    (r"\*I.*", "inertia I1"),
-    (r"I", "inertia I1 J1"),
-    (r"[IJ]_(?:G|C|cm)", "I1"),
-    (r"J|[IJ]_[OAP]", "J1"),
-    (r"\*(?:F_[gG]|W(?:_[gG])?)", "weight"),
-    (r"F_[gG]|W(?:_[gG])?", "Fg"),
-    (r"M", "M m"),
-    (r"\*M", "M"),
-    (r"\*?R", "R"),
-    (r"\*?(?P<name>[RM])_(?P<axis>[123])", "{name}{n}"),
-    (r"\*?M_[cC]", "Mc"),
-    (r"\*g.*", "field"),
-    (r"\*?E_(?:k|c|kin)", "T"),
-    (r"\*?E_(?:p|pot)", "V"),
-    (rf"\*?[TK]{_PARTS}", "T"),
-    (rf"\*?[VU]{_PARTS}", "V"),
-    (rf"\*?[EH]{_PARTS}", "E"),
-    (r"\*?L", "L l"),
-    (rf"\*?L{_PARTS}", "L"),
-    (r"\*?(?P<name>m|l|g|h|pi|t)", "{name}"),
-)
+_TENSORS = {"inertia": "*I I", "inertiaO": "*J", "t": "+t"}
+_INDEXED = {
+    r[0]: " ".join(w[:-1] + end for w in r[3].split() for end in _INDICES.get(w[-1], w[-1]).split()) for r in ROWS
+}
+_WRITTEN = names_written(_INDEXED | _TENSORS)
 
 
 def meanings(written: Written) -> tuple[str, ...]:
     """What a printed symbol can mean, the likeliest first; none for one that is not known."""
-    names = _undotted(replace(written, dots=0))
+    names = _WRITTEN.get("*" * written.styled + plain_name(written.letter + written.index), ())
+    if written.styled and written.letter in ("I", "J", "g"):  # a tensor and the field, whatever their index
+        names = names or _WRITTEN["*" + written.letter]
+    if written.letter == "C":  # direction cosines
+        names = tuple({f"C_{written.frames}"} & MATRICES)
     for _ in range(written.dots):
         names = tuple(_RATES[name] for name in names if name in _RATES)
     return names
-
-
-@cache
-def _undotted(written: Written) -> tuple[str, ...]:
-    cosines = f"C_{written.frames}"
-    if written.letter == "C":
-        return (cosines,) if cosines in MATRICES else ()
-    text = "*" * written.styled + written.letter + (f"_{written.index}" if written.index else "")
-    for pattern, names in WRITINGS:
-        if match := re.fullmatch(pattern, text):
-            parts = match.groupdict()
-            number = _NUMBERS.get((parts.get("axis") or parts.get("unit") or "1")[:1], "1")
-            return tuple(names.format(name=parts.get("name"), n=number, c="xyz"[int(number) - 1]).split())
-    return ()
 
 
 _COMMON = ("theta", "phi", "dtheta", "dphi", "ddtheta", "ddphi", "m", "l", "g", "R1", "R2", "R3", "M3", "Mc", "Fg")

@@ -20,6 +20,8 @@ from pendpin.doctor.systems.base import (
     dot,
     formulas,
     inverse,
+    names_written,
+    plain_name,
     read_table,
 )
 from pendpin.dynamics.dynamics import bind
@@ -28,9 +30,7 @@ from pendpin.errors import InputError
 from pendpin.scene import Chain, Scene
 
 # positions and mass matrices: they have no unit of time, and yet they move
-MOVING = {
-    *["rG", "rp", "r1", "r2", "q", "mass", "M11", "M12", "M22", "x", "y", "x1", "y1", "x2", "y2", "xp", "yp", "z"]
-}
+MOVING = re.compile(r"r[Gp12]|q|mass|M\d\d|[xy][12p]?|z")
 MOST_RODS = 6  # of a chain whose equations anybody writes down
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
@@ -59,21 +59,19 @@ def table_spec(
     ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
     every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
     dimensions = {name: powers for name, unit, _, _ in rows if (powers := UNITS[unit]) is not None}
-    timeless = {name for name, unit in dimensions.items() if unit[2] == 0 and name in every} - (MOVING & every.keys())
+    timeless = {
+        name for name, unit in dimensions.items() if unit[2] == 0 and name in every and not MOVING.fullmatch(name)
+    }
     still = frozenset(timeless | ({*parameters} & dimensions.keys())) - {*coordinates}
     for name in coordinates:
         kg, m, s = dimensions[name]
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
-    ranked: dict[str, list[tuple[int, str]]] = {}
-    for name, _, writings, _ in rows:
-        for rank, one in enumerate(writings.split() if name not in absent else ()):
-            ranked.setdefault(_key(one), []).append((rank, name))
-    written = {one: list(dict.fromkeys(name for _, name in sorted(names))) for one, names in ranked.items()}
+    written = names_written({name: writings for name, _, writings, _ in rows if name not in absent})
 
     def words(one: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
-        key = one.letter + one.index
-        names = (one.styled and written.get(_key("*" + key))) or written.get(_key(key), ())
+        key = plain_name(one.letter + one.index)
+        names = (one.styled and written.get("*" + key)) or written.get(key, ())
         moving = (name for name in names if not (one.dots and (name in still or name in parameters)))
         return tuple("d" * one.dots + name for name in moving if not one.frames)
 
@@ -105,13 +103,6 @@ def table_spec(
         extra=(*unknowns, *extra, *coordinates),
         **others,
     )
-
-
-def _key(word: str) -> str:
-    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1."""
-    plain = re.sub(r"[{}\s,_]", "", word)
-    head = 2 if plain.startswith("*") else 1
-    return plain[:head] + (plain[head:] if plain[head:] == "M" else plain[head:].lower())  # T_M beside T_m
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
@@ -155,7 +146,5 @@ def scene_spec(scene: Scene) -> Spec:
         return lambda q: dynamics.energies(*states(q))[index]
 
     title = f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}"
-    energies = {"T": energy(0), "V": energy(1)}
-    return table_spec(
-        "scene", title, "\n".join(rows), joints, tuple(values), energies, solve, values=values, analytic=False
-    )
+    more, table = {"T": energy(0), "V": energy(1)}, "\n".join(rows)
+    return table_spec("scene", title, table, joints, tuple(values), more, solve, values=values, analytic=False)
