@@ -109,7 +109,6 @@ PENDULUM += (
     ("wrong", "right"),
     [
         (r"$p = I\dot\theta$", "J"),  # I may be the inertia about the pivot, but here it is not
-        (r"$E = \frac12 J\dot\theta^2 - m g h\cos\phi$", r"\theta"),  # a symbol that stands nowhere else
         (r"$V = m g l(1 - \cos\theta)$", "h"),  # as if l were a second name of h
     ],
 )
