@@ -375,21 +375,21 @@ def test_an_index_of_an_index_is_one_index():
     assert all(table(Written("T", 0, "M")) == ("Tc",) != table(Written("T", 0, "m")) for table in tables)
 
 
-PLANE = r"$$\ddot\theta = -\frac{g}{l}\sin\theta$$ $$V = -mgl\cos\theta$$ $$T = \frac12 m l^2\dot\theta^2$$ "
+BOB = r"$$\ddot\theta = -\frac{g}{l}\sin\theta$$ $$V = -mgl\cos\theta$$ $$T = \frac12 m l^2\dot\theta^2$$ "
 
 
 @pytest.mark.parametrize(
     ("line", "verdict"), [(r"v = \dot\theta", "not checked"), (r"\omega = \theta", "not checked"), ("v = l", "fails")]
 )
 def test_a_state_may_get_any_name_and_a_length_no_speed(line, verdict):
-    *_, last = pp.diagnose(f"{PLANE} $${line}$$").findings
+    *_, last = pp.diagnose(f"{BOB} $${line}$$").findings
     assert last.verdict == verdict
     assert (last.remark == "it gives a state a name") == (verdict == "not checked")
 
 
 @pytest.mark.parametrize(("use", "idle"), [("", True), (r"$$V = Q\cos\theta$$", False)])
 def test_what_a_line_defines_is_idle_where_nothing_uses_it(use, idle):
-    findings = pp.diagnose(rf"{PLANE} $$Q = b\, s$$ {use}").findings
+    findings = pp.diagnose(rf"{BOB} $$Q = b\, s$$ {use}").findings
     assert findings[3].remark.startswith("no other equation uses Q: ") == idle
 
 

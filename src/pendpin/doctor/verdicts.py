@@ -265,6 +265,8 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
         other = left and new and (new.letter != left.letter or " is too many" in finding.mends[0].words)
         if left and other and finding.mends[0].cost > ONE_CHANGE:  # two changes
             return f"it does not hold if {_plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
+    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
+        return "it gives a state a name"
     is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
     if is_entry(one) and not any(map(is_entry, held)):
         return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
@@ -288,10 +290,17 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
     if still or (names and not (finding.mends and "sign" in finding.mends[0].words)):
         return "it is a formula in general"
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
-    here = [other for other in cases if other.spec.kind == spec.kind and other is not case and other.finding.equation]
-    laws = (o for o in here if o.confirmed and o.finding.kind != "definition" and _is_law(o.finding.equation, spec))
-    if not any(laws) and not any(other.finding.verdict == "fails" and _is_near(other) for other in here):
+    here = [o for o in cases if o.spec.kind == spec.kind and o.finding.equation]
+    true = [o.finding.equation for o in here if o.confirmed and o.finding.kind != "definition"]
+    true = [other for other in true if other and other.names & {*spec.parameters}]
+    laws, accused = [other for other in true if _is_law(other, spec)], [o for o in here if o.finding.verdict == "fails"]
+    near = sum(_is_near(other) for other in accused if other is not case)
+    if not laws and not near:
         return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
+    different = {o.finding.mends[0].words if o.finding.mends else o.one.latex for o in accused}
+    support = len(laws if _is_law(equation, spec) else true) + near
+    if len(different) - near - _is_near(case) > 2 * support + 1:
+        return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
     return ""
 
 
@@ -332,9 +341,9 @@ def _brought_into_bare_sides(case: _Case) -> set[str]:
     return set().union(*(new for _, new in sides)) if not any(old for old, _ in sides) else set()
 
 
-def _is_law(equation: Equation | None, spec: Spec) -> bool:
+def _is_law(equation: Equation, spec: Spec) -> bool:
     """Whether an equation is about more than how points move: a mass, a force, an energy or gravity is in it."""
-    names = equation.names if equation else set[str]()
+    names = equation.names
     heavy = any(name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names)
     return heavy and bool(names & {*spec.parameters})
 
