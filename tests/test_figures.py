@@ -165,3 +165,16 @@ def test_a_figure_keeps_the_laws(name: str, place: int) -> None:
         for ax in shown:
             inside = within(box, ax.bbox)
             assert inside or not box.padded(-ROUNDING).overlaps(ax.bbox), f"{name}: a legend lies on a frame"
+
+
+def test_other_models_are_drawn_by_the_same_quantity() -> None:
+    """Beside the tensions of two rods, that of one alone; and no number reaches the name of its axis."""
+    several, scene = pp.simulate(double(), samples=61), driven().replace(duration=3.0)
+    figure = several.plot(compare=pp.simulate(scene, samples=61))
+    renderer = FigureCanvasAgg(figure).get_renderer()
+    figure.draw(renderer)
+    names = {ax.get_ylabel(): ax.get_legend_handles_labels()[1] for ax in figure.axes}
+    assert names["tension R3 (N)"] == ["rod 1", "rod 2", "R3"]
+    for ax in figure.axes:
+        name, numbers = ax.yaxis.label.get_window_extent(renderer), ax.yaxis.get_ticklabels(which="both")
+        assert name.x1 <= min(text.get_window_extent(renderer).x0 for text in numbers if text.get_text())

@@ -164,7 +164,9 @@ def panels_of(run: RunRecord) -> list[Panel]:
     if is_rope(run):
         held = np.ptp(run["swing"]) < HELD * run["swing"].max()
         return [draw_offset, *[draw_swing] * (not held), draw_largest_tension, *panels]
-    panels += [draw_positions, draw_forces]
+    several = run.rod_reactions is not None and _count(run) > 1
+    tensions = partial(draw_rods, name="R3", axis="tension R3 (N)")
+    panels += [draw_positions, tensions if several else draw_forces]
     if run.rod_reactions is not None:
         size = np.abs(run.rod_reactions.R3).max() * np.abs(run.tips).max()
         moments = partial(draw_rods, name="M3", axis="moment M3 (N m)")
@@ -198,6 +200,9 @@ def draw_distance(ax: Any, runs: Sequence[RunRecord]) -> None:
         apart, look = distance(run, first), {"color": BLACK, "linestyle": dash, "label": plain_name(label, 24)}
         ax.plot(run.t[rows_within(run, first)], np.where(apart > 0, apart, np.nan), **look)
     ax.set_yscale("log")
+    low, high = ax.get_ylim()
+    if high < 10 * low:  # no power of 10 is in it, and 2.2 x 10^0 would reach the name of the axis
+        ax.yaxis.set_minor_formatter("{x:.3g}")
     ax.set_ylabel("tips apart (m)")
 
 
@@ -221,18 +226,16 @@ def draw_positions(ax: Any, run: RunRecord) -> None:
 
 
 def draw_forces(ax: Any, run: RunRecord) -> None:
-    """R1, R2, R3 of a single rod; the tension R3 of several; of a tree the size of the force in each joint."""
+    """R1, R2, R3 of a single rod; of a tree the size of the force in each joint."""
     if run.rod_reactions is None:
         for color, joint in zip(COLORS, joints_shown(run), strict=False):
             size = np.linalg.norm(run.wrench[:, joint, :3], axis=-1)
             ax.plot(run.t, size, label=plain_name(run.joints[joint]), color=color)
         ax.set_ylabel("joint force (N)")
-    elif _count(run) == 1:
+    else:
         for color, name in zip(COLORS, ("R1", "R2", "R3"), strict=False):
             ax.plot(run.t, run[name], label=name, color=color)
         ax.set_ylabel("reactions (N)")
-    else:
-        draw_rods(ax, run, "R3", "tension R3 (N)")
 
 
 def draw_rods(ax: Any, run: RunRecord, name: str, axis: str) -> None:
