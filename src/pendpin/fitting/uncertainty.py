@@ -9,6 +9,7 @@ data do not tell one kind from its neighbours. benchmarks/fit_coverage.py shows 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -123,18 +124,19 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
 # --- the memory of residuals ----------------------------------------------------------------------------------------
 
 
-class Series(NamedTuple):
+@dataclass(frozen=True, eq=False)
+class Series:
     """N residuals one after the other: by piece, then by column, then by time."""
 
     rows: tuple[Array, Array, Array]  # each (N,): piece, sample and column of each
     gap: Array  # (N,) s since the one before; infinite at the first of a piece and column
 
-    @property
+    @cached_property
     def firsts(self) -> Array:
         """The S residuals at which a piece and column begins, (S,)."""
         return np.flatnonzero(np.isinf(self.gap))
 
-    @property
+    @cached_property
     def edges(self) -> Array:
         """The residuals at which a piece begins, but for the first (P - 1,)."""
         return np.flatnonzero(np.diff(self.rows[0])) + 1
@@ -239,9 +241,9 @@ def degrees_of_freedom(series: Series, unknowns: int, starts: int) -> int:
 
 def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
     """Rows (N, K) less what those before say of them, over the root of the variance that is left."""
-    gain = np.roll(gain, 1)  # of the sample before; at the first of a series decay is 0
-    bands = np.array([np.ones(len(x)), np.append(-(decay * (1 - gain))[1:], 0.0)])
-    before = np.vstack([np.zeros_like(x[:1]), (decay * gain)[1:, None] * x[:-1]])
+    decay, gain = decay[1:], gain[:-1]  # the gain of the sample before; at the first of a series decay is 0
+    bands = np.array([np.ones(len(x)), np.append(-(decay * (1 - gain)), 0.0)])
+    before = np.vstack([np.zeros_like(x[:1]), (decay * gain)[:, None] * x[:-1]])
     known, _ = lapack("tbtrs")(bands, before, uplo="L", diag="U")  # SciPy's solve_banded takes three times as long
     return (x - known) / np.sqrt(new)[:, None]
 
