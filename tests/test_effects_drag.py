@@ -27,6 +27,26 @@ def test_linear_drag_is_a_viscous_joint_for_one_rod() -> None:
     assert largest(drag - joint) < 1e-14
 
 
+@pytest.mark.parametrize("upper", [1.0, 0.4])
+def test_a_hanging_chain_carries_the_linear_drag_of_a_cross_wind(upper: float) -> None:
+    """Newton's law of all rods: the support's force and the wind's, linear W l on each, are what moves the centres."""
+    rods, linear, wind = (
+        (pp.Rod(length=upper, mass=1.0, radius=0.05), pp.Rod(length=0.7, mass=0.4, radius=0.02)),
+        0.4,
+        2.5,
+    )
+    drag = fx.Drag(coefficient=0, linear=linear, wind=(0.0, wind, 0.0))
+    dynamics = pp.bind(pp.Scene(model=pp.Chain(rods=rods), effects=(fx.Gravity(), drag)))
+    a, force = (
+        dynamics.acceleration(0.0, np.zeros(4), np.zeros(4)),
+        dynamics.wrenches(0.0, np.zeros(4), np.zeros(4))[0, :3],
+    )
+    ahead = -np.array([upper / 2 * a[0], upper * a[0] + 0.35 * (a[0] + a[2])])  # m/s², along y: theta is clockwise
+    total = sum(rod.mass * y for rod, y in zip(rods, ahead, strict=True))
+    assert force[1] + linear * wind * (upper + 0.7) == pytest.approx(total, rel=1e-12)
+    assert force[2] == pytest.approx(1.4 * 9.81, rel=1e-12)
+
+
 @law(100)
 @given(
     st.floats(-3, 3),
