@@ -255,6 +255,9 @@ def test_slips_are_noted() -> None:
     stop = pp.effects.Stop(upper=30.0, joints=["theta"])
     with pytest.warns(Note, match=r"effects\[1\].upper: 30 rad is more than a whole turn"):
         pp.simulate(builtin_scene().replace(effects=[*builtin_scene().effects, stop]), duration=0.1)
+    thin = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Drag()], duration=0.1)
+    with pytest.warns(Note, match="drag does not act on rod_1, of radius 0"):
+        pp.simulate(thin)
     with pytest.warns(Note, match="nothing acts"):
         pp.simulate(builtin_scene().replace(effects=[]), duration=0.1)
 
