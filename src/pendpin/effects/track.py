@@ -161,17 +161,20 @@ def read_track(path: Path, columns: tuple[str, ...]) -> Track:
 
 def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
     """The time of each row, with all its digits, and its other numbers."""
-    before, heading = None, columns
+    before, heading = None, True
     for number, line in enumerate(text.splitlines(), 1):
         if not line.strip() or line.startswith("#"):
             continue
         cells = tuple(cell.strip() for cell in line.split(","))
-        if cells == heading:
-            heading = None
+        first, heading = heading, False
+        if first and cells == columns:
             continue
-        heading = None
         if len(cells) != len(columns):
             raise InputError(f"line {number}: {len(cells)} values instead of {len(columns)}: {', '.join(columns)}")
+        if first and not any(letter.isdigit() for letter in line):
+            raise InputError(
+                f"line {number}: the columns are {', '.join(cells)}, where {', '.join(columns)} are wanted"
+            )
         _, *position = (_value(f"line {number}: {name}", cell) for name, cell in zip(columns, cells, strict=True))
         time = Decimal(cells[0])
         if before is not None and not float(time - before) > 0:
