@@ -120,43 +120,6 @@ def test_angles_and_energies_may_have_any_letter(text):
     assert "fails" in verdicts(text.replace("P = -", "P = ").replace(r"\sin b\cos b -", r"\sin b\cos b +"))
 
 
-UNSAID = {  # texts that nobody explains, and what their letters are found to be
-    "rod": (
-        SYMMETRIC.replace("theta", "alpha").replace("phi", "beta"),
-        "alpha=theta,beta=phi,A=J_1,C=I_3,c=h",
-        ("(A - C)", "(A + C)"),
-    ),
-    "thin": (
-        r"$\ddot\phi = -\dot\theta^2\sin\phi\cos\phi - \frac{3g}{2\lambda}\cos\theta\sin\phi$, "
-        r"$V = -\frac{\mu g\lambda}{2}\cos\theta\cos\phi$, $T = \frac{\mu\lambda^2}{6}(\dot\phi^2+\dot\theta^2\cos^2\phi)$",
-        "lambda=l,mu=m",
-        (r"{2\lambda}", r"{\lambda}"),
-    ),
-    "double": (
-        r"$(\mu+\nu) a \ddot\theta_1 + \nu b\ddot\theta_2\cos(\theta_1-\theta_2) + \nu b\dot\theta_2^2"
-        r"\sin(\theta_1-\theta_2) + (\mu+\nu) g\sin\theta_1 = 0$, $V = -(\mu+\nu) g a\cos\theta_1 - \nu g b\cos\theta_2$, "
-        r"$T = \frac12(\mu+\nu)a^2\dot\theta_1^2 + \frac12\nu b^2\dot\theta_2^2 + \nu a b\dot\theta_1\dot\theta_2"
-        r"\cos(\theta_1-\theta_2)$",
-        "mu=m_1,nu=m_2",
-        (r"+ (\mu+\nu) g\sin", r"- (\mu+\nu) g\sin"),
-    ),
-}
-
-
-@pytest.mark.parametrize(("text", "option", "fault"), UNSAID.values(), ids=UNSAID.keys())
-def test_letters_that_nobody_explains_are_proposed_in_one_option(text, option, fault):
-    """Masses, lengths and inertias as angles are; with the option the verdicts are the same and nothing is proposed."""
-    for printed, wrong in ((text, 0), (text.replace(*fault), 1)):
-        found = pp.diagnose(printed)
-        assert found.remarks[0].endswith(f"confirm it with --symbols {option}.")
-        assert [finding.verdict for finding in found.findings].count("fails") == wrong
-        if wrong and option.count("=") > 2:  # confirmed beside a fault in the two short texts
-            continue
-        confirmed = pp.diagnose(printed, symbols=dict(pair.split("=") for pair in option.split(",")))
-        assert not any("confirm" in remark for remark in confirmed.remarks)
-        assert [f.verdict for f in confirmed.findings] == [f.verdict for f in found.findings]
-
-
 BOBS = r"""# Two bobs
 $$x_1 = l_1\sin\theta_1,\quad y_1 = -l_1\cos\theta_1$$
 $$x_2 = x_1 + l_2\sin\theta_2,\quad y_2 = y_1 - l_2\cos\theta_2$$
@@ -185,6 +148,72 @@ def rates(t, y):
             - (M1 + M2)*G*sin(y[0]))/den
     dydt[1] = acc1
 """
+
+
+CART = """
+den = M + m*sin({th})**2
+{acc} = (F + m*sin({th})*(l*{om}**2 + g*cos({th})))/den
+{alf} = (-F*cos({th}) - m*l*{om}**2*sin({th})*cos({th}) - (M + m)*g*sin({th}))/(l*den)
+"""
+UNPACKED = {  # lines that tell which name of a state is the rate of which other
+    "elements": "x1 = s(1)\nx2 = s(2)\nx3 = s(3)\nx4 = s(4)\nsdot(1) = x2\nsdot(3) = x4"
+    + CART.format(th="x3", om="x4", acc="sdot(2)", alf="sdot(4)"),
+    "column": "pos = z(1)\nxd = z(2)\nalfa = z(3)\nalfad = z(4)"
+    + CART.format(th="alfa", om="alfad", acc="xdd", alf="alfadd")
+    + "dz = [xd; xdd; alfad; alfadd]",
+    "tuple": "x, z1, theta, z2 = y\nxdot = z1\nthetadot = z2"
+    + CART.format(th="theta", om="z2", acc="z1dot", alf="z2dot"),
+    "rates first": "thetaDot = state(1)\ntheta = state(2)\nxDot = state(3)\nx = state(4)\nstateDot(2) = thetaDot"
+    + CART.format(th="theta", om="thetaDot", acc="stateDot(3)", alf="stateDot(1)"),
+}
+
+
+@pytest.mark.parametrize("text", UNPACKED.values(), ids=UNPACKED.keys())
+def test_names_of_states_are_what_the_lines_that_unpack_them_say(text):
+    """Both accelerations hold, and one with a wrong sign does not."""
+    laws = [f for f in pp.diagnose(text).findings if "F" in f.latex]
+    assert [f.verdict for f in laws] == ["holds", "holds"]
+    wrong = [f for f in pp.diagnose(text.replace("- (M + m)*g", "+ (M + m)*g")).findings if "F" in f.latex]
+    assert [f.verdict for f in wrong] == ["holds", "fails"]
+
+
+NUMBERED = {
+    "letters": (
+        r"$T = \frac12(m_A+m_B) l_A^2\dot\theta_A^2 + \frac12 m_B l_B^2\dot\theta_B^2 "
+        r"+ m_B l_A l_B\dot\theta_A\dot\theta_B\cos(\theta_A-\theta_B)$, "
+        r"$V = -(m_A + m_B) g l_A\cos\theta_A - m_B g l_B\cos\theta_B$"
+    ),
+    "from 0": """T = 0.5*(m[0]+m[1])*(L[0]*omega[0])**2 + 0.5*m[1]*(L[1]*omega[1])**2 + m[1]*L[0]*L[1]*omega[0]*omega[1]*c01
+c01 = cos(theta[0] - theta[1])
+V = -(m[0] + m[1])*g*L[0]*cos(theta[0]) - m[1]*g*L[1]*cos(theta[1])
+x0 = origin[0] + L[0]*sin(theta[0])
+x1 = x0 + L[1]*sin(theta[1])
+""",
+}
+
+
+@pytest.mark.parametrize("text", NUMBERED.values(), ids=NUMBERED.keys())
+def test_two_bodies_may_have_letters_or_be_counted_from_0(text):
+    """A place may be measured from a pivot."""
+    assert {verdict.partition(" if")[0] for verdict in verdicts(text)} == {"holds"}
+    assert "fails" in verdicts(text.replace("V = -", "V = ", 1))
+
+
+def test_a_letter_that_only_multiplies_a_rate_is_a_damping():
+    """b is a length of a pendulum on a cart elsewhere; q is no vector of coordinates where it is a number."""
+    text = """q = (M + m)*(I + m*L^2) - m^2*L^2*cos(theta)^2
+xddot = ((I + m*L^2)*(F - b*xdot + m*L*thetadot^2*sin(theta)) + m^2*L^2*g*sin(theta)*cos(theta))/q
+thetaddot = -(m*L*cos(theta)*(F - b*xdot + m*L*thetadot^2*sin(theta)) + (M + m)*m*g*L*sin(theta))/q
+"""
+    assert verdicts(text) == ["holds", "holds if", "holds if"]
+    assert "holds if" not in verdicts(text.replace("+ (M + m)*m*g", "- (M + m)*m*g"))[2:]
+
+
+def test_an_entry_of_a_matrix_that_is_0_is_one():
+    text = (
+        "$$ M_{11} = (m_1+m_2) l_1^2, M_{12} = m_2 l_1 l_2\\cos(\\theta_1-\\theta_2), M_{22} = m_2 l_2^2, C_{22} = 0 $$"
+    )
+    assert verdicts(text) == ["holds"] * 4
 
 
 @pytest.mark.parametrize("angles", ["dtheta1dt = y[1]\n    dtheta2dt = y[3]", "dydt[0] = y[1]\n    dydt[2] = y[3]"])

@@ -446,3 +446,13 @@ th, w = state
     assert [f.verdict for f in findings[7:]] == ["not checked"]
     wrong = pp.diagnose(code.replace("y1 - l2", "y1 + l2")).findings
     assert [f.verdict for f in wrong[:4]] == ["holds", "holds", "holds", "fails"]
+
+
+def test_what_is_roughly_equal_holds_to_the_first_order_and_is_never_accused():
+    """What is rounded behind a chain is left out."""
+    text = r"$$\ddot\theta \approx -\frac{g}{l}\theta$$ $$V = -m g l\cos\theta$$ $$T = \frac12 m l^2\dot\theta^2$$"
+    assert [f.verdict for f in pp.diagnose(text).findings] == ["holds if", "holds", "holds"]
+    wrong = pp.diagnose(text.replace(r"-\frac{g}{l}", r"\frac{g}{l}"))
+    assert [f.verdict for f in wrong.findings] == ["not checked", "holds", "holds"]
+    (equation,) = read_equations(read_text(r"$$T_0 = 2\pi\sqrt{l/g} \approx 2.006$$").statements)
+    assert [len(sides) for sides, _ in equation.ways[:1]] == [2]

@@ -77,8 +77,8 @@ def test_an_unknown_system_is_named_first_and_nothing_fails(text):
     assert {finding.verdict for finding in found.findings} == {"not checked"}
 
 
-def test_other_letters_are_given_or_said_or_proposed():
-    """By --symbols, by a sentence of the text, and else as most equations hold."""
+def test_other_letters_are_given_or_said():
+    """By --symbols, or by a sentence of the text."""
     text = "$A \\ddot\\beta + (A - C)\\sin\\beta\\cos\\beta\\,\\dot\\alpha^2 + M g c\\cos\\alpha\\sin\\beta = 0$"
     symbols = {"alpha": "theta", "beta": "phi", "A": "J_1", "C": "I_3", "M": "m", "c": "h"}
     assert [f.verdict for f in pp.diagnose(text, symbols=symbols).findings] == ["holds"]

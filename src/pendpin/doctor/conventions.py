@@ -82,10 +82,8 @@ def likely_rod(equations: list[Printed]) -> str:
     names, uniform = set[str](), False
     for one in (one for one in equations if one.ways):
         names |= next(one.readings()).names
-        lone, inside = (
-            {side.value for side in one.sides if side.kind == "symbol"},
-            set().union(*map(symbols, one.sides)),
-        )
+        lone = {side.value for side in one.sides if side.kind == "symbol"}
+        inside = set().union(*map(symbols, one.sides))
         # the length gives h or an inertia
         uniform |= "l" in inside and "h" not in inside - lone and bool(lone & {"h", "inertia", *INERTIAS})
     if uniform or not ("h" in names or (names & INERTIAS and "l" not in names)):

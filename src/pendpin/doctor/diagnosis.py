@@ -9,6 +9,7 @@ from typing import Any
 
 from pendpin.doctor.checking.check import check, is_general, when
 from pendpin.doctor.checking.conditions import (
+    ROUGHLY,
     SAID_SMALL,
     holds_as_stated,
     holds_if,
@@ -133,6 +134,8 @@ class _Doctor:
                 healed = tuple(mends(self._patient(one, equation), False))
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)
                 return replace(found, mends=healed, remark=one.remark)
+        if ROUGHLY.search(one.latex):
+            return replace(found, remark="it says itself that it is not exact")
         system = self._to_first_order(one) or self.system
         healed = [mends(self._patient(one, equation, system), pairs) for equation, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]

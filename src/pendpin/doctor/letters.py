@@ -7,19 +7,18 @@ section does not hold. A letter that the text defines itself has that meaning, w
 import re
 from collections import Counter, defaultdict
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import suppress
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import islice, permutations, product
 
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.definitions import quantity_of
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, relative_error
+from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.printed import Printed, bind, holding
 from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import Vocabulary, Written, raw
-from pendpin.doctor.reading.tree import Node, Unread, parts, symbols, walk
-from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.reading.tree import parts, symbols, walk
+from pendpin.doctor.systems.base import Spec, System
 from pendpin.doctor.systems.rod import SPECS
 
 Name = tuple[str, str]  # a letter and its index
@@ -35,13 +34,8 @@ MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_KNOWN = 20_000  # credits of equations that are remembered
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
-SHORT = 3  # parts of one that is named like a quantity
-LONG = 9  # parts of an expression that does not come to a quantity by chance
 HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = 2.0, 0.5  # what a definition that comes to an acceleration, or is named like a quantity, counts
-MEASURED = {(1, 0, 0), (0, 1, 0), (1, 2, 0)}  # powers of kg, m, s of what a letter that nobody explains may stand for
-MOST_EQUATIONS, MOST_LETTERS = 12, 4  # in which such letters are searched; letters of one equation
-MOST_MEANINGS, MOST_KEPT = 400, 6  # meanings of the letters of one equation, and those that are followed up
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
@@ -284,48 +278,3 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
         sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
         if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
             yield name, usual
-
-
-def option(name: str) -> str:
-    """A symbol or quantity as it is written in --symbols: J1 is J_1."""
-    return re.sub(r"(?<=[a-zA-Z])(\d+)$", r"_\1", name.lstrip("?"))
-
-
-def proposed(equations: list[Printed], system: System) -> tuple[float, dict[str, str]]:
-    """How much holds with the best meanings of letters that nobody explains, and these; none if too little does.
-
-    They are masses, lengths and inertias; s and c need not be a sine and cosine.
-    """
-    explained, spec = {one.defines for one in equations}, system.spec
-    letters_of = lambda one: (  # noqa: E731
-        {name for name in one.names if name.startswith("?")} - explained - (one.definitions.keys() - {"?s", "?c"})
-    )
-    wanted = [(one, sorted(letters_of(one))) for one in equations if len(one.names) > 1 and not one.defines]
-    wanted = [(one, letters) for one, letters in wanted if len(letters) <= MOST_LETTERS][:MOST_EQUATIONS]
-    used = set().union(*(next(one.readings()).names for one, _ in wanted))
-    names = (name for name in dict.fromkeys((*spec.parameters, "J1", "J")) if name not in used)
-    known = {*spec.parameters, *spec.formulas}
-    free = [name for name in names if name in known and spec.dimensions.get(name) in MEASURED]
-    kept: list[tuple[float, int, dict[str, str]]] = [
-        (0.0, 0, {})
-    ]  # what holds counts, how many hold, with which meanings
-    for one, letters in sorted(wanted, key=lambda pair: len(pair[1])):
-        more = []
-        for score, count, meanings in kept:
-            left = [letter for letter in letters if letter not in meanings]
-            choices = permutations([name for name in free if name not in meanings.values()], len(left))
-            for choice in islice(choices, MOST_MEANINGS):
-                meant = meanings | dict(zip(left, choice, strict=True))
-                nodes = {letter: Node("symbol", (0, 0), meant[letter]) for letter in letters}
-                readings = (replace(e, definitions=e.definitions | nodes) for e in one.readings())
-                if equation := next((e for e in readings if _holds(e, system)), None):
-                    more.append((score + weight(equation, spec), count + bool(letters), meant))
-        kept = sorted([*more, *kept], key=lambda entry: -entry[0])[:MOST_KEPT]
-    score, count, meanings = kept[0]
-    return (score, meanings) if count >= OFTEN else (0.0, {})
-
-
-def _holds(equation: Equation, system: System) -> bool:
-    with suppress(Unread):
-        return not of_equation(equation, system.spec)[1] and relative_error(equation, random_states(system)) < TOLERANCE
-    return False

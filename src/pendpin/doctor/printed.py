@@ -1,7 +1,6 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
-import re
-from collections.abc import Callable, Collection, Iterator
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -12,29 +11,21 @@ import numpy as np
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
-from pendpin.doctor.reading.names import (
-    CONSTANTS,
-    UNIT_VECTORS,
-    Vocabulary,
-    Written,
-    bound,
-    raw,
-    settle_elements,
-    unknown,
-)
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound, raw
+from pendpin.doctor.reading.states import find_renames
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, parts, rename, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 COORDINATES = {"x", "y", "z"}
+DAMPINGS = {*"bcdkf"}  # letters of dampings
 
 
 THIN = System(SPECS["thin"])
 Name = tuple[str, str]  # a letter and its index
-Rename = Callable[[Written], Written]
 Candidate = tuple[Equation, float]  # and its relative error
 
 
@@ -88,7 +79,7 @@ class Printed:
         """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
         equations = parse(text, tight=tight)
         for change in self.renames:
-            equations = [[_renamed(side, change) for side in sides] for sides in equations]
+            equations = [[rename(side, change) for side in sides] for sides in equations]
         return [tuple(bound(side, self.words) for side in _styled(tuple(sides))) for sides in equations]
 
     @property
@@ -125,97 +116,15 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
-    written = [part.written for one in found for part in parts(one.sides) if part.written]
-    if any(name.index[:1] == "[" and "," in name.index for name in written):
-        found = _rewritten(found, settle_elements(written))
-    # indices are counted from 1 where q_0 and q_1 both move
-    moving = {(name.letter, name.index) for name in written if name.dots}
-    if any({(letter, "0"), (letter, "1")} <= moving and (letter, "2") not in moving for letter, _ in moving):
-        shifted = str.maketrans("01", "12")
-        found = _rewritten(found, lambda written: replace(written, index=written.index.translate(shifted)))
-    found = _rename_state_vectors(found)
-    # rates of a state that stands nowhere have names of their own: xdot(2) = ...
-    written = [part.written for one in found for part in parts(one.sides) if part.written]
-    stated = {name.letter for name in written if not name.dots}
-    if lone := {name for name in written if name.dots == 1 and name.index[:1] == "[" and name.letter not in stated}:
-        own_rate = lambda name: replace(name, letter=f"{name.letter}dot", dots=0) if name in lone else name  # noqa: E731
-        found = _rewritten(found, own_rate)
-    # a letter that is equal to a matrix is one wherever it stands, however it is printed: M = [...], inv(M)
-    tables = [one.sides for one in found if any(side.kind == "matrix" for side in one.sides)]
-    matrices = {side.written for sides in tables for side in sides if side.kind == "symbol" and side.written}
-    inside = {part.written for sides in tables for side in sides if side.kind == "matrix" for part in parts([side])}
-    matrices = {written for written in matrices - inside if not written.styled and not written.dots}
-    if matrices:
-        found = _rewritten(found, lambda written: replace(written, styled=written.styled or written in matrices))
-    # a difference that is written like a rate has a name of its own: dtheta = theta2 - theta1
-    own = set[Written]()
-    for one in found:
-        if len(one.sides) == 2 and one.sides[1].kind == "sum" and len(one.sides[1].children) == 2:
-            left, terms = one.sides[0].written, one.sides[1].children
-            if left and left.dots == 1 and all(term.written and not term.written.dots for term in terms):
-                own.add(left)
-    named = lambda written: replace(written, letter=f"d{written.letter}", dots=0) if written in own else written  # noqa: E731
-    return _rewritten(found, named) if own else found
+    renames = tuple(find_renames([one.sides for one in found]))
 
+    def renamed(side: Node) -> Node:
+        for change in renames:
+            side = rename(side, change)
+        return side
 
-def _rewritten(raw: list[Printed], change: Rename) -> list[Printed]:
-    """The equations with other names, also where a changed text of one is read again."""
-    return [
-        replace(
-            one,
-            ways=tuple((tuple(_renamed(side, change) for side in sides), tight) for sides, tight in one.ways),
-            renames=(*one.renames, change),
-        )
-        for one in raw
-    ]
-
-
-def _renamed(node: Node, change: Rename) -> Node:
-    """An expression with other names."""
-    written = change(node.written) if node.written else None
-    value = unknown(written) if written and node.kind in ("symbol", "derivative") else node.value
-    return replace(node, written=written, value=value, children=tuple(_renamed(one, change) for one in node.children))
-
-
-def _rename_state_vectors(raw: list[Printed]) -> list[Printed]:
-    """The equations with rates in place of the second half of a vector of states: x_2 where x_1' = x_2 stands.
-
-    The vector on the left of dydt(1) = y(2) holds the rates of the one on the right. A line such as dtheta1 = y[1] says
-    that y[1] is the rate of y[0], or in a vector of angles before rates that of y[1 - n].
-    """
-    states: dict[Name, Name] = {}  # the state of each rate
-    vectors: dict[str, str] = {}  # the vector of rates, and that of states
-    places: dict[str, list[int]] = {}  # of the rates in a vector that lines name
-    for one in raw:
-        if len(one.sides) == 2 and all(side.kind == "symbol" and side.written for side in one.sides):
-            left, right = (side.written for side in one.sides)
-            assert left is not None
-            assert right is not None
-            named = left.letter != right.letter and left.index[:1] == right.index[:1] == "[" and not left.dots
-            if named and re.search("d|p|f|F", left.letter):
-                vectors[left.letter] = right.letter
-            same = left.letter == right.letter and left.dots == 1 and left.index and right.index
-            if (same or named) and not right.dots and left.index != right.index:
-                states = {rate: state for rate, state in states.items() if state != (right.letter, left.index)}
-                states[right.letter, right.index] = (right.letter, left.index)
-            if left.dots == 1 and not right.dots and re.fullmatch(r"\[\d+\]", right.index):
-                places.setdefault(right.letter, []).append(int(right.index[1:-1]))
-    lettered = {letter for letter, _ in states}
-    for letter, found in places.items():
-        if letter not in lettered:
-            back = len(found) if max(found) - min(found) == len(found) - 1 else 1
-            states |= {(letter, f"[{place}]"): (letter, f"[{place - back}]") for place in found}
-    if not states:
-        return raw
-
-    def change(written: Written) -> Written:
-        if written.letter in vectors:
-            written = replace(written, letter=vectors[written.letter], dots=written.dots + 1)
-        if (state := states.get((written.letter, written.index))) is not None and state[1] != written.index:
-            written = replace(written, index=state[1], dots=written.dots + 1)
-        return written
-
-    return _rewritten(raw, change)
+    ways = ([(tuple(map(renamed, sides)), tight) for sides, tight in one.ways] for one in found)
+    return [replace(one, ways=tuple(way), renames=renames) for one, way in zip(found, ways, strict=True)]
 
 
 def bind(
@@ -263,26 +172,58 @@ def bind(
 
 
 def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]:
-    """Letters such as a_1 that equations give another dimension than that of the constants that they may stand for."""
+    """Letters that do not stand for the constants or vectors that they may stand for elsewhere.
+
+    Such as a_1 that equations give another dimension, q of a number, and b that multiplies a rate wherever it stands.
+    """
     spec, found = words.spec, dict[Name, set[Name]]()
     for one in (one for one in equations if len(one.sides) == 2 and one.sides[0].written and spec):
         left, right = one.sides
         assert left.written is not None
-        name = (left.written.letter, left.written.index)
-        meanings = {*words(left.written)}
-        fixed = meanings <= spec.still or symbols(right) <= spec.still
-        if (
-            name in words.chosen
-            or left.written.dots
-            or not symbols(right)
-            or not fixed
-            or "".join(name) in meanings
-            or meanings & {*spec.state}
-        ):
+        name, meanings = (left.written.letter, left.written.index), {*words(left.written)}
+        is_vector = meanings == {"q"}
+        fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
+        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or meanings & {*spec.state}
+        if usual or not symbols(right) or not fixed:
             continue
-        if all(of_equation(equation, spec)[1] for equation in one.readings()):
+        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
+        if number or all(of_equation(equation, spec)[1] for equation in one.readings()):
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
-    return {name: "" for name, used in found.items() if not used & found.keys()}
+    own = {name: "" for name, used in found.items() if not used & found.keys()}
+    for name in _dampings(equations) if spec else ():
+        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
+            own[name] = ""
+    return own
+
+
+def _dampings(equations: list[Printed]) -> set[Name]:
+    """Letters that stand in products with one rate only."""
+    orders: dict[Name, set[int]] = {}
+
+    def visit(node: Node, around: int) -> None:
+        if node.kind == "product":  # also of fractions and brackets
+            around += sum(_order(child) for child in node.children)
+        elif node.kind != "power" or node.value < 0:
+            around = around if node.kind == "symbol" else 0
+        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
+            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
+        for child in node.children:
+            visit(child, around)
+
+    for one in equations:
+        for side in one.sides if len(one.names) > 1 else ():
+            visit(side, 0)
+    return {name for name, found in orders.items() if found == {1}}
+
+
+def _order(node: Node) -> int:
+    """How many rates are multiplied in an expression."""
+    if node.kind == "power":
+        return abs(int(node.value)) * _order(node.children[0])
+    if node.kind == "product":
+        return sum(map(_order, node.children))
+    written = node.written if node.kind == "symbol" else None
+    return int(written is not None and (written.dots == 1 or (written.letter in ("omega", "w") and not written.dots)))
 
 
 def _styled(sides: tuple[Node, ...]) -> tuple[Node, ...]:
@@ -329,11 +270,8 @@ def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]
     sides = list(one.sides)
     if len(sides) > 1 and sides[0].kind == "power" and sides[0].value == 2:  # v^2 = ... defines v
         base, square = sides[0].children[0], sides[1]
-        if (
-            base.kind == "symbol"
-            and base.value.startswith("?")
-            and base.value not in given | {s: s for s in symbols(square)}
-        ):
+        named = base.kind == "symbol" and base.value.startswith("?")
+        if named and base.value not in {*given, *symbols(square)}:
             return [(base.value, Node("power", square.span, Fraction(1, 2), (square,)))]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
@@ -408,12 +346,8 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
 def _of_the_tip(equation: Equation, system: System) -> bool:
     """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
     lone = {side.value for side in equation.sides}
-    if (
-        "xT" not in system.spec.formulas
-        or not equation.names & COORDINATES
-        or lone & COORDINATES
-        or equation.meanings.keys() - COORDINATES
-    ):
+    others = lone & COORDINATES or equation.meanings.keys() - COORDINATES
+    if "xT" not in system.spec.formulas or not equation.names & COORDINATES or others:
         return False
     tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
     return relative_error(tip, random_states(system)) < TOLERANCE

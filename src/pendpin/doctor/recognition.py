@@ -16,14 +16,10 @@ from pendpin.doctor.letters import (
     Letters,
     Renamed,
     credit,
-    held,
     letters_of,
-    option,
-    proposed,
     renamings,
     settled,
     telling,
-    weight,
 )
 from pendpin.doctor.printed import Printed, bind, read_equations
 from pendpin.doctor.reading.documents import Document
@@ -52,11 +48,9 @@ CLOSE = 2.5  # readings in which so few equations fewer hold are compared more c
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
 OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
-ENOUGH = 1.0  # by how much more must hold with proposed meanings of letters
-MOST_PROPOSED = 20  # readings in which the meanings of unknown letters are searched
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
 FROM_HORIZONTAL = re.compile(
-    r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.IGNORECASE
+    r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.I
 )
 ON_A_JOINT = re.compile(
     r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
@@ -245,8 +239,6 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     if readings[0].credits.sum() < 1:  # nothing holds: perhaps for small angles
         small = sorted((replace(one, small=True) for one in readings), key=lambda one: -one.score(whole, ""))
         readings = small if any(one.credits.sum() for one in small) else readings
-    if not choices.get("proposed") and (better := _proposed(page, choices, readings)):
-        return better
     return _by_section(page, readings)
 
 
@@ -277,10 +269,9 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         return Recognition(main, tuple(chosen), tuple(rivals))
     sections = [*page.sections]
     for inside, words in sections:
+        # what the page's reading does not explain
         some = (main.equations[i] for i in np.flatnonzero(inside & (main.credits == 0)))
-        wanting = any(
-            len(one.names) > 1 and not one.defines for one in some
-        )  # what the page's reading does not explain
+        wanting = any(len(one.names) > 1 and not one.defines for one in some)
         here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
@@ -318,31 +309,6 @@ def without(words: Collection[str], kind: str) -> list[str]:
     return [word for word in kind.split() if word not in words]
 
 
-def _proposed(page: _Page, choices: dict[str, Any], readings: list[Reading]) -> Recognition | None:
-    """The document read with meanings of its unknown letters, if more holds so; None for one of an unknown system."""
-    best = readings[0]
-    most, meanings = held(best.equations, best.system), dict[str, str]()
-    if FOREIGN.search(page.document.text) or not any(one.unknown for one in best.equations):
-        return None
-    every = (next(one.readings()) for one in telling(best.equations) if not one.defines)
-    if most > 0.6 * sum(weight(equation, best.system.spec) for equation in every):
-        return None
-    most += ENOUGH
-    for reading in readings[:MOST_PROPOSED]:
-        rods = [SPECS[kind] for kind in ("symmetric", "thin")] if reading.system.kind in RODS else []
-        for spec in rods or [reading.system.spec]:
-            score, found = proposed(reading.equations, replace(reading.system, spec=spec))
-            if score > most:
-                best, most, meanings = reading, score, found
-    if not meanings:
-        return None
-    names = best.angles | {option(letter): option(meaning) for letter, meaning in sorted(meanings.items())}
-    found = read(page.document, {**choices, "symbols": {**names, **choices.get("symbols", {})}, "proposed": True})
-    text = ",".join(f"{name}={meaning}" for name, meaning in names.items())
-    words = f"The letters are read so that most equations hold; confirm it with --symbols {text}."
-    return replace(found, main=replace(found.main, remarks=(words, *found.main.remarks)))
-
-
 def _rods(page: _Page) -> Iterator[Reading]:
     """The equations read as those of a rod on a universal joint, also with other names of its angles in both orders."""
     yield _as_rod(page, {}, {})
@@ -368,16 +334,13 @@ def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
         base, remarks = find_convention(equations, kind, swaps=not renamed)
         conventions = SINGLE
     if own is None and kind == "point":
-        remarks.insert(
-            0, "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
-        )
+        words = "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
+        remarks.insert(0, words)
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
-    title, chained = (
-        SPECS[kind].title,
-        own is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", page.document.text)) > 3,
-    )
-    if chained:
+    title, chained = SPECS[kind].title, False
+    if own is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", page.document.text)) > 3:
+        chained = True
         title = "a chain of rods, each equation as one of a single rod"
         remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
     if angles:
@@ -398,9 +361,8 @@ def _others(page: _Page) -> Iterator[Reading]:
         skipped = page.kind not in (None, family) or (family == "acrobot" and not driven)
         if skipped or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
             continue
-        bodies = sorted(
-            specs, key=lambda spec: (" any" in spec.kind) != bool(inertias)
-        )  # simple ones unless it says so
+        # simple ones unless it says so
+        bodies = sorted(specs, key=lambda spec: (" any" in spec.kind) != bool(inertias))
         seen = list[Renamed]()
         for renamed in (one for letters in page.letters for one in renamings(family, letters)):
             if renamed in seen:

@@ -231,9 +231,8 @@ def _formulas(text: str) -> Iterator[Formula]:
         if opener == "$" and "\n\n" in body:
             continue
         if "math" in opener and opener[0] in ".`":  # a blank line ends an equation
-            body = re.sub(
-                r"(?<=[^\s\\])[ \t]*\n(?=[ \t]*\n\s*\S)", lambda match: " " * (len(match[0]) - 1) + "\f", body
-            )
+            ends = lambda match: " " * (len(match[0]) - 1) + "\f"  # noqa: E731
+            body = re.sub(r"(?<=[^\s\\])[ \t]*\n(?=[ \t]*\n\s*\S)", ends, body)
         yield match.start(), closing.end(), place, body
         place = closing.end()
 

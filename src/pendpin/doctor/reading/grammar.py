@@ -1,27 +1,16 @@
-"""Tokens to trees: sums, products with and without signs, powers, functions, derivatives, brackets, matrices.
+"""Tokens to trees: sums, products, powers, functions, derivatives, brackets, matrices.
 
-Written by hand and not from a grammar's rules, because every part keeps its place in the text, so that a mend can be written
-there, and because what is almost mathematics is refused with a reason and never read as something else.
+By hand and not from a grammar's rules: every part keeps its place in the text, for mends, and what is almost mathematics is
+refused with a reason.
 """
 
 import re
 from dataclasses import replace
 from fractions import Fraction
 
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word, unknown
-from pendpin.doctor.reading.tokens import (
-    ACCENTS,
-    CALLED,
-    CLOSING,
-    MATRICES,
-    MOST_TOKENS,
-    SEPARATORS,
-    Token,
-    cut,
-    is_latex,
-    tokens,
-)
-from pendpin.doctor.reading.tree import Node, Span, Unread
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word
+from pendpin.doctor.reading.tokens import ACCENTS, CALLED, CLOSING, MATRICES, SEPARATORS, Token, exponent_of, pieces_of
+from pendpin.doctor.reading.tree import TIME, Node, Unread, differentiate, divide, matrix_of, number_index, symbol_node
 
 OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
 ENDS = {"close", "relation", "other relation", "condition", "over", "end", "blank", *SEPARATORS}
@@ -30,8 +19,7 @@ LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only m
 PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
 OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
 FRAMES = set("ABINOWG")
-TIME = Written("t")
-MOST_POWER, MOST_DIGITS = 12, 30
+MOST_DIGITS = 30
 MOST_TERMS = 6  # of a sum with bounds
 
 
@@ -41,12 +29,7 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
     Its names mean nothing yet, unless some `words` are given.
     """
     try:
-        pieces, latex = list[list[Token]](), is_latex(text)
-        for piece in cut(tokens(text)):
-            if pieces and piece[0].kind == "relation":  # a chain that goes on in the next row
-                pieces[-1] += piece
-            else:
-                pieces.append(piece)
+        pieces, latex = pieces_of(text)
         equations = [_Parser(piece, latex, tight).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
@@ -72,7 +55,6 @@ class _Parser:
         return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
 
     def take(self) -> Token:
-        """The next token, and past it."""
         token = self.peek()
         self.place = min(self.place + 1, len(self.tokens) - 1)
         return token
@@ -88,16 +70,9 @@ class _Parser:
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
     def take_lowered(self) -> str:
-        """The text of a lowered token that comes next, and past it; empty for none."""
         return self.take().text if self.peek().kind == "_" else ""
 
-    @property
-    def end(self) -> int:
-        """Where the token before ends."""
-        return self.peek(-1).end
-
     def at_sign(self) -> bool:
-        """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:
@@ -106,7 +81,6 @@ class _Parser:
         return framed or self.peek().kind in ("letter", "word", "accent", "style")
 
     def at_end(self) -> bool:
-        """Whether what is read ends here."""
         return self.peek().kind in ENDS or (self.peek().kind == "|" and self.bars > 0)
 
     def sides(self) -> list[Node]:
@@ -114,8 +88,6 @@ class _Parser:
         for token in self.tokens:
             if token.kind == "strange":
                 raise Unread(token.text, token.start, "}" if "is not closed" in token.text else "")
-        if len(self.tokens) > MOST_TOKENS:
-            raise Unread(f"longer than {MOST_TOKENS:,} symbols")
         found = list[Node]()
         while True:
             token = self.peek()
@@ -128,22 +100,20 @@ class _Parser:
             elif token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
+            if token.text == "≈" and len(found) > 1:  # what is rounded behind a chain
+                return found
             if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
                 of_forces = len(found) > 2 and found[0].written and found[0].written.letter.startswith("sum")
                 return found[1:] if of_forces else found  # sum F = T - mg = m a says what is equal, not what sum F is
             if token.kind != "relation":
                 relation = f"not an equation: it holds the relation {token.text}"
-                wrong = {
-                    "condition": f"an equation that holds only {token.text} is not checked",
-                    "other relation": relation,
-                    "arrow relation": relation,
-                    ",": "it gives values to several names at once: write an equation for each",
-                }
-                closes = f"the bracket {token.text} closes nothing"
-                raise Unread(wrong.get(token.kind, closes), token.start, OPENING.get(token.text, ""))
+                closes = relation if "relation" in token.kind else f"the bracket {token.text} closes nothing"
+                several = "it gives values to several names at once: write an equation for each"
+                wrong = {"condition": f"an equation that holds only {token.text} is not checked", ",": several}
+                wrong = wrong.get(token.kind, closes)
+                raise Unread(wrong, token.start, OPENING.get(token.text, ""))
 
     def sum(self) -> Node:
-        """Terms with their signs."""
         signs, terms, marks, start = [], [], [], self.peek().start
         while not terms or self.at_sign():
             sign, first = 1, self.peek()
@@ -172,10 +142,10 @@ class _Parser:
                     raise Unread("a factor is missing", token.end)
             elif slash and self.tight and token.kind in ("letter", "word", "number"):
                 operator = "/"
-            elif token.kind == "open" and token.start == self.end and self._is_long(name):
+            elif token.kind == "open" and token.start == self.peek(-1).end and self._is_long(name):
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
             if operator == "∖":  # A\b
-                factors[-1], operator = _inverse(name, name.outer, mark), "*"
+                factors[-1], operator = Node("power", name.outer, Fraction(-1), (name,), (mark,)), "*"
             sign = self.take() if token.kind == "operator" and self.at_sign() else None  # m*g*-cos(theta)
             factors.append(self.power())
             if sign and sign.text == "-":
@@ -205,7 +175,7 @@ class _Parser:
         while base.bracketed is not None and self.peek().kind == "prime":
             token = self.take()
             if base.kind == "matrix" and not self.latex:
-                base = _function("transpose", base, (base.outer[0], token.end), (token.start, token.end))
+                base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.start, token.end),))
             else:
                 for _ in token.text:
                     base = Node("derivative", (base.outer[0], token.end), "t", (base,))
@@ -214,19 +184,22 @@ class _Parser:
             if token.text in ("T", "top", "intercal"):
                 if base.kind == "product" and {*base.value} == {"*"} and self.latex:  # entries with blanks between
                     base = Node("matrix", base.outer, (1, len(base.children)), base.children)
-                base = _function("transpose", base, (base.outer[0], token.end), (token.end, token.end))
+                base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
                 continue
             if base.written is not None and base.kind == "symbol":
                 named = re.fullmatch(r"[A-Za-z]+(?:_?\d)?|\*", token.text)
                 index = ",".join(filter(None, (base.written.index, self.take_lowered(), token.text if named else "")))
                 if index != base.written.index:
-                    base = _symbol(replace(base.written, index=index), (base.span[0], self.end) if named else base.span)
+                    span = (base.span[0], self.peek(-1).end if named else base.span[1])
+                    base = symbol_node(replace(base.written, index=index), span)
                 if named:
                     continue
-            exponent = _exponent(token)
+            exponent = exponent_of(token)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
-            base = Node("power", (base.outer[0], self.end), exponent, (base,), ((token.start, self.end),))
+            base = Node(
+                "power", (base.outer[0], self.peek(-1).end), exponent, (base,), ((token.start, self.peek(-1).end),)
+            )
             self.took_time()
         return base
 
@@ -262,9 +235,7 @@ class _Parser:
         lowered = self.take_lowered()  # as in {\bf q}_1
         timed = self.took_time()
         written = replace(group.written, index=group.written.index + lowered)
-        return _symbol(written, (token.start, self.end)) if lowered or timed else group
-
-    # --- printed names ------------------------------------------------------------------------------------------
+        return symbol_node(written, (token.start, self.peek(-1).end)) if lowered or timed else group
 
     def symbol(self) -> Node:
         """One quantity, of which is known only how it is written: accents, hats, indices, primes, frames."""
@@ -277,8 +248,7 @@ class _Parser:
                 self.take()
                 braces += 1
             written = self.symbol().written or TIME
-            closed = [self.take().kind == "close" for _ in range(braces)]
-            if not all(closed):
+            if not all(self.take().kind == "close" for _ in range(braces)):
                 raise Unread(f"\\{token.text} over more than one symbol", opened.start)
             dots = written.dots + ACCENTS.get(token.text, 0)
             written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
@@ -306,9 +276,7 @@ class _Parser:
         self.took_time()
         if written.letter == "sum" and written.index:
             raise Unread("a sum is read with small numbers as its bounds", start)
-        return _symbol(written, (start, self.end))
-
-    # --- derivatives, functions and commands --------------------------------------------------------------------
+        return symbol_node(written, (start, self.peek(-1).end))
 
     def derivative(self) -> Node | None:
         r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
@@ -327,7 +295,7 @@ class _Parser:
                 if by.written is None or order != below[2]:
                     raise Unread("a derivative that is not read", start)
                 inside = inside or self.power()
-                return _differentiated(inside, by, order, (start, self.end))
+                return differentiate(inside, by, order, (start, self.peek(-1).end))
         self.place = place
         return None
 
@@ -346,7 +314,7 @@ class _Parser:
     def function(self) -> Node:
         """A function of what is in brackets or, as in sin 2 phi, of a number and a symbol."""
         token, caret = self.take(), self.peek()
-        exponent = _exponent(self.take()) if caret.kind == "^" else None
+        exponent = exponent_of(self.take()) if caret.kind == "^" else None
         first = self.peek()
         if exponent and exponent < 0:
             raise Unread(f"{token.text}^-1 may be the inverse function or 1/{token.text}: write which", token.start)
@@ -361,7 +329,7 @@ class _Parser:
             if not factors and self.latex:
                 raise Unread(f"{token.text} of nothing", first.start)
             if not factors:  # sin = np.sin(theta) makes it a name
-                name, mark = _symbol(Written(token.text), (token.start, token.end)), (caret.start, caret.end)
+                name, mark = symbol_node(Written(token.text), (token.start, token.end)), (caret.start, caret.end)
                 return Node("power", (token.start, caret.end), exponent, (name,), (mark,)) if exponent else name
             if self.peek()[:2] == ("letter", "t") and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
@@ -369,36 +337,35 @@ class _Parser:
             span = (first.start, factors[-1].outer[1])
             argument = Node("product", span, ("*",) * len(factors), tuple(factors), marks)
             argument = argument if len(factors) > 1 else factors[0]
-        node = _function(token.text, argument, (token.start, argument.outer[1]), (token.start, token.end))
+        node = Node("function", (token.start, argument.outer[1]), token.text, (argument,), ((token.start, token.end),))
         return node if exponent is None else Node("power", node.span, exponent, (node,), ((caret.start, caret.end),))
 
     def function_of_code(self) -> Node:
         """der(x), diff(x, t), pow(x, 2), diag(a, b, c), array([...])."""
         token, inner = self.take(), self.group()
-        name, start, span = token.text, token.start, (token.start, self.end)
+        name, start, span = token.text, token.start, (token.start, self.peek(-1).end)
         parts = inner.children if inner.kind == "matrix" else (inner,)
         inside = parts[0]
         if name in LISTS:
             return replace(inner, bracketed=span)
         if name == "inv" and len(parts) <= 2:
-            return _inverse(inner, span, (start, token.end))
+            return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
         if name in PRODUCTS and len(parts) == 2:
-            first = _inverse(inside, inside.span, (start, start)) if name == "solve" else inside
+            first = inside
+            if name == "solve":
+                first = Node("power", inside.span, Fraction(-1), (inside,), ((start, start),))
             return Node("product", span, ("*", PRODUCTS[name]), (first, parts[1]), ((start, start),) * 2)
-        if name == "diag":
-            zero = Node("number", (start, start), Fraction(0))
-            return _matrix([[one if i == j else zero for j in range(len(parts))] for i, one in enumerate(parts)], span)
         if name in POWERS:
             power = parts[1].value if len(parts) == 2 and parts[1].kind == "number" else POWERS[name]
-            if power not in range(1, MOST_POWER + 1) or len(parts) > 2:
+            if power not in range(1, 13) or len(parts) > 2:
                 raise Unread("only small numbers are read as exponents", start)
             mark = parts[-1].outer if len(parts) == 2 else (start, token.end)
             return Node("power", span, Fraction(power), (inside,), (mark,))
         if name in ("diff", "Derivative") and len(parts) == 1:
             raise Unread(f"{name} without a symbol to differentiate by", start)
-        for by in parts[1:] or (_symbol(TIME, (span[1] - 1, span[1] - 1)),):
+        for by in parts[1:] or (symbol_node(TIME, (span[1] - 1, span[1] - 1)),):
             by, *count = by.children if by.kind == "matrix" else (by,)  # Derivative(x, (t, 2))
-            inside = _differentiated(inside, by, count[0].value if count else 1, span)
+            inside = differentiate(inside, by, count[0].value if count else 1, span)
         return inside
 
     def command(self) -> Node:
@@ -411,7 +378,7 @@ class _Parser:
         match token.text:
             case "frac":
                 above, below = self.atom(), self.atom()
-                return _quotient(above, below, (start, below.outer[1]), start)
+                return divide(above, below, (start, below.outer[1]), start)
             case "underbrace" | "overbrace":  # without its label
                 node = self.group() if self.peek().kind == "open" else self.atom()
                 if self.peek().kind in ("_", "^"):
@@ -419,12 +386,12 @@ class _Parser:
                 return node
             case "det":
                 inner = self.atom()
-                return _function("det", inner, (start, inner.outer[1]), (start, token.end))
+                return Node("function", (start, inner.outer[1]), "det", (inner,), ((start, token.end),))
             case "dv" | "pdv":
                 order = self.atom().value if self.peek().text == "[" else 1
                 inside = self.atom()
                 inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
-                return _differentiated(inside, by, order, (start, self.end))
+                return differentiate(inside, by, order, (start, self.peek(-1).end))
             case "sum":  # with small numbers as its bounds, written out
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
@@ -433,22 +400,19 @@ class _Parser:
                     name = self.symbol()
                     assert name.written is not None
                     if self.at_end() and not re.search("[ijkn]", name.written.index):
-                        return _symbol(replace(name.written, letter=f"sum{name.written.letter}"), (start, self.end))
+                        return symbol_node(
+                            replace(name.written, letter=f"sum{name.written.letter}"), (start, self.peek(-1).end)
+                        )
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
                     raise Unread("a sum is read with small numbers as its bounds", start)
                 body, numbers = self.product(), range(int(bounds[2]), int(bounds[3]) + 1)
-                terms = tuple(_numbered(body, bounds[1], str(i)) for i in numbers)
+                terms = tuple(number_index(body, bounds[1], str(i)) for i in numbers)
                 return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, ((start, start),) * len(terms))
         raise Unread(f"\\{token.text} stands where a quantity should", start)
 
-    # --- brackets and matrices ----------------------------------------------------------------------------------
-
     def group(self) -> Node:
-        r"""What stands in brackets; with commas a column; of a matrix rows with ; or \\ and entries with & or blanks.
-
-        An empty entry of a matrix in LaTeX is 0.
-        """
+        r"""What stands in brackets; with commas a column; of a matrix rows with ; or \\, entries with &, 0 where empty."""
         opened, rows, blanks = self.take(), [list[Node]()], False
         is_matrix = opened.text in MATRICES
         while (token := self.peek()).kind != "close":
@@ -460,7 +424,7 @@ class _Parser:
             if self.took("over"):
                 above, below = rows[-1].pop(), self.sum()
                 span = (above.outer[0], below.outer[1])
-                rows[-1].append(_quotient(above, below, span, span[0], fraction=False))
+                rows[-1].append(divide(above, below, span, span[0], fraction=False))
             elif token.kind in (",", ";", "&", "row", "blank"):
                 self.take()
                 blanks |= token.kind == "blank"
@@ -482,17 +446,17 @@ class _Parser:
             raise Unread(f"{token.text!r} stands where a quantity should", token.start)
         if opened.text == "Vmatrix":
             self.take_lowered()
-            inner = entries[0] if len(entries) == 1 else _matrix(rows, span)
-            return _function("norm", inner, span, (opened.start, opened.end))
+            inner = entries[0] if len(entries) == 1 else matrix_of(rows, span)
+            return Node("function", span, "norm", (inner,), ((opened.start, opened.end),))
         if is_matrix:
-            return _matrix(rows, span)
+            return matrix_of(rows, span)
         if len(entries) == 1:
             return replace(entries[0], bracketed=span)
         if opened.text == "[" and {entry.kind for entry in entries} == {"matrix"}:  # [[a, b], [c, d]]
             rows = [[*entry.children] for entry in entries]
         elif len(rows) == 1 and not blanks:
             rows = [[entry] for entry in entries]
-        return replace(_matrix(rows, span), bracketed=span)
+        return replace(matrix_of(rows, span), bracketed=span)
 
     def length(self) -> Node:
         """What stands between two |: the length of a vector."""
@@ -500,65 +464,8 @@ class _Parser:
         self.bars += 1
         inner = self.sum()
         self.bars -= 1
-        if self.peek().kind != "|":
+        if not self.took("|"):
             raise Unread("the bracket | is not closed", opened.start)
-        closed = self.take()
+        span = (opened.start, self.peek(-1).end)
         self.take_lowered()
-        return _function("norm", inner, (opened.start, closed.end), (opened.start, opened.end))
-
-
-def _symbol(written: Written, span: Span) -> Node:
-    return Node("symbol", span, unknown(written), written=written)
-
-
-def _function(name: str, argument: Node, span: Span, mark: Span) -> Node:
-    return Node("function", span, name, (argument,), (mark,))
-
-
-def _inverse(node: Node, span: Span, mark: Span) -> Node:
-    return Node("power", span, Fraction(-1), (node,), (mark,))
-
-
-def _quotient(above: Node, below: Node, span: Span, mark: int, fraction: bool = True) -> Node:
-    return Node("product", span, ("*", "/"), (above, below), ((mark, mark),) * 2, fraction=fraction)
-
-
-def _differentiated(node: Node, by: Node, order: object, span: Span) -> Node:
-    """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
-    if by.written is None or order not in (1, 2):
-        raise Unread("only first and second derivatives by one symbol are read", span[0])
-    for _ in range(int(order)):
-        if by.written == TIME and node.written is not None and node.kind == "symbol":
-            node = _symbol(replace(node.written, dots=node.written.dots + 1), span)
-        else:
-            node = Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
-    return node
-
-
-def _matrix(rows: list[list[Node]], span: Span) -> Node:
-    if len({len(row) for row in rows}) != 1:
-        raise Unread("the rows of the matrix have different lengths", span[0])
-    return Node("matrix", span, (len(rows), len(rows[0])), tuple(entry for row in rows for entry in row))
-
-
-def _numbered(node: Node, letter: str, number: str) -> Node:
-    """A term of a sum, its running index a number."""
-    children = tuple(_numbered(child, letter, number) for child in node.children)
-    if node.written is None:
-        return replace(node, children=children)
-    if node.written == Written(letter):
-        return Node("number", node.span, Fraction(number), bracketed=node.bracketed)
-    index = re.sub(rf"(?:(?<![A-Za-z])|(?<=theta)|(?<=phi)){letter}(?![A-Za-z])", number, node.written.index)
-    written = replace(node.written, index=index)
-    return replace(node, written=written, value=unknown(written), children=children)
-
-
-def _exponent(token: Token) -> Fraction:
-    """A small number, or a half."""
-    text = re.sub(r"frac(\d)(\d)", r"\1/\2", token.text)
-    if not re.fullmatch(r"[+-]?\d{1,9}(?:\.\d{1,3}|/[1-9])?", text):
-        raise Unread("only numbers are read as exponents", token.start)
-    value = Fraction(text)
-    if abs(value) > MOST_POWER or value.denominator > 2:
-        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
-    return value
+        return Node("function", span, "norm", (inner,), ((opened.start, opened.end),))

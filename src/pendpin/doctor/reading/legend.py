@@ -93,9 +93,8 @@ def named(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
 def legend(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
     """The symbols of which a text says what they are, and how that is printed in the systems that the doctor knows."""
     for match in _ANGLES.finditer(text):
-        yield from (
-            (match[symbol], (Written(match[name]),)) for symbol, name in (("symbol", "first"), ("other", "second"))
-        )
+        pairs = (("symbol", "first"), ("other", "second"))
+        yield from ((match[symbol], (Written(match[name]),)) for symbol, name in pairs)
     for match in [*_SAID.finditer(text), *_SAID_PLAINLY.finditer(text)]:
         groups = match.groupdict()
         if printed := _printed(match["phrase"][:MOST_WORDS]):

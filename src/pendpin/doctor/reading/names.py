@@ -1,12 +1,12 @@
 """How quantities are written: letters and names in plain text; and what a printed name means in one system."""
 
 import re
-from collections.abc import Callable, Iterable
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Any
 
-from pendpin.doctor.reading.tree import Node, Span, Written
+from pendpin.doctor.reading.tree import Node, Span, Written, unknown
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
 _LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
@@ -34,7 +34,6 @@ _MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
-_PAIR = re.compile(r"\[(\d),(\d)\]")
 _SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V", "Tau": "tau"}
 _SHORT |= {"mass": "m", "length": "l", "len": "l", "angle": "theta", "grav": "g", "gravity": "g", "ke": "T", "pe": "V"}
 _SHORT |= dict.fromkeys(("angularVelocity", "angVel", "angvel"), "omega")
@@ -61,9 +60,10 @@ def of_word(word: str) -> Written | None:
         return replace(name, index=f"{name.index}_")
     if match := _ELEMENT.fullmatch(word):
         vector = of_word(match[1])
-        rate = vector.dots if vector and len(vector.letter) == 1 and not vector.index else 0
+        single = vector and (len(vector.letter) == 1 or vector.letter in GREEK or match[1].endswith("dot"))
+        rate = vector.dots if vector and single and not vector.index else 0
         assert vector is not None or not rate
-        index = f"[{match[2]},{match[3]}]" if match[3] and len(match[1]) < 3 else f"[{match[2]}]"
+        index = f"[{match[2]},{match[3]}]" if match[3] and (len(match[1]) < 3 or "][" in word) else f"[{match[2]}]"
         return Written(vector.letter if vector and rate else match[1], rate, index)
     if match := _MOMENTUM.fullmatch(word):
         return Written("p", 0, _SHORT.get(match[1], match[1]) + match[2])
@@ -84,22 +84,6 @@ def of_word(word: str) -> Written | None:
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
 
 
-def settle_elements(written: Iterable[Written]) -> Callable[[Written], Written]:
-    """What M(2, 1) is in a text with such names: M_21, counted from 1; G_2 or y(2) where each has 1 in the second place."""
-    pairs = {(one.letter, *match.groups()) for one in written if (match := _PAIR.fullmatch(one.index))}
-    matrices = {letter for letter, _, second in pairs if second != "1"}
-    from_zero = {letter for letter, first, second in pairs if "0" in first + second}
-
-    def settle(one: Written) -> Written:
-        if (match := _PAIR.fullmatch(one.index)) is None:
-            return one
-        if one.letter not in matrices:
-            return replace(one, index=match[1] if one.letter.isupper() else f"[{match[1]}]")
-        return replace(one, index="".join(str(int(place) + (one.letter in from_zero)) for place in match.groups()))
-
-    return settle
-
-
 def spelled(word: str, latex: bool, code: bool) -> list[str]:
     """A word taken apart into what is multiplied: names, functions and letters; in plain text a name stays whole.
 
@@ -108,7 +92,7 @@ def spelled(word: str, latex: bool, code: bool) -> list[str]:
     written = of_word(word)
     if latex:
         angle = len(word) > 2 and written is not None and written.letter in GREEK
-        return [word] if angle or word in ("diag", "const") else _LATEX_PIECES.findall(word)
+        return [word] if angle or word == "const" else _LATEX_PIECES.findall(word)
     known = {*GREEK.values(), "KE", "PE", "of", "is", "to", "by", "we", "an", "in", "it", "as", "on"}
     if written is None or "_" in word or len(written.letter) == 1 or written.letter in known:
         return [word]
@@ -140,9 +124,8 @@ class Vocabulary:
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
         free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
-        own = [
-            ("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings
-        ]  # beside l, r is none
+        # beside l, r is none
+        own = [("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings]
         return replace(self, taken=dict([*firsts, *own]))
 
     def __call__(self, written: Written) -> tuple[str, ...]:
@@ -163,12 +146,6 @@ class Vocabulary:
         if (choice := self.chosen.get(name)) is not None:
             found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
         return found or (unknown(written),)
-
-
-def unknown(written: Written) -> str:
-    """The name of a symbol that has no meaning of its own."""
-    letter, dots, index, frames = written.letter, written.dots, written.index, written.frames
-    return "?" + "d" * dots + letter + (f"_{index}" if index else "") + (f"^{frames}" if frames else "")
 
 
 def raw(written: Written) -> tuple[str, ...]:

@@ -4,6 +4,7 @@ import re
 import unicodedata
 from bisect import bisect
 from collections.abc import Callable, Iterator
+from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -11,12 +12,13 @@ from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
+MOST_POWER = 12
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline eqnarray split flalign displaymath math cases
 subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
-_CALLED = "pow power square array Matrix matrix vector inv solve dot cross diag"
+_CALLED = "pow power square array Matrix matrix vector inv solve dot cross"
 CALLED = set(_CALLED.split())  # in code
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
@@ -44,7 +46,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "space": rf"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
         phantom allowbreak lgroup rgroup thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl
         Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
-    "other relation": "approx neq ne leq geq le ge ll gg sim simeq propto",
+    "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
     "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
@@ -53,7 +55,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
-    "relation": "equiv→= triangleq→= coloneqq→= eqdef→= doteq→=",
+    "relation": "equiv→= triangleq→= coloneqq→= eqdef→= doteq→= approx→≈ simeq→≈",
     "|": "| vert→| Vert→| lvert→| rvert→| lVert→| rVert→|",
     "open": r"{→\{ lbrace→\{ lbrack→[ lparen→(",
     "close": r"}→\} rbrace→\} rbrack→] rparen→)",
@@ -71,11 +73,11 @@ _SIGNS = {  # and of characters and signs
     "open": "( [ {",
     "close": ") ] }",
     "prime": "' ′→' ’→' ´→' ″→''",
-    "relation": "= ==→= :=→=",
+    "relation": "= ==→= :=→= ≈",
     "gap": "⇒ ⟹",
     "function": "√→sqrt",
     "command": "∂→partial",
-    "other relation": "< > ≈ ≠ ≤ ≥ ∼ ≪ ≫",
+    "other relation": "< > ≠ ≤ ≥ ∼ ≪ ≫",
     "script": "^ **→^ _",
     **{letter: letter for letter in ",.;|&"},
 }
@@ -139,7 +141,7 @@ _TOKEN = re.compile(
     |(?P<letters>(?<=_)G/O)
     |(?P<command>\\(?:[A-Za-z]+\*?|.))
     |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
-    |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*(?:,|\]\s*\[)\s*\d[)\]]
+    |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]
         |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
     |(?P<mixed>(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z]))
     |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|\s*[*/=),;]|$))?)
@@ -175,9 +177,8 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     for i, token in enumerate(found):
         after = found[i + 1 : i + 4]
         if token[:2] in (("letter", "s"), ("letter", "c")) and after and after[0].start == token.end:
-            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and "prime" not in {
-                one.kind for one in after[1:2]
-            }:
+            primed = any(one.kind == "prime" for one in after[1:2])
+            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and not primed:
                 short.add(i)
             elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
                 in_brackets.add(i)
@@ -202,9 +203,8 @@ def _rewrite_code(text: str) -> str:
             name = f"{name}_{number or owners.split('.')[-1]}"
         return f"{name}{call or ''}"
 
-    def rows(
-        match: re.Match[str],
-    ) -> str:  # in MATLAB's brackets each line is one, and without commas a blank separates
+    def rows(match: re.Match[str]) -> str:
+        # in MATLAB's brackets each line is one, and without commas a blank separates
         inside = re.sub(r"(?<=[\w)\]'])([ \t]*)\n(?=\s*(?:-\S|[\w(]))", r"\1;", match[0])
         is_row = "," not in inside and (";" in inside or "*" in text or match[0][-1] == "'")
         return re.sub(r"(?<=[\w)'])\s(?=\s*(?:[-+]?[\w(]))", "¦", inside) if is_row else inside
@@ -250,7 +250,7 @@ def _scan(text: str, start: int, latex: bool, short: bool = False) -> Iterator[T
             name: str = (re.findall(r"[A-Za-z]+\d*", found if match["words"] is None else match["words"]) or [""])[-1]
             name = _ABROAD.get(name, name)
             name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
-            kind = "function" if name in FUNCTIONS else "word" if name == "diag" or name[-1:].isdigit() else "letter"
+            kind = "function" if name in FUNCTIONS else "word" if name[-1:].isdigit() else "letter"
             yield Token(kind if name else "space", name, start, end)
         case "letters":
             yield Token("letter", found, start, end)
@@ -333,6 +333,28 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             place += len(part)
 
 
+def exponent_of(token: Token) -> Fraction:
+    """A small number, or a half."""
+    text = re.sub(r"frac(\d)(\d)", r"\1/\2", token.text)
+    if not re.fullmatch(r"[+-]?\d{1,9}(?:\.\d{1,3}|/[1-9])?", text):
+        raise Unread("only numbers are read as exponents", token.start)
+    value = Fraction(text)
+    if abs(value) > MOST_POWER or value.denominator > 2:
+        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
+    return value
+
+
+def pieces_of(text: str) -> tuple[list[list[Token]], bool]:
+    """The tokens of each equation of a text, with the rows its chain goes on in; and if it is LaTeX. Raises Unread."""
+    pieces = list[list[Token]]()
+    for piece in cut(tokens(text)):
+        if pieces and piece[0].kind == "relation":
+            pieces[-1] += piece
+        else:
+            pieces.append(piece)
+    return pieces, is_latex(text)
+
+
 def cut(found: list[Token]) -> list[list[Token]]:
     r"""The tokens of each equation without layout: environments, & and gaps, and brackets around equations.
 
@@ -363,10 +385,8 @@ def cut(found: list[Token]) -> list[list[Token]]:
         begins = i == 0 or found[i - 1].kind in SEPARATORS or i - 1 in layout
         if begins and any(j < end for j in relations[bisect(relations, i) :][:1]):
             layout |= {i, end}
-    pieces, around = (
-        list[tuple[list[Token], list[Token]]]([([], [])]),
-        list[int](),
-    )  # with what stands before; openers around
+    # with what stands before; openers around
+    pieces, around = list[tuple[list[Token], list[Token]]]([([], [])]), list[int]()
     for i, token in enumerate(found):
         while around and closed[around[-1]] < i:
             around.pop()
@@ -406,14 +426,14 @@ def cut(found: list[Token]) -> list[list[Token]]:
             both = _relates(before) and _relates(piece)
             ends_open = bool(before) and before[-1].kind in ("relation", "operator")
             goes_on = goes_on or ends_open or (begins in ("operator", "relation") and not both)
-        elif [token.text for token in marks] == [","] and not any(
-            map(_relates, equations)
-        ):  # of a, b = c, d all is kept
-            goes_on, between = True, marks
+        elif [token.text for token in marks] == [","] and not any(map(_relates, equations)):
+            goes_on, between = True, marks  # of a, b = c, d all is kept
         if before and goes_on:
             before += between + piece
         else:
             equations.append(piece)
+    if any(len(piece) > MOST_TOKENS for piece in equations):
+        raise Unread(f"longer than {MOST_TOKENS:,} symbols")
     return equations
 
 

@@ -1,11 +1,14 @@
 """The tree of a printed expression: what stands where, as it was printed."""
 
-from collections.abc import Iterable, Iterator
+import re
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from typing import Any, Literal
 
 Kind = Literal["number", "symbol", "sum", "product", "power", "function", "matrix", "derivative"]
 Span = tuple[int, int]  # characters of the source, [start, end)
+Rename = Callable[["Written"], "Written"]
 
 
 @dataclass(frozen=True)
@@ -17,6 +20,9 @@ class Written:
     index: str = ""
     styled: bool = False
     frames: str = ""
+
+
+TIME = Written("t")
 
 
 class Unread(Exception):
@@ -90,3 +96,54 @@ def with_meaning(node: Node, name: Written, value: str) -> Node:
     if node.kind == "symbol" and node.written == name:
         return replace(node, value=value)
     return replace(node, children=tuple(with_meaning(child, name, value) for child in node.children))
+
+
+def unknown(written: Written) -> str:
+    """The name of a symbol that has no meaning of its own."""
+    letter, dots, index, frames = written.letter, written.dots, written.index, written.frames
+    return "?" + "d" * dots + letter + (f"_{index}" if index else "") + (f"^{frames}" if frames else "")
+
+
+def rename(node: Node, change: Rename) -> Node:
+    """An expression with other names."""
+    written = change(node.written) if node.written else None
+    value = unknown(written) if written and node.kind in ("symbol", "derivative") else node.value
+    return replace(node, written=written, value=value, children=tuple(rename(one, change) for one in node.children))
+
+
+def symbol_node(written: Written, span: Span) -> Node:
+    return Node("symbol", span, unknown(written), written=written)
+
+
+def divide(above: Node, below: Node, span: Span, mark: int, fraction: bool = True) -> Node:
+    return Node("product", span, ("*", "/"), (above, below), ((mark, mark),) * 2, fraction=fraction)
+
+
+def differentiate(node: Node, by: Node, order: object, span: Span) -> Node:
+    """The derivative of a node; a symbol's rate is a symbol. `written` is what it is derived by."""
+    if by.written is None or order not in (1, 2):
+        raise Unread("only first and second derivatives by one symbol are read", span[0])
+    for _ in range(int(order)):
+        if by.written == TIME and node.written is not None and node.kind == "symbol":
+            node = symbol_node(replace(node.written, dots=node.written.dots + 1), span)
+        else:
+            node = Node("derivative", span, by.value, (node,), (by.span,), written=by.written)
+    return node
+
+
+def matrix_of(rows: list[list[Node]], span: Span) -> Node:
+    if len({len(row) for row in rows}) != 1:
+        raise Unread("the rows of the matrix have different lengths", span[0])
+    return Node("matrix", span, (len(rows), len(rows[0])), tuple(entry for row in rows for entry in row))
+
+
+def number_index(node: Node, letter: str, number: str) -> Node:
+    """A term of a sum, its running index a number."""
+    children = tuple(number_index(child, letter, number) for child in node.children)
+    if node.written is None:
+        return replace(node, children=children)
+    if node.written == Written(letter):
+        return Node("number", node.span, Fraction(number), bracketed=node.bracketed)
+    index = re.sub(rf"(?:(?<![A-Za-z])|(?<=theta)|(?<=phi)){letter}(?![A-Za-z])", number, node.written.index)
+    written = replace(node.written, index=index)
+    return replace(node, written=written, value=unknown(written), children=children)

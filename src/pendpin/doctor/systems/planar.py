@@ -106,6 +106,7 @@ M11 | kg m2 | M_11 m_11 H_11 d_11 B_11 D_11 | a_ + turns_*(b_ + b_ + d_)
 M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21 | b_ + turns_*d_
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22 | d_
 C11 | N m s | C_11 c_11 h_11 V_11 | turns_*s_*dtheta2
+C22 | - | C_22 c_22 h_22 V_22 | 0*s_
 C12 | N m s | C_12 c_12 h_12 V_12 | s_*turning
 C21 | N m s | C_21 c_21 h_21 V_21 | -s_*dtheta1
 D11 | N m s | C_11 c_11 h_11 V_11 | 2*C11
@@ -145,7 +146,7 @@ M | kg | M m_c m_1 M_c M_1 m_cart m_0 M_cart masscart cart_mass m_w M_w m_k
 m | kg | m m_p m_2 m_1 m_pole M_p masspole pole_mass m_pend M_pole m_b m_r m_rod m_bob
 l | m | l L ell l_1 l_p L_p r R length l_pole
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
-I | kg m2 | I J I_G I_1 J_1 I_p J_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
+I | kg m2 | I J I_G I_1 J_1 I_p J_p i_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
@@ -170,7 +171,7 @@ pull | - | *tau_g *G | vector(0, k_)
 B | - | *B *b | vector(1, 0)
 px | N m s | p_x p_1 | (M + m)*dx + b_*dtheta
 ptheta | N m s | p_theta p_2 | b_*dx + J*dtheta
-F | N | F u f f_x F_x Q_x Q_1 U tau F_c F_1 force F_ext F_a
+F | N | F u f f_x f_c F_x Q_x Q_1 U tau F_c F_1 force F_ext F_a
 N | N | N H N_x | m*ddxp
 P | N | P V N_y | m*(g + ddyp)
 b_ | - | | side*(m*h)*cos(theta)
