@@ -266,3 +266,14 @@ def test_the_exit_status_says_whether_all_holds(tmp_path):
     assert run_main("doctor", str(path)) == 1
     path.write_text('[equations]\nx = "l/2*s"\n[symbols]\ns = "sin(phi)"\n')
     assert run_main("doctor", str(path)) == 0
+
+
+def test_derivatives_of_a_lagrangian_confirm_no_lagrangian():
+    """They hold of any function that a text calls L, as here, where the product of the two rates is missing."""
+    lagrangian = r"L = \frac{1}{2}(M + m)\dot x^2 + \frac{1}{2} m l^2 \dot\theta^2 + m g l\cos\theta"
+    derivatives = (
+        r"\frac{\partial L}{\partial\dot x} = (M + m)\dot x",
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot x} = (M + m)\ddot x",
+    )
+    found = pp.diagnose([lagrangian, *derivatives], rod="cart-pole").findings
+    assert {finding.verdict for finding in found} <= {"not checked", "fails"}

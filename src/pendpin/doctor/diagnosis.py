@@ -130,6 +130,8 @@ class _Doctor:
         for equation, _ in readings:
             if condition := self._holds_without_loads(equation):
                 return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
+            if self.reading.unknown:  # a condition of a system that nothing shows says nothing
+                continue
             if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
                 healed = tuple(mends(self._patient(one, equation), False))
                 found = replace(found, verdict="holds if", condition=condition, equation=equation)

@@ -199,14 +199,19 @@ def _doubt_definitions(cases: list[_Case]) -> None:
 
 
 def _is_circular(equation: Equation, system: System) -> bool:
-    """Whether an equation only says again what a definition of the text says: T - m g = 0 beside T = m g."""
+    """Whether an equation only says again what a definition of the text says.
+
+    As T - m g = 0 does beside T = m g, or a derivative by a rate beside a Lagrangian that the text defines.
+    """
     inside = set().union(*map(symbols, equation.sides))
     own = sorted(inside & equation.definitions.keys())
-    if len(own) != 1 or inside - {*own} != symbols(equation.definitions[own[0]]):
+    if len(own) != 1 or equation.sides[0] is equation.sides[-1]:
         return False
-    if equation.sides[0] is equation.sides[-1] or any(part.kind == "derivative" for part in parts(equation.sides)):
-        return False
-    return holds(equation, free_states(system))
+    variables = {str(part.value) for part in parts(equation.sides) if part.kind == "derivative"}
+    others, meant = inside - {*own}, symbols(equation.definitions[own[0]])
+    by_rate = bool(variables & {*system.spec.rates})
+    within = others - {*system.spec.unknowns} <= meant if by_rate else not variables and others == meant
+    return within and holds(equation, free_states(system))
 
 
 def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
@@ -248,7 +253,7 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
     held = [other.one for other in cases if other.finding.verdict == "holds" and other.one.sides]
     if case.mends_itself:
         mended = finding.mends[0].equation
-        if _says_nothing(mended, case.system):
+        if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
             return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
         right = {key(side) for other in held for side in other.sides}
         own = [n for n, meaning in _meanings_used(equation) if key(meaning) not in right and symbols(meaning) - {"pi"}]
