@@ -19,7 +19,7 @@ from pendpin.doctor.checking.conditions import (
     without,
 )
 from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
-from pendpin.doctor.checking.residuals import Equation, holds, of_equation, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
@@ -217,9 +217,9 @@ class _Doctor:
         if not one.defines and lacking and not self.reading.unknown and (condition := next(filter(None, alike), "")):
             equation = without(next(one.readings()), lacking)
             with suppress(Unread):
-                error = relative_error(equation, random_states(self.system))
                 remark = f"compared where {condition}, as another equation holds"
-                return replace(found, kind="equation of motion", remark=remark), [(equation, error)]
+                if (error := relative_error(equation, random_states(self.system))) > TOLERANCE:
+                    return replace(found, kind="equation of motion", remark=remark), [(equation, error)]
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown))), []
 
     def _names_energies(self, one: Printed) -> bool:
