@@ -309,7 +309,9 @@ $$V = m g l\cos\theta$$
 $$(M + m)\ddot x - m l\ddot\theta\cos\theta + m l\dot\theta^2\sin\theta = F$$
 """
     assert verdicts(cart.replace("{}", "-")) == ["holds"] * 5
-    assert verdicts(cart.replace("{}", "+"))[0] == "holds if"
+    odd = pp.diagnose(cart.replace("{}", "+")).findings[0]
+    assert odd.verdict == "not checked"
+    assert odd.remark.startswith("it holds if angles are measured otherwise than in most of the text")
 
 
 def test_a_wrong_equation_names_the_one_that_it_follows_from():
@@ -453,3 +455,34 @@ def test_a_function_of_a_vector_of_states_gives_their_rates(rates, states):
     code = f"{rates}(1) = {states}(2);\n{rates}(2) = -g/l*sin({states}(1));\n"
     assert verdicts(code) == ["holds", "holds"]
     assert verdicts(code.replace("sin", "cos"))[1] != "holds"
+
+
+def test_what_is_measured_the_other_way_is_so_in_energies_too():
+    """With y downwards V = -m g y, and the rate of y_2 has the sign of y_2's own equation."""
+    text = r"""
+    $$x_1 = l_1\sin\theta_1,\quad y_1 = l_1\cos\theta_1,\quad x_2 = x_1 + l_2\sin\theta_2,\quad y_2 = y_1 + l_2\cos\theta_2$$
+    $$\dot y_2 = \dot y_1 - l_2\dot\theta_2\sin\theta_2$$
+    $$T = \frac12 m_1(\dot x_1^2 + \dot y_1^2) + \frac12 m_2(\dot x_2^2 + \dot y_2^2)$$
+    $$T = \frac12 (m_1 + m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2^2\dot\theta_2^2
+      + m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1-\theta_2)$$
+    $$V = -m_1 g y_1 - m_2 g y_2$$
+    $$V = -(m_1 + m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
+    $$l_2\ddot\theta_2 + l_1\ddot\theta_1\cos(\theta_1-\theta_2) - l_1\dot\theta_1^2\sin(\theta_1-\theta_2)
+      = -g\sin\theta_2$$
+    $$(m_1 + m_2)(l_1\ddot\theta_1 + g\sin\theta_1) + m_2 l_2\ddot\theta_2\cos(\theta_1-\theta_2)
+      = -m_2 l_2\dot\theta_2^2\sin(\theta_1-\theta_2)$$
+    """
+    found = pp.diagnose(text).findings
+    assert all(finding.verdict.startswith("holds") for finding in found)
+    assert [finding.condition for finding in found if finding.condition] == ["y is measured the other way"] * 4
+
+
+def test_a_moment_in_a_letter_of_the_mass_matrix_is_no_fault():
+    """M_12 is the moment between two rods here; its unit is that of the other terms, and not an inertia's."""
+    arm = r"\frac{m_2 l_1 l_2}{2}"
+    first = rf"(\frac{{m_1}}{{3}} + m_2) l_1^2\ddot\theta_1 + {arm}\cos(\theta_1-\theta_2)\ddot\theta_2"
+    first += rf" + {arm}\sin(\theta_1-\theta_2)\dot\theta_2^2 = -(\frac{{m_1}}{{2}} + m_2) g l_1\sin\theta_1"
+    second = rf"{arm}\cos(\theta_1-\theta_2)\ddot\theta_1 + \frac{{m_2 l_2^2}}{{3}}\ddot\theta_2"
+    second += rf" = {arm}\sin(\theta_1-\theta_2)\dot\theta_1^2 - \frac{{m_2}}{{2}} g l_2\sin\theta_2"
+    assert [f.verdict for f in pp.diagnose([first, second]).findings] == ["holds", "holds"]
+    assert [f.verdict for f in pp.diagnose([first, f"{second} + M_{{12}}"]).findings] == ["holds", "not checked"]

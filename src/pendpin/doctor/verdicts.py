@@ -17,6 +17,7 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import (
     TOLERANCE,
     Equation,
+    changed,
     holds,
     names_in,
     of_equation,
@@ -94,11 +95,10 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             case.doubt(words)
         _doubt_what_was_said_otherwise(cases)
         same = lambda system: without((*POSES, "mirrored"), system.kind)  # noqa: E731
-        for i, case in enumerate(cases):  # a section alone may measure its angles as it does
+        for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
             other = case.system.kind != found.main.system.kind and same(case.system) == same(found.main.system)
             if case.finding.verdict == "holds" and other and case.reading.credits[i] and not found.main.credits[i]:
-                words = f"angles are measured otherwise here than in most of the text: for {case.reading.title}"
-                case.says(verdict="holds if", condition=words)
+                case.doubt(f"it holds if angles are measured otherwise than in most of the text: {case.reading.title}")
     wrong: list[_Case] = []
     for case in cases:
         finding = case.finding
@@ -227,7 +227,7 @@ def _meanings_used(equation: Equation) -> list[tuple[str, Node]]:
 
 
 def _turn_axes(cases: list[_Case]) -> None:
-    """Let coordinates hold that a text measures the other way: all of several points agree on it, as y downwards."""
+    """Let coordinates hold that a text measures the other way, and what uses them: several points agree, as y downwards."""
     turned, right = defaultdict[str, list[_Case]](list), set[str]()
     for case in cases:
         finding, spec = case.finding, case.spec
@@ -238,10 +238,16 @@ def _turn_axes(cases: list[_Case]) -> None:
             place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
             if place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
-    for letter, wrong in turned.items():
-        for case in wrong if len(wrong) > 1 and letter not in right else ():
-            words = f"{letter} is measured the other way"
-            case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
+    for letter in (letter for letter, wrong in turned.items() if len(wrong) > 1 and letter not in right):
+        for case in (case for case in cases if case.finding.verdict == "fails" and case.finding.equation):
+            equation, states = case.finding.equation, random_states(case.system)
+            assert equation is not None
+            nodes = [part for part in parts(equation.sides) if part.written and part.written.letter == letter]
+            instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
+            off, size = (changed(equation, states, one) for one in (instead, {}))
+            if off is not None and size is not None and np.abs(off).max() < TOLERANCE * np.abs(size).max():
+                words = f"{letter} is measured the other way"
+                case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
 
 
 def _objection(case: _Case, cases: list[_Case]) -> str:
@@ -255,6 +261,8 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
         mended = finding.mends[0].equation
         if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
             return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
+        if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", finding.mends[0].words)):
+            return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load"
         right = {key(side) for other in held for side in other.sides}
         own = [n for n, meaning in _meanings_used(equation) if key(meaning) not in right and symbols(meaning) - {"pi"}]
         if own := [name for name in own if name not in ("?s", "?c")]:

@@ -37,6 +37,7 @@ L | N m | L | T - V
 E | N m | E H | T + V
 ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
 ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
+ez | 1 | *e_z *k *e_3 *u_z *z *E_z | 1
 """
 
 _PLANE = """
