@@ -9,11 +9,13 @@ from typing import Any
 
 from pendpin.doctor.checking.check import check, is_general, when
 from pendpin.doctor.checking.conditions import (
+    PIVOT,
     ROUGHLY,
     SAID_SMALL,
     holds_as_stated,
     holds_if,
     loads_at_zero,
+    loads_in_words,
     may_be_linear,
     small_angles,
     without,
@@ -128,8 +130,8 @@ class _Doctor:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
         readings = readings[:MOST_READINGS]
         for equation, _ in readings:
-            if condition := self._holds_without_loads(equation):
-                return replace(found, verdict="holds if", condition=condition, equation=equation, remark=one.remark)
+            if held := self._holds_without_loads(replace(found, remark=one.remark), equation):
+                return held
             if self.reading.unknown:  # a condition of a system that nothing shows says nothing
                 continue
             if condition := holds_if(equation, self.system, self.neighbours, self.reading.chosen):
@@ -163,20 +165,34 @@ class _Doctor:
         words = f"as I read it, for {system.spec.title}, it does not hold, and no small change makes it hold"
         return replace(found, remark="; ".join(filter(None, (words, *remarks))))
 
-    def _holds_without_loads(self, equation: Equation) -> str:
-        """The letter, such as a damping b, without which an equation holds, if no other that holds has it; in words."""
+    def _holds_without_loads(self, found: Finding, equation: Equation) -> Finding | None:
+        """The verdict on an equation that holds without one letter, such as a damping b, if no other that holds has it."""
         known = {part.written for other in self.neighbours for part in parts(other.sides)}
         nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
         letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
         for written, meaning in letters.items():
             if written and written not in known and meaning in self.system.spec.still:
-                letter = f"{written.letter}_{written.index}".rstrip("_")
-                sides = tuple(with_meaning(side, written, f"?{letter}") for side in equation.sides)
-                own = replace(equation, sides=sides)
+                letter = f"?{written.letter}_{written.index}".rstrip("_")
+                own = replace(equation, sides=tuple(with_meaning(side, written, letter) for side in equation.sides))
                 sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
-                if condition := loads_at_zero(own, self.system, {f"?{letter}"}, sure):
-                    return condition
-        return ""
+                if condition := loads_at_zero(own, self.system, {letter}, sure):
+                    return self._with_loads(found, own, {letter}, condition)
+        return None
+
+    def _with_loads(self, found: Finding, equation: Equation, loads: set[str], condition: str) -> Finding:
+        """The verdict on an equation that holds under the `condition` that some loads are 0."""
+        words = (
+            loads_in_words(equation, self.system, loads)
+            if "small" not in condition and not all(map(PIVOT.match, loads))
+            else None
+        )
+        if words:
+            return replace(found, verdict="holds", remark=words, equation=without(equation, loads))
+        if words is None:
+            return replace(found, verdict="holds if", condition=condition, equation=without(equation, loads))
+        names = " and ".join(sorted(name.lstrip("?") for name in loads))
+        remark = f"it holds where {condition}, but {names} acts as no damping, spring or drive that I know"
+        return replace(found, remark=remark, unknown=tuple(sorted(loads)))
 
     def through_definitions(self, found: Finding, findings: list[Finding]) -> Finding:
         """The finding of a wrong equation, with mends of a definition that it uses where those are likelier.
@@ -209,8 +225,7 @@ class _Doctor:
             return replace(found, verdict="holds", kind="definition", remark=f"it says what {name} is"), []
         for equation in one.readings() if len(lacking) <= MOST_LOADS and not one.defines else ():
             if condition := loads_at_zero(equation, self.system, lacking):
-                found = replace(found, verdict="holds if", condition=condition, kind="equation of motion")
-                return replace(found, equation=without(equation, lacking)), []
+                return self._with_loads(replace(found, kind="equation of motion"), equation, lacking, condition), []
         # with a load a small change may make it hold where the load is 0, as another of the text holds there
         others = [o for o in self.reading.equations if o is not one and o.lacking == lacking and not o.defines]
         alike = (loads_at_zero(e, self.system, lacking) for o in others for e in o.readings())

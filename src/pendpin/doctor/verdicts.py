@@ -24,6 +24,7 @@ from pendpin.doctor.checking.residuals import (
     relative_error,
     stack_residuals,
 )
+from pendpin.doctor.letters import HARDLY
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW, Reading, Recognition, without
@@ -131,7 +132,7 @@ def _doubt_what_rivals_explain(cases: list[_Case], found: Recognition) -> None:
             if case.finding.verdict == "fails" and rival.credits[i] > 0:
                 case.doubt(f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod")
             breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i] and less < EQUALLY
-            if breaks and (saved := [k for k in here if rival.credits[k] > mine.credits[k] == 0]):
+            if breaks and (saved := [k for k in here if rival.credits[k] > HARDLY and not mine.credits[k]]):
                 other = cases[saved[0]].finding
                 words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
                 case.doubt(words, when="in every motion")

@@ -5,6 +5,7 @@ without phi may be about the motion at phi = 0; one with phi is not.
 """
 
 import re
+from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
 from fractions import Fraction
@@ -23,7 +24,7 @@ from pendpin.doctor.checking.residuals import (
     stack_residuals,
 )
 from pendpin.doctor.reading.tree import Node, Unread, parts
-from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, random_states
+from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, inverse, random_states
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 from pendpin.doctor.systems.rod import SPECIAL
 
@@ -34,6 +35,7 @@ FEW = 2  # equations that contain what a condition makes vanish: from then on it
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
+LOAD_RATIO = 1e-7  # of two values of one coefficient
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -222,3 +224,54 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
             words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
             return " and ".join([*words, small] if small else words)
     return ""
+
+
+def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str | None:
+    """What each symbol does without which an equation holds: "b is a damping"; empty where one does nothing of the kind.
+
+    With it the equation has to hold in a motion with another generalised force, M q'' = f + c Q, where Q is one of
+    _usual_forces and c depends on the parameters alone, so that b may be meant for each mass. None where that cannot be
+    told: of energies, which are known up to a constant, and of systems without a mass matrix.
+    """
+    if "mass" not in system.spec.formulas or equation.energies:
+        return None
+    found = list[str]()
+    for name in sorted(loads):
+        alone = without(equation, loads - {name})
+        alone = replace(alone, definitions=alone.definitions | {name: Node("number", (0, 0), Fraction(7, 10))})
+        kinds = (kind for kind, force in _usual_forces(system) if _acts(alone, system, force, kind == "damping"))
+        found.append(f"{name.lstrip('?')} is a {kind}" if (kind := next(kinds, "")) else "")
+    return " and ".join(found) if all(found) else ""
+
+
+def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
+    """Generalised forces (k, n) of a rate, a deflection or 1: at a coordinate, between two, at all, at all joints."""
+    true, names = random_states(system), system.spec.coordinates
+    one = np.eye(len(names))
+    between = [one[i] - one[j] for i in range(len(names)) for j in range(i)]
+    joints = [one[0], *(one[i] - one[i - 1] for i in range(1, len(names)))]
+    for kind, order in (("damping", "d"), ("spring", "")):
+        moves = np.array([true[order + name] for name in names])
+        for axes in (*([axis] for axis in (*one, *between)), one, joints):
+            yield kind, np.sum([np.outer(axis, axis @ moves) for axis in axes], 0)
+        yield kind, np.einsum("ijn,jn->in", true["mass"], moves)  # on each mass, as drag of a point mass
+    yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in (*one, *between))
+
+
+def _acts(equation: Equation, system: System, force: Values, brakes: bool) -> bool:
+    """Whether an equation holds with some multiple of a generalised force, a negative one if it `brakes`."""
+    true = random_states(system)
+    turned = np.einsum("ijn,jn->in", inverse(true["mass"], true), force)
+    still = {**true.base, **{name: true[name] for name in system.spec.unknowns}}
+    pushed = {f"dd{name}": still[f"dd{name}"] + turned[i] for i, name in enumerate(system.spec.coordinates)}
+    with suppress(Unread), np.errstate(all="ignore"):
+        off, there = (stack_residuals(equation, Quantities(base, system, np)) for base in (still, still | pushed))
+        slope = there - off
+        rows = np.abs(slope).max(1) > TOLERANCE * np.abs(there).max()
+        if not rows.any() or np.abs(off[~rows]).max(initial=0.0) > TOLERANCE * np.abs(off).max():
+            return False
+        first, second = np.split(-off[rows] / slope[rows], 2, axis=1)  # the halves of the states share their parameters
+        size = np.abs(first).max()
+        alike = np.abs(first - second).max() < LOAD_RATIO * size and np.ptp(first, axis=0).max() < LOAD_RATIO * size
+        return bool(size > TOLERANCE and alike and not (brakes and (first > 0).any()))
+    return False
