@@ -4,7 +4,7 @@ import re
 from collections import Counter
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from functools import cached_property, lru_cache, partial
 from typing import Any
 
 import numpy as np
@@ -73,6 +73,12 @@ WORDS = {  # of texts about each family
 UPRIGHT = re.compile(r"upright|inverted|invertido|inversé|unstable|balanc|\btop\b|upward|stand|acrobot", re.I)
 
 
+@lru_cache(maxsize=200)
+def _words_of(text: str) -> tuple[set[str], bool]:
+    """The families that the words of a section name, and whether they say that something stands upright."""
+    return {name for name, words in WORDS.items() if words.search(text)}, bool(UPRIGHT.search(text))
+
+
 @dataclass(frozen=True, eq=False)
 class Reading:
     """The equations of a document read as those of one system. `chosen` says that the user named the system."""
@@ -117,10 +123,10 @@ class Reading:
         family = {"acrobot": "double", "cart-double": "cart-pole"}.get(
             kinds[0], "rod" if kinds[0] in RODS else kinds[0]
         )
-        said = {name for name, words in WORDS.items() if words.search(text)}
+        said, upright = _words_of(text)
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
-        prior += UNSAID * ("up" in kinds and not UPRIGHT.search(text)) - 0.3 * ("mirrored" in kinds)
+        prior += UNSAID * ("up" in kinds and not upright) - 0.3 * ("mirrored" in kinds)
         prior += ROD if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
         lost = set().union(*(strange for strange, here in zip(self.strangers, inside, strict=True) if here))
         elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(self.credits[~inside].sum()))

@@ -39,11 +39,13 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
         except (Unread, KeyError):
             continue
         names = list[str]()
-        for name, row in _known(system).items() if np.isfinite(value).all() else ():
+        for name, (row, most) in _known(system).items() if np.isfinite(value).all() else ():
             if row.shape == value.shape and dimensions.get(name, ()) not in usual:
+                if name not in ENERGIES and abs(value.flat[0] - row.flat[0]) > TOLERANCE * most:
+                    continue  # most are another quantity at the first state already
                 off = value - row
                 off = np.diff(np.split(off, 2), axis=0) if name in ENERGIES else off  # the halves share the parameters
-                names += [name] * bool(np.abs(off).max() <= TOLERANCE * np.abs(row).max())
+                names += [name] * bool(np.abs(off).max() <= TOLERANCE * most)
         called = size >= LONG or ACCELERATION.search(word)
         fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
         if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
@@ -66,15 +68,15 @@ def _is_own(equation: Equation, one: Printed, system: System) -> bool:
 
 
 @cache
-def _known(system: System) -> dict[str, Values]:
-    """The quantities of a system with their values at random states of the true motion."""
+def _known(system: System) -> dict[str, tuple[Values, float]]:
+    """The quantities of a system with their values at random states of the true motion, and the largest of these."""
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
     moving = [name for name in names if re.match(r"r|[xyz][pG]?\d?$", name)]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
     names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
-    every = {name: states[name] for name in dict.fromkeys(names)}
-    return {name: row for name, row in every.items() if 0 < np.abs(row).max() < np.inf}
+    every = ((name, states[name]) for name in dict.fromkeys(names))
+    return {name: (row, most) for name, row in every if 0 < (most := float(np.abs(row).max())) < np.inf}
 
 
 def _agrees(word: str, name: str) -> bool:

@@ -117,6 +117,7 @@ class Vocabulary:
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
     taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
     spec: Any = None  # the system whose words they are
+    _known: dict[Written, tuple[str, ...]] = field(default_factory=dict, init=False)
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
@@ -130,6 +131,11 @@ class Vocabulary:
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
+        if written not in self._known:  # a text of a hundred equations asks for each some thousand times
+            self._known[written] = self._find(written)
+        return self._known[written]
+
+    def _find(self, written: Written) -> tuple[str, ...]:
         name = (written.letter, written.index)
         hit = name in self.renamed
         if not hit and self.named and {name.lstrip("d") for name in self.words(written)} & self.named:

@@ -5,6 +5,7 @@ A chain of rods that is given as a scene is one of them: a text is compared with
 
 import re
 from collections.abc import Callable, Mapping
+from functools import cache
 from typing import Any
 
 import numpy as np
@@ -68,6 +69,7 @@ def table_spec(
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
     written = names_written({name: writings for name, _, writings, _ in rows if name not in absent})
 
+    @cache
     def words(one: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol; the rate of x is dx, and what is fixed has none."""
         key = plain_name(one.letter + one.index)
