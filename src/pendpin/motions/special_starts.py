@@ -21,6 +21,7 @@ UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
 FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
 LOST = 1e9  # m: a slide is not followed farther
+AWAY = 1e-3  # of the acceleration at the start: a slide that is far off and still has as much slides away
 MOST = 30_000  # accelerations on the way to a rest: most scenes take some hundreds, a chain on a stiff anchor 12,000
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
 NODDING = 0.01  # of the angle of a cone
@@ -33,7 +34,7 @@ def at_rest(scene: Scene) -> StartRecord:
     q, _ = start_state(dynamics.model, scene.start)
     loads, chain, along = dynamics.loads, dynamics.model.chain, SIGNS * dynamics.loads.field(0.0)
     acted_on = loads.torque or loads.wrench or dynamics.contacts or not along.any()
-    rest, moved, hangs = q, 0.0 * q, chain is not None and (chain.h > 0).all() and not acted_on
+    rest, hangs = q, chain is not None and (chain.h > 0).all() and not acted_on
     if hangs:  # along the field; the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
         x, y, z = along / np.linalg.norm(along)
         hanging = np.zeros(len(q))
@@ -47,7 +48,7 @@ def at_rest(scene: Scene) -> StartRecord:
     size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
     if not hangs:
         stiffness = _stiffness(scene)
-        rest, moved = _relax(pull, q, dynamics.model, stiffness)
+        rest = _relax(pull, q, dynamics.model, stiffness)
         for _ in range(AGAIN):  # a small change along which an unstable rest is left
             if stiffness is None or not np.isfinite(slopes := stiffness(0.0, rest)).all():
                 break
@@ -56,10 +57,10 @@ def at_rest(scene: Scene) -> StartRecord:
             if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
                 break
             way = np.real(vectors[:, first])
-            rest, moved = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
+            rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
     lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
     if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
-        raise _no_rest_error(dynamics.model, moved)
+        raise _no_rest_error(dynamics.model, rest - q)
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
         raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
@@ -77,11 +78,8 @@ def _no_rest_error(model: Model, moved: Array) -> InputError:
     return InputError(f"start: there is no equilibrium near start.positions; {remedy}")
 
 
-def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> tuple[Array, Array]:
-    """Where q (nv,) comes to rest if its speed is its acceleration, and how far that takes it before the last search.
-
-    Raises InputError for what falls without end.
-    """
+def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
+    """Where q (nv,) comes to rest if its speed is its acceleration. Raises InputError for what falls without end."""
     from scipy.integrate import solve_ivp  # here: half a second, which a chain that hangs does not need
     from scipy.optimize import root
 
@@ -101,11 +99,14 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> tuple[
     options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
     with np.errstate(all="ignore"):
         rest = solve_ivp(near, (0.0, LONG), q, method="BDF", **options).y[:, -1]
+    # The search below may end anywhere where there is no rest: what slides away is named before it.
+    first, last = (np.abs(pull(0.0, x)) for x in (q, rest))
+    if (model.slides & (np.abs(rest - q) > FAR) & (last > AWAY * first.max())).any():
+        raise _no_rest_error(model, rest - q)
     try:
-        found = root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
-        return found, rest - q
+        return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
     except InputError:  # next to the rest already: squares in the search underflow, and it goes to NaN
-        return rest, rest - q
+        return rest
 
 
 def _stiffness(scene: Scene) -> Pull | None:
