@@ -6,6 +6,7 @@ draws there were, how many were missed, and the largest error. The tests have th
 
 import math
 import sys
+import warnings
 from collections.abc import Callable
 from typing import Literal, NamedTuple
 
@@ -17,11 +18,14 @@ from scipy import optimize
 import pendpin as pp
 from pendpin.effects import DryFriction, JointEffect, Motor, Stop
 from pendpin.effects.pace import Pace
+from pendpin.errors import Note
 
 METHODS = ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")
 MULTISTEP = ("bdf", "lsoda")
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0, radius=0.05),))
 INERTIA = ROD.rods[0].properties.I1 + 0.25  # kg m² about the joint
+
+warnings.simplefilter("ignore", Note)  # of stops beyond a whole turn
 
 
 class Pulse(JointEffect):
