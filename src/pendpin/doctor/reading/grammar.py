@@ -55,6 +55,7 @@ class _Parser:
         return self.tokens[max(0, min(self.place + ahead, len(self.tokens) - 1))]
 
     def take(self) -> Token:
+        """The next token, and past it; the end is never passed."""
         token = self.peek()
         self.place = min(self.place + 1, len(self.tokens) - 1)
         return token
@@ -70,9 +71,11 @@ class _Parser:
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
     def take_lowered(self) -> str:
+        """The index that comes next, and past it; empty where none does."""
         return self.take().text if self.peek().kind == "_" else ""
 
     def at_sign(self) -> bool:
+        """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:
@@ -81,6 +84,7 @@ class _Parser:
         return framed or self.peek().kind in ("letter", "word", "accent", "style")
 
     def at_end(self) -> bool:
+        """Whether nothing more belongs to the term: the text, a bracket or a pair of bars ends."""
         return self.peek().kind in ENDS or (self.peek().kind == "|" and self.bars > 0)
 
     def sides(self) -> list[Node]:
@@ -114,6 +118,7 @@ class _Parser:
                 raise Unread(wrong, token.start, OPENING.get(token.text, ""))
 
     def sum(self) -> Node:
+        """Terms with their signs. Raises Unread where one is missing."""
         signs, terms, marks, start = [], [], [], self.peek().start
         while not terms or self.at_sign():
             sign, first = 1, self.peek()

@@ -112,10 +112,12 @@ def rename(node: Node, change: Rename) -> Node:
 
 
 def symbol_node(written: Written, span: Span) -> Node:
+    """A printed name as a symbol whose meaning is not known yet."""
     return Node("symbol", span, unknown(written), written=written)
 
 
 def divide(above: Node, below: Node, span: Span, mark: int, fraction: bool = True) -> Node:
+    """A quotient; `mark` is the place of its sign."""
     return Node("product", span, ("*", "/"), (above, below), ((mark, mark),) * 2, fraction=fraction)
 
 
@@ -132,6 +134,7 @@ def differentiate(node: Node, by: Node, order: object, span: Span) -> Node:
 
 
 def matrix_of(rows: list[list[Node]], span: Span) -> Node:
+    """A matrix from its rows. Raises Unread where they have different lengths."""
     if len({len(row) for row in rows}) != 1:
         raise Unread("the rows of the matrix have different lengths", span[0])
     return Node("matrix", span, (len(rows), len(rows[0])), tuple(entry for row in rows for entry in row))
