@@ -3,7 +3,7 @@
 Wind with gusts and drag across the flow; a pivot moved by a pulse in a CSV; pulses and tables in a torque of one's own;
 sampled torques. One rod is integrated here: Lagrange's equations, drag by Gauss points crowded where the flow is least, the
 spline of SciPy, SciPy's DOP853 from one instant of change to the next. Two rods are run by pendpin at 1e-13, twice, with
-hundreds of output times around the change.
+hundreds of output times around the change; where a torque joins points of a table, from one point to the next.
 """
 
 import math
@@ -20,6 +20,7 @@ from scipy.interpolate import make_interp_spline
 
 import pendpin as pp
 from pendpin import effects as fx
+from pendpin.effects.pace import Pace
 
 KINDS = {"wind": 25, "track": 35, "pulse": 15, "table": 15, "sampled": 10}
 SHAPES: dict[str, Callable[[Any], Any]] = {
@@ -127,6 +128,16 @@ def _table(random: Random, begin: float, duration: float) -> tuple[Callable[[flo
     return lambda now: float(np.interp(now, t, values)), t, interval
 
 
+class _Joined(fx.Torque):
+    """A torque that is smooth between known times in s: the integration restarts at each."""
+
+    points: tuple[float, ...]
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        points = np.array([t for t in self.points if begin < t < end])
+        return Pace(points, np.full(len(points) + 1, np.inf))
+
+
 # --- the true motion ------------------------------------------------------------------------------------------------
 
 
@@ -143,8 +154,17 @@ def timed_tips(case: Timed) -> tuple[np.ndarray, float]:
         ("dop853", 3 * TOLERANCE) if case.kind in ("pulse", "table") else ("rk45", TOLERANCE),
     )
     grids = (dense, np.unique(np.concatenate([times, close[:-1] + np.diff(close) / 3])))
+    scene = case.scene
+    if case.kind == "table":
+        joined = [
+            _Joined(effect.function, joints=effect.joints, gradual=True, points=tuple(case.changes.tolist()))
+            if isinstance(effect, fx.Torque)
+            else effect
+            for effect in scene.effects
+        ]
+        scene = scene.replace(effects=joined)
     one, other = (
-        pp.simulate(case.scene, method=method, tolerance=setting, times=grid).tips[np.searchsorted(grid, times)]
+        pp.simulate(scene, method=method, tolerance=setting, times=grid).tips[np.searchsorted(grid, times)]
         for (method, setting), grid in zip(methods, grids, strict=True)
     )
     return one, float(np.linalg.norm(one - other, axis=-1).max())
