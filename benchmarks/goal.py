@@ -252,7 +252,7 @@ def checked_in_time(case: Timed) -> dict[str, Any]:
     tips, doubt = timed_tips(case)
     out |= {"doubt": doubt / length, "notes": list(run.stats.notes)}
     out["true"] = float(tip_distance(tips[: len(run.t)], run.tips, length).max())
-    if out["outcome"] == "refused":  # what a run to the finest tolerance gives is within reach
+    if verdict(out) == "refused":  # what a run to the finest tolerance gives is within reach
         fine = pp.simulate(case.scene, method="dop853", tolerance=1e-13)
         near = float(tip_distance(tips, fine.tips, length).max())
         out["within_reach"] = 1e-13 if near <= (solver.accuracy or 0.0) else None
