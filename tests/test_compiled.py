@@ -10,6 +10,7 @@ from concurrent.futures import ThreadPoolExecutor
 from dataclasses import replace
 from functools import partial
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -139,10 +140,73 @@ def test_a_compiled_step_is_the_same_step(model: str) -> None:
     np.testing.assert_allclose(one.q, other.q, atol=1e-6 if form == "directions" else 1e-12)
 
 
+class Clipped(fx.JointEffect):
+    """A law that runs on floats alone."""
+
+    kind: Literal["clipped"] = "clipped"
+
+    @property
+    def smooth(self) -> bool:
+        return False
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return np.clip(-v, -0.1, 0.1)
+
+
 def test_what_has_no_symbols_is_refused() -> None:
-    numbers = fx.Torque(function=lambda t, q, v: np.zeros(2))
-    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), numbers))
-    with pytest.raises(pp.InputError, match=r"effects\[1\]: torque does not run on symbols"):
+    scene = pp.Scene(model=MODELS["one rod"], effects=(fx.Gravity(), Clipped()))
+    with pytest.raises(pp.InputError, match=r"effects\[1\]: clipped does not run on symbols"):
+        pp.simulate(with_engine(scene, "compiled"))
+
+
+# --- functions of Python beside machine code --------------------------------------------------------------------------
+
+FUNCTIONS = (
+    fx.Torque(lambda t, q, v: 0.3 * np.cos(q) - 0.1 * v**3 + t),
+    fx.Torque(lambda t, q, v: np.array([0.2 * np.sin(5 * t) * q[1], v[0]]), joints=["phi_1", "theta_1"]),
+)
+
+
+@pytest.mark.parametrize("effects", [(), (fx.Gravity(),), SEVERAL, (fx.Gravity(), SYMBOLIC["drag"])], ids=str)
+@pytest.mark.parametrize("model", ["one rod", "chain of 5", "thin chain of 3"])
+def test_the_same_rates_with_functions(model: str, effects: tuple) -> None:
+    """Pinocchio's, at a late start too: the torques of functions add up with all else, joint by joint."""
+    built, random = build(MODELS[model]), np.random.default_rng(5)
+    plain, compiled = (Dynamics(built, (*effects, *FUNCTIONS), engine, start=2.0) for engine in ("auto", "compiled"))
+    assert not compiled.engine.compiles  # no loop of C++ can call it
+    n = len(built.joints)
+    for t in (0.0, 0.7):
+        y = np.concatenate([random.uniform(-1.2, 1.2, n), random.uniform(-3, 3, n)])
+        expected, found = rates(plain, t, y), rates(compiled, t, y)
+        assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # as in test_the_same_rates
+
+
+@pytest.mark.parametrize("every", [None, 0.05])
+@pytest.mark.parametrize("options", [{}, {"method": "rk4", "step": 0.005}, {"energy_balance": True}], ids=str)
+def test_the_same_motion_with_functions(every: float | None, options: dict) -> None:
+    """A run with drag and a law of control, its samples and books, on Pinocchio and beside machine code."""
+    control = fx.Torque(lambda t, q, v: -3.0 * q - v, joints=["theta_2"], every=every)
+    scene = pp.Scene(
+        duration=1.0,
+        model=MODELS["chain of 5"],
+        start=pp.Start(positions={"theta_1": 0.7, "phi_2": 0.3}),
+        effects=(fx.Gravity(), fx.Drag(density=30.0), control),
+    )
+    setting = options if "step" in options else options | {"tolerance": 1e-12}
+    plain, run = (pp.simulate(with_engine(scene, name), **setting) for name in ("pinocchio", "auto"))
+    assert run.stats.engine == "pinocchio, compiled"
+    pairs = [(getattr(plain, name), getattr(run, name), name) for name in ("q", "v", "a", "wrench", "kinetic")]
+    for one, other, name in [*pairs, *((plain.work[kind], run.work[kind], kind) for kind in plain.work)]:
+        np.testing.assert_allclose(one, other, rtol=1e-9, atol=1e-9 * np.abs(one).max(), err_msg=name)
+    assert set(plain.work) == set(run.work)
+
+
+def test_functions_beside_contacts_are_not_compiled() -> None:
+    """What is held goes to the machine code in the place of their torques."""
+    effects = fx.Gravity(), fx.DryFriction(kinetic=0.1), FUNCTIONS[0]
+    scene = pp.Scene(duration=0.1, model=MODELS["one rod"], effects=effects)
+    assert pp.simulate(scene).stats.engine == "pinocchio"
+    with pytest.raises(pp.InputError, match='"compiled" takes no Torque beside stops and dry friction; leave it out'):
         pp.simulate(with_engine(scene, "compiled"))
 
 

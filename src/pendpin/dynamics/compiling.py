@@ -17,8 +17,8 @@ from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import Accounts, Binding, Powered, State
 from pendpin.dynamics.contacts import Contacts
 from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
-from pendpin.effects import Effect, Motion
-from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, Loads, Moving, Values
+from pendpin.effects import ContactEffect, Effect, Motion, Torque
+from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, GivenTorque, Loads, Moving, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.tape import Recording, Term
 from pendpin.engines.pinocchio import turn_into_joint_frames
@@ -49,6 +49,7 @@ class EquationsOfMotion(NamedTuple):
     start: float
     accounts: Accounts | None = None  # whose work is integrated with the motion
     contacts: Contacts | None = None  # the inputs are then the held joints (nv,) and the ways (nv,) that joints slide
+    given: bool = False  # whether torques (nv,) in N m are given with every call: the inputs are then these
     by_rod: bool = False  # for one rod of a chain, the same for any number of rods
     still: tuple[int, ...] = ()  # places of the state that are 0 and no part of it
 
@@ -71,7 +72,7 @@ class EquationsOfMotion(NamedTuple):
             y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
             results, more = right(tape.time(), y)
             of_rod, others = results[: len(y)], results[len(y) :]
-            inputs = 2 * numbers.width if self.contacts else 0
+            inputs = self.inputs(numbers.width)
             return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
         nv = len(engine.model.joints)
         size = len(engine.pack(*np.zeros((2, nv)))) + (len(accounts.kinds) if accounts else 0)
@@ -80,7 +81,11 @@ class EquationsOfMotion(NamedTuple):
         results, more = right(tape.time(), y)
         if self.still:
             results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
-        return Recording(tape, results, more, 2 * nv if self.contacts else 0, rods, width=len(moving))
+        return Recording(tape, results, more, self.inputs(nv), rods, width=len(moving))
+
+    def inputs(self, joints: int) -> int:
+        """How many inputs the equations of so many joints have."""
+        return joints * (2 if self.contacts else self.given)
 
     def function(self) -> tuple[Function, Parameters]:
         """The equations, known from before if there were some of the same structure, and the values of their parameters."""
@@ -101,7 +106,11 @@ class EquationsOfMotion(NamedTuple):
             return _record_directions(engine, loads, powered, numbers, xp)
         assert isinstance(engine, AngleEngine)
         rod = model.rods[0] if len(model.joints) == 2 and len(model.rods) == 1 else None
-        if rod is None or rod.inertia is None or any((loads.torque, loads.wrench, self.accounts, self.contacts)):
+        if (
+            rod is None
+            or rod.inertia is None
+            or any((loads.torque, loads.wrench, self.accounts, self.contacts, self.given))
+        ):
             return self._tree(loads, powered, numbers, xp)
         turn = np.array([rod.sign, 1.0])
         for part in (turn, rod.base):
@@ -122,6 +131,8 @@ class EquationsOfMotion(NamedTuple):
         nv = len(tree.parents)
         external = external_wrenches(model, loads, numbers, tree, xp)
         held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
+        numbers.constant(self.given)
+        given = [[numbers.input(*([0] if numbers.by_rod else []), i) for i in range(nv)]] if self.given else []
         if contacts is not None:
             holding, contacts = contacts.holding, contacts.with_numbers(numbers)
             if numbers.by_rod:
@@ -135,7 +146,8 @@ class EquationsOfMotion(NamedTuple):
         def right(t: Any, y: Array) -> tuple[list[Any], list[Any]]:
             q, v = y[:nv], y[nv : 2 * nv]
             rubs = [] if contacts is None else contacts.friction_by_kind(v, np.array(ways), xp)
-            taus = [*([loads.torque(t, q, v)] if loads.torque else []), *(torque for _, torque in rubs)]
+            taus = [*([loads.torque(t, q, v)] if loads.torque else []), *map(np.array, given)]
+            taus += [torque for _, torque in rubs]
             tau = sum(taus[1:], taus[0]) if taus else None
             wrenches = external and external(t, q, v)
             a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
@@ -248,24 +260,39 @@ def _record_directions(
 
 
 def compilable(model: Model, effects: Sequence[Effect]) -> bool:
-    """Whether `auto` compiles a scene: llvmlite is there, and all effects are pendpin's own and run on symbols."""
-    few = model.alike or len(model.joints) <= MOST_WRITTEN_OUT
-    return few and plain_arithmetic(effects) and llvm.installed()
+    """Whether `auto` compiles a scene: llvmlite is there, and all effects run on symbols, pendpin's own; or a Torque."""
+    few, others = model.alike or len(model.joints) <= MOST_WRITTEN_OUT, without_functions(effects)
+    touching = any(isinstance(effect, ContactEffect) for effect in others)
+    return few and plain_arithmetic(others) and not (touching and len(others) < len(effects)) and llvm.installed()
+
+
+def without_functions(effects: Sequence[Effect]) -> tuple[Effect, ...]:
+    """The effects but each Torque: its function of Python is called beside the machine code."""
+    return tuple(effect for effect in effects if not isinstance(effect, Torque))
+
+
+def torque_of_functions(model: Model, effects: Sequence[Effect], start: float) -> GivenTorque | None:
+    """The sum of each Torque, at times since `start` in s; None without one."""
+    return Binding(model, [effect for effect in effects if isinstance(effect, Torque)], start=start).loads.torque
 
 
 def compile_engine(equations: EquationsOfMotion) -> Compiled:
     """The engine of equations compiled. Raises InputError for no symbols, MissingLibrary for no llvmlite."""
     llvm.require('solver.engine: "compiled"')
     for i, effect in enumerate(equations.effects):
-        if not effect.symbolic:
+        if not (effect.symbolic or isinstance(effect, Torque)):
             raise InputError(
                 f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
                 'use solver.engine = "auto"'
             )
-    begin, engine = time.thread_time(), equations.engine
+    begin, engine, start = time.thread_time(), equations.engine, equations.start
+    effects, given = without_functions(equations.effects), torque_of_functions(engine.model, equations.effects, start)
+    if given is not None and equations.contacts is not None:
+        raise InputError('solver.engine: "compiled" takes no Torque beside stops and dry friction; leave it out')
+    equations = equations._replace(effects=effects, given=given is not None)
     if isinstance(engine, Moving):
         equations = equations._replace(engine=engine.base, still=engine.still)
-    elif records_by_rod(engine, equations.effects):
+    elif records_by_rod(engine, effects):
         equations = equations._replace(by_rod=True)
     if not equations.by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
@@ -274,7 +301,7 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
         )
     function, parameters = equations.function()
     values, took = Values.of(parameters), time.thread_time() - begin
-    return Compiled(equations.engine, equations.still, function, values, took)
+    return Compiled(equations.engine, equations.still, function, values, took, given)
 
 
 def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:

@@ -45,6 +45,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
     if not (few and compiling.compilable(model, effects)):
         return None
+    given, effects = compiling.torque_of_functions(model, effects, start), compiling.without_functions(effects)
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = list_parameters(model, _by_rod(model))
@@ -64,7 +65,10 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     joints = len(model.joints) // parts
 
     def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
-        _, more = block.evaluated(t, np.concatenate([q, v, np.zeros_like(q) if torque is None else torque], 1))
+        torque = np.zeros_like(q) if torque is None else torque
+        if given is not None:
+            torque = torque + np.array([given(*state) for state in zip(t.tolist(), q, v, strict=True)])
+        _, more = block.evaluated(t, np.concatenate([q, v, torque], 1))
         if not np.isfinite(more).all():
             return None
         rows = more[:, :-1].reshape(len(t), parts, -1)

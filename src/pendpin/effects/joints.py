@@ -212,9 +212,9 @@ class Torque(OnJoints):
     """Torques about some joints from a function of time and state: Torque(lambda t, q, v: -2.0 * v, joints=["theta_1"]).
 
     The function gets t in s and the positions and rates (k,) of these joints, in rad and rad/s, and returns their
-    torques (k,) in N m. It is called with floats, once an evaluation: a scene with one is not compiled, and is not
-    written to a file. How fast it changes cannot be seen from outside: declare `steady` or `shortest`, and `gradual`,
-    or a note says what was assumed.
+    torques (k,) in N m. It is called with floats, once an evaluation, beside the machine code of all else; a scene with
+    one is not written to a file. How fast it changes cannot be seen from outside: declare `steady` or `shortest`, and
+    `gradual`, or a note says what was assumed.
 
     `every` in s makes it a sampled torque, as of a digital controller: the function is called at t = 0, every, 2 every, ...
     after the start, and its output is held until the next instant. A step of the integration ends at each.

@@ -4,7 +4,16 @@ May import: model, effects, equations and what is below them.
 To add an engine: a class in a file here, and when it is taken in dynamics/dynamics.py (`choose_engine`).
 """
 
-from pendpin.engines.base import CALLBACK_EVERY, AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample
+from pendpin.engines.base import (
+    CALLBACK_EVERY,
+    AngleEngine,
+    Derivative,
+    Engine,
+    GivenTorque,
+    Loads,
+    ProgressCallback,
+    Sample,
+)
 from pendpin.engines.chains import MAX_SPHERICAL, Directions, LongChain, Spherical
 from pendpin.engines.compiled import Compiled, Moving
 from pendpin.engines.machine.llvm import Function, Values

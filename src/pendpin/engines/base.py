@@ -14,6 +14,7 @@ from pendpin.ground.arrays import Array, Indices
 from pendpin.model.build import Model
 
 Derivative = Callable[[Array, float, Array], None]  # f(dy, t, y) fills dy
+GivenTorque = Callable[[float, Array, Array], Array]  # t, q, v -> (nv,) N m, or N for slides
 ProgressCallback = Callable[[float], None]
 
 CALLBACK_EVERY = 64  # evaluations between two calls of the progress callback: near a pole of a thin rod one takes 3 ms
@@ -33,7 +34,7 @@ class Loads:
 
     constant: Array  # (3,) m/s², W: the sum of the constant fields
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
-    torque: Callable[[float, Array, Array], Array] | None = None  # t, q, v -> (nv,) N m, or N for slides
+    torque: GivenTorque | None = None
     wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
     in_links: bool = False  # whether `wrench` takes motions in the frames of the links too: the laws are pendpin's own
     axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned

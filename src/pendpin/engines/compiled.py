@@ -7,7 +7,15 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.effects import Motion
-from pendpin.engines.base import CALLBACK_EVERY_QUICK, Derivative, Engine, ProgressCallback, Sample, count_calls
+from pendpin.engines.base import (
+    CALLBACK_EVERY_QUICK,
+    Derivative,
+    Engine,
+    GivenTorque,
+    ProgressCallback,
+    Sample,
+    count_calls,
+)
 from pendpin.engines.machine.llvm import Block, Function, Values
 from pendpin.ground.arrays import Array
 
@@ -84,12 +92,19 @@ class Compiled(Moving):
 
     # Many engines share the `equations` of one structure (dynamics/compiling.py keeps them); each run has its block.
 
-    compiles = True
+    # `given` torques (nv,), by functions of Python, go with every call: such equations are called from Python.
 
     def __init__(
-        self, base: Engine, still: tuple[int, ...], equations: Function, values: Values, seconds: float
+        self,
+        base: Engine,
+        still: tuple[int, ...],
+        equations: Function,
+        values: Values,
+        seconds: float,
+        given: GivenTorque | None = None,
     ) -> None:
         super().__init__(base, still)
+        self._given, self.compiles = given, given is None
         self.equations, self.name = equations, f"{base.name}, compiled"
         self._values, self.compile_seconds = values, seconds
 
@@ -112,9 +127,12 @@ class Compiled(Moving):
         block = self.block()
         code, state, rates = block.code(), np.zeros(block.size), np.zeros(block.size)
         call, arguments = code.call, (rates.ctypes.data, state.ctypes.data, block.address)
+        given, nv = self._given, len(self.model.joints)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             state[:] = y
+            if given is not None:
+                block.inputs[:] = given(t, y[:nv], y[nv:])
             call(arguments[0], t, arguments[1], arguments[2], None)
             dy[:] = rates
 
