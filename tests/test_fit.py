@@ -2,6 +2,7 @@
 
 import json
 import re
+import warnings
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
@@ -350,6 +351,18 @@ def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> 
     assert ("times slower" if unit > 1 else "times faster") in found.verdict
     assert "check the units of angles and times" in found.verdict
     assert all(np.isfinite(value) for value in found.values.values())
+
+
+def test_angles_that_no_body_gives_end_in_a_verdict() -> None:
+    """Counted the other way at one joint they drive the mass to 0; in ms no motion comes to their end."""
+    truth = scene_of(2, Viscous(coefficient=1e-4), data=ANGLES)
+    table = swings_of(truth, [0.4, 0.3], [0.9, -0.5])
+    for odd in ({"a2": 2 * table["a1"] - table["a2"]}, {"t": 1000 * table["t"]}):
+        with warnings.catch_warnings():
+            warnings.simplefilter("error", RuntimeWarning)
+            found = pp.fit(truth, table | odd, ["model.rods[1].mass", "effects[1].coefficient"])
+        assert "cannot explain the data at all" in found.verdict
+        assert not found.errors
 
 
 def test_a_fit_that_does_not_follow_writes_nothing(tmp_path: Path, capfd, monkeypatch) -> None:

@@ -125,7 +125,8 @@ def _pick_columns(names: list[str], table: Data) -> list[str]:
     wanted = [table.time, *([table.segment] if table.segment else []), *table.columns]
     for name in wanted:
         if name not in names:
-            column = f"columns = {{ {shown(names[-1])} = [...] }}"
+            free = [name for name in names if name not in wanted] or names
+            column = f"columns = {{ {shown(free[-1])} = [...] }}"
             written = f"time = {shown(names[0])}" if name == table.time else column
             hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
             raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")

@@ -322,7 +322,11 @@ def search(p: Problem, x: Array, starts: Array, most: int, tolerance: float = 0.
             break
         dx = np.clip(x + p.scale * step, p.lower, p.upper) - x
         tried = x + dx
-        new = solve_starts(p, tried, at.starts + at.follow.transpose(1, 0, 2) @ (tried - x))
+        try:
+            new = solve_starts(p, tried, at.starts + at.follow.transpose(1, 0, 2) @ (tried - x))
+        except InputError:  # no scene has such numbers: a rod without any mass
+            reach = np.abs(dx / p.scale).max() / 4
+            continue
         new_pull = p.hold * (tried - p.prior) / p.scale
         new_cost = float((new.unexplained**2).sum() + (new_pull**2).sum())
         if new_cost < cost:

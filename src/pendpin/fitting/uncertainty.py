@@ -309,7 +309,7 @@ def outliers(residuals: Sequence[Swing], spread: Array) -> list[tuple[float, Swi
         off = []
         for swing in residuals:
             y = swing.y[:, column]
-            apart, seen = np.zeros(len(y)), ~np.isnan(y)
+            apart, seen = np.zeros(len(y)), np.isfinite(y)  # infinite where the model does not come
             if seen.any():  # from the median of the seven around it
                 around = np.lib.stride_tricks.sliding_window_view(np.pad(y[seen], 3, mode="edge"), 7)
                 apart[seen] = np.abs(y[seen] - np.median(around, axis=1))
