@@ -6,9 +6,11 @@ No other reading may explain the section as well. A definition is right where an
 
 import re
 from collections import defaultdict
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
+from itertools import combinations
 
 import numpy as np
 
@@ -29,7 +31,7 @@ from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW, Reading, Recognition, without
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, Spec, System, free_states, random_states
+from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, free_states, random_states
 from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
 
@@ -38,6 +40,7 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ONE_CHANGE = 1.9  # what two changes cost more than
+LONG = 20  # parts of an equation that is no law by chance
 ENERGIES = ("T", "V", "L", "E")
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
 
@@ -85,8 +88,8 @@ class _Case:
             self.says(**{"verdict": "not checked", "remark": words, "mends": (), "proved": False, **said})
 
 
-def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
-    """The findings of a document, weighed against each other."""
+def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Finding]) -> list[Finding]:
+    """The findings of a document, weighed against each other; `again` gives one as the whole document is read."""
     cases = [_Case(*three) for three in zip(findings, found.equations, found.chosen, strict=True)]
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
@@ -95,11 +98,18 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
         for case, words in [(case, _objection(case, cases)) for case in cases if case.finding.verdict == "fails"]:
             case.doubt(words)
         _doubt_what_was_said_otherwise(cases)
-        same = lambda system: without((*POSES, "mirrored"), system.kind)  # noqa: E731
+        same, turned = lambda system: without((*POSES, "mirrored"), system.kind), set[int]()
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
             other = case.system.kind != found.main.system.kind and same(case.system) == same(found.main.system)
             if case.finding.verdict == "holds" and other and case.reading.credits[i] and not found.main.credits[i]:
-                case.doubt(f"it holds if angles are measured otherwise than in most of the text: {case.reading.title}")
+                words, section = case.reading.title, case.one.statement.section
+                if section in turned or _contradicts_heights(case, cases, found.main):
+                    instead = again(i)
+                    if instead.doubtful or instead.verdict == "fails":
+                        case.finding, case.reading, case.system = instead, found.main, found.main.system
+                        turned.add(section)
+                        continue
+                case.doubt(f"it holds if angles are measured otherwise than in most of the text: {words}")
     wrong: list[_Case] = []
     for case in cases:
         finding = case.finding
@@ -120,6 +130,19 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     return [case.finding for case in cases]
 
 
+def _contradicts_heights(case: _Case, cases: list[_Case], main: Reading) -> bool:
+    """Whether what holds for angles from upright is about heights that the text gives with angles from below.
+
+    That is an equation with such a height, as dy/dt = -l sin(theta) dtheta/dt beside y = -l cos(theta), or an energy.
+    """
+    if "down" not in main.system.kind.split():
+        return False
+    lefts = [other.left for other in cases if other.confirmed and other.system.kind == main.system.kind and other.left]
+    heights = {(left.letter, left.index) for left in lefts if left.letter[:1] in ("y", "z") and not left.dots}
+    about = {(part.written.letter, part.written.index) for part in parts(case.one.sides) if part.written}
+    return bool(heights & about) or (bool(heights) and case.meaning() in ("V", "L"))
+
+
 def _doubt_what_rivals_explain(cases: list[_Case], found: Recognition) -> None:
     """Take back accusations of what another reading explains that explains the section about as well.
 
@@ -129,7 +152,7 @@ def _doubt_what_rivals_explain(cases: list[_Case], found: Recognition) -> None:
         mine = case.reading
         here = [k for k, other in enumerate(cases) if other.reading is mine and found.rivals[k] is found.rivals[i]]
         for less, rival in found.rivals[i]:
-            if case.finding.verdict == "fails" and rival.credits[i] > 0:
+            if case.finding.verdict == "fails" and rival.credits[i] > 0 and not _contradicts_heights(case, cases, mine):
                 case.doubt(f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod")
             breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i] and less < EQUALLY
             if breaks and (saved := [k for k in here if rival.credits[k] > HARDLY and not mine.credits[k]]):
@@ -309,7 +332,7 @@ def _objection(case: _Case, cases: list[_Case]) -> str:
     true = [other for other in true if other and other.names & {*spec.parameters}]
     laws, accused = [other for other in true if _is_law(other, spec)], [o for o in here if o.finding.verdict == "fails"]
     near = sum(_is_near(other) for other in accused if other is not case)
-    if not laws and not near:
+    if not laws and not near and not _is_telling(case):
         return f"as I read it, for {spec.title}, it does not hold; but no other equation shows that it is meant so"
     different = {o.finding.mends[0].words if o.finding.mends else o.one.latex for o in accused}
     support = len(laws if _is_law(equation, spec) else true) + near
@@ -344,6 +367,15 @@ def _is_near(case: _Case) -> bool:
         return True
     terms = sum(len(part.children) if part.kind == "sum" else 1 for part in mended.sides)
     return terms >= 3 and _is_law(mended, case.spec) and not words.startswith(("the term ", "the factor "))
+
+
+def _is_telling(case: _Case) -> bool:
+    """Whether one small change makes a law of a long equation, which no other change of that many does by chance."""
+    mends = case.finding.mends if case.mends_itself else ()
+    if not mends or mends[0].cost > ONE_CHANGE or mends[0].words.startswith("the term "):
+        return False
+    size = sum(1 for _ in parts(case.one.sides))
+    return size >= LONG and _is_law(mends[0].equation, case.spec)
 
 
 def _brought_into_bare_sides(case: _Case) -> set[str]:
@@ -389,8 +421,39 @@ def _follows(equation: Equation, wrong: list[_Case], system: System) -> int:
         if any(_is_multiple(row, np.ones_like(row)) for row in rows):
             return 0  # of constants alone each is a multiple of any other
         sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
-        return min(sources, default=0)
-    return 0
+        if source := min(sources, default=0):
+            return source
+    return next((case.finding.number for case in wrong if _holds_with(equation, case, system)), 0)
+
+
+def _holds_with(equation: Equation, source: _Case, system: System) -> bool:
+    """Whether an equation holds in the motions that a wrong law allows, with as many of Lagrange's as that needs."""
+    names, true, wrong = (
+        [f"dd{name}" for name in system.spec.coordinates],
+        random_states(system),
+        source.finding.equation,
+    )
+    moving = equation.names & {*names} and "mass" in system.spec.formulas and source.system is system
+    if not moving or wrong is None or wrong.energies or equation.energies or not wrong.names & {*names}:
+        return False
+    base = {**true.base, **{name: true[name] for name in system.spec.unknowns}}
+    with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
+        at = [
+            Quantities(base | {one: true[one] * 0 + float(one == name) for one in names}, system, np)
+            for name in ("", *names)
+        ]
+        start, *moved = (stack_residuals(wrong, q, plain=True) for q in at)
+        own = np.array([there - start for there in moved])  # (coordinates, rows, n): the slopes
+        laws = np.einsum("ijn->jin", true["mass"]), -true["force_"]
+        kept = np.flatnonzero(np.abs(own).max((0, 2)) > TOLERANCE * np.abs(own).max())[: len(names)]
+        for others in combinations(range(len(names)), len(names) - len(kept)):
+            slopes = np.concatenate([own[:, kept], laws[0][:, [*others]]], 1)
+            offsets = np.concatenate([start[kept], laws[1][[*others]]])
+            found = np.linalg.solve(slopes.transpose(2, 1, 0), -offsets.T[..., None])[..., 0].T
+            there = Quantities(base | dict(zip(names, found, strict=True)), system, np)
+            if relative_error(wrong, there) < TOLERANCE and relative_error(equation, there) < TOLERANCE:
+                return True
+    return False
 
 
 def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:

@@ -78,9 +78,13 @@ class Equation:
         At last with L as the Lagrangian on the left and a length on the right.
         """
         several: dict[str, tuple[str, ...]] = {}
-        for written in filter(None, (part.written for part in parts(self.sides))):
-            if len(found := words(written)) > 1 and found[0] not in self.definitions:
-                several[found[0]] = found
+        used = names_in(self.sides, self.definitions) & self.definitions.keys()
+        for sides in (self.sides, [self.definitions[name] for name in sorted(used)]):
+            for written in filter(None, (part.written for part in parts(sides))):
+                found = words(written)
+                own = sides is self.sides or found[:1] == ("L",)  # a definition may hold the length, too
+                if len(found) > 1 and own and found[0] not in self.definitions:
+                    several[found[0]] = found
         columns = any(p.kind == "matrix" and p.value == (3, 1) for p in parts(self.sides))
         choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
         for *chosen, frame in islice(choices, MOST_READINGS):

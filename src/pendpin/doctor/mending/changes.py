@@ -160,7 +160,7 @@ class Patient:
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
-        node, writer, units = part.node, self.writer, self.spec.dimensions
+        node, writer, spec, units = part.node, self.writer, self.spec, self.spec.dimensions
         if node.kind == "number" and node.value:
             for value in (node.value * factor.factor for factor in FACTORS):
                 if value.denominator == 1 or node.value == 1:
@@ -172,6 +172,9 @@ class Patient:
                     here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
+            if name not in {*spec.still, *spec.unknowns} and writer.latex and symbols(own.get(name, node)) - spec.still:
+                rate = Node("derivative", node.span, "t", (node,))
+                yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)

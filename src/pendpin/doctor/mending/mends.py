@@ -3,7 +3,7 @@
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache
+from functools import cache, partial
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -93,21 +93,27 @@ def mends_of_definition(
     name = source.defines
     places = [id(node) for node in parts(wrong.sides) if node.kind == "symbol" and node.value == name]
 
-    def rows(q: Quantities, size: int) -> Values:
-        return stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(size)), plain=True)
+    def rows(q: Quantities, size: float) -> Values:
+        return stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(1) * size), plain=True)
 
-    def needed(q: Quantities) -> Values:
+    def needed(q: Quantities, power: int) -> Values:
         one, two = rows(q, 1), rows(q, 2)
-        return q.number(1) - one[0] / (two - one)[0]
+        ones = q.number(1)
+        found = ones - one[0] * (2.0**power - 1) / (two - one)[0]
+        return found if power == 1 else ones / found
 
-    try:
+    power = 0
+    with suppress(Unread), np.errstate(all="ignore"):
         one, two, three = (rows(random_states(system), size) for size in (1, 2, 3))
-    except Unread:
+        for k, slope in ((1, two - one), (-1, 2 * (one - two))):  # as a factor, or as a divisor
+            off = three - one - (3.0**k - 1) / (2.0**k - 1) * (two - one)
+            if len(one) == 1 and np.abs(slope).min() > 0 and np.abs(off).max() <= TOLERANCE * np.abs(three).max():
+                power = k
+    if not power:
         return []
-    straight = len(one) == 1 and np.abs(three - 2 * two + one).max() <= TOLERANCE * np.abs(three).max()
-    if not straight or not np.abs(two - one).min() > 0:
-        return []
-    needing = replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, name: needed}))
+    needing = replace(
+        system, spec=replace(system.spec, formulas={**system.spec.formulas, name: partial(needed, power=power)})
+    )
     known = {other: node for other, node in wrong.definitions.items() if other != name}
     definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
     words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
