@@ -6,11 +6,11 @@ No other reading may explain the section as well. A definition is right where an
 
 import re
 from collections import defaultdict
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, permutations
 
 import numpy as np
 
@@ -40,6 +40,8 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ONE_CHANGE = 1.9  # what two changes cost more than
+INERTIA = (1, 2, 0)
+NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them
 LONG = 20  # parts of an equation that is no law by chance
 ENERGIES = ("T", "V", "L", "E")
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
@@ -93,6 +95,7 @@ def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Fi
     cases = [_Case(*three) for three in zip(findings, found.equations, found.chosen, strict=True)]
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
+    _doubt_loads_of_one(cases)
     if not found.main.chosen:
         _turn_axes(cases)
         for case, words in [(case, _objection(case, cases)) for case in cases if case.finding.verdict == "fails"]:
@@ -171,7 +174,13 @@ def _doubt_what_was_said_otherwise(cases: list[_Case]) -> None:
     for case in cases:
         one, spec, left = case.one, case.spec, case.left
         if one.statement.section != section:
-            said, section = {}, one.statement.section
+            section = one.statement.section
+            said = {
+                left: told
+                for other in cases
+                if other.one.statement.section == section
+                for left, told in _inertias(other)
+            }
         equation = case.finding.equation if case.finding.verdict == "holds" else None
         for part in parts(equation.sides) if equation and said else ():
             assert equation is not None
@@ -191,6 +200,33 @@ def _doubt_what_was_said_otherwise(cases: list[_Case]) -> None:
             of_points = spec.dimensions.get(case.meaning()) in POINTS and case.meaning() not in spec.state
             if case.finding.verdict in ("holds", "not checked") and of_points:
                 said[left] = case.finding.place, one.sides[1], spec.dimensions[case.meaning()]
+
+
+def _inertias(case: _Case) -> Iterator[tuple[Written, tuple[str, Node, Dimension]]]:
+    """The moment of inertia that an equation gives in masses and lengths: its name, where, and what it is."""
+    sides, kind = case.one.sides, case.finding.kind
+    inside = symbols(sides[1]) - {"pi"} if len(sides) == 2 and kind not in ("definition", "unread") else set[str]()
+    if case.left and inside and inside <= case.spec.still and case.spec.dimensions.get(case.meaning()) == INERTIA:
+        yield case.left, (case.finding.place, sides[1], INERTIA)
+
+
+def _doubt_loads_of_one(cases: list[_Case]) -> None:
+    """Doubt an acceleration with a load beside the other one without: what acts on one coordinate moves both."""
+    solved = [case for case in cases if case.confirmed and case.left and case.meaning() in case.spec.unknowns]
+    for case, other in permutations(solved, 2):
+        beside = abs(case.finding.number - other.finding.number) <= NEXT and case.system is other.system
+        if beside and case.meaning() != other.meaning() and _loads(case) and not _loads(other):
+            names = " and ".join(sorted(name.lstrip("?") for name in _loads(case)))
+            case.doubt(
+                f"it holds without {names}, which equation {other.finding.number} beside it does not have", unknown=()
+            )
+
+
+def _loads(case: _Case) -> set[str]:
+    """The letters of an equation that holds where they are 0."""
+    equation = case.finding.equation
+    known = equation.definitions.items() if equation else ()
+    return {name for name, node in known if node.kind == "number" and not node.value and name in case.one.names}
 
 
 def _doubt_definitions(cases: list[_Case]) -> None:
