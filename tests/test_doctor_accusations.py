@@ -1,0 +1,117 @@
+"""What the equations of a text say of each other: which are accused, which follow, and which confirm nothing."""
+
+import pytest
+
+import pendpin as pp
+
+
+def findings(text):
+    return pp.diagnose(text).findings
+
+
+POINTS = r"""
+A double pendulum of two point masses, its angles from the downward vertical.
+$$x_1 = l_1\sin\theta_1$$ $$y_1 = -l_1\cos\theta_1$$
+$$x_2 = x_1 + l_2\sin\theta_2$$ $$y_2 = y_1 - l_2\cos\theta_2$$
+"""
+FIRST = r"""$$(m_1 + m_2) l_1 \ddot\theta_1 + m_2 l_2 \ddot\theta_2 \cos(\theta_1 - \theta_2)
+ + m_2 l_2 \dot\theta_2^2 \sin(\theta_1 - \theta_2) + (m_1 + m_2) g \sin\theta_1 = 0$$
+"""
+SECOND = r"""$$l_2 \ddot\theta_2 + l_1 \ddot\theta_1 \cos(\theta_1 - \theta_2) - l_1 \dot\theta_1^2 \sin(\theta_1 - \theta_2)
+ + g \sin\theta_2 = 0$$
+"""
+# both solved for the first acceleration, without a common factor
+SOLVED = r"""$$\ddot\theta_1 = \frac{-m_2 l_2 \dot\theta_2^2\sin(\theta_1 - \theta_2) - (m_1 + m_2) g\sin\theta_1
+ - m_2\cos(\theta_1 - \theta_2)(l_1\dot\theta_1^2\sin(\theta_1 - \theta_2) - g\sin\theta_2)}
+ {l_1(m_1 + m_2 - m_2\cos^2(\theta_1 - \theta_2))}$$
+"""
+
+
+def test_what_is_solved_with_a_wrong_law_follows_from_it():
+    """It is right where both laws are; where the second has a wrong sign, it holds in the motion that this allows."""
+    assert {one.verdict for one in findings(POINTS + FIRST + SECOND + SOLVED)} == {"holds"}
+    wrong, solved = SECOND.replace("+ g", "- g"), SOLVED.replace(r"- g\sin\theta_2)", r"+ g\sin\theta_2)")
+    *_, second, third = findings(POINTS + FIRST + wrong + solved)
+    assert (second.verdict, third.verdict, third.follows) == ("fails", "fails", second.number)
+
+
+DIVIDED = """import numpy as np
+x1 = l1*sin(theta1)
+y1 = -l1*cos(theta1)
+x2 = x1 + l2*sin(theta2)
+y2 = y1 - l2*cos(theta2)
+d = theta1 - theta2
+den = m1 + m2 - m2*cos(d)**2
+s, c = sin(d), cos(d)
+ddtheta1 = (-m2*l2*dtheta2**2*s - (m1 + m2)*g*sin(theta1) - m2*c*(l1*dtheta1**2*s - g*sin(theta2)))/(l1*den)
+ddtheta2 = ((m1 + m2)*(l1*dtheta1**2*s - g*sin(theta2) + g*sin(theta1)*c) + m2*l2*dtheta2**2*s*c)/(l2*den)
+"""
+
+
+@pytest.mark.parametrize("wrong", ["m1 + m2 - m2*cos(d)", "m1 + m2 + m2*cos(d)**2"])
+def test_a_definition_that_others_are_divided_by_is_accused(wrong):
+    """One change of it mends both accelerations that use it: these are not accused."""
+    right = "m1 + m2 - m2*cos(d)**2"
+    assert {one.verdict for one in findings(DIVIDED)} == {"holds"}
+    said = {one.latex.partition(" =")[0]: one for one in findings(DIVIDED.replace(right, wrong))}
+    assert said["den"].verdict == "fails"
+    assert said["den"].mends[0].latex.replace("cos(d)**2", "C") == f"den = {right}".replace("cos(d)**2", "C")
+    assert [said[name].verdict for name in ("ddtheta1", "ddtheta2")] == ["not checked"] * 2
+
+
+CART = r"""
+A cart with an inverted pendulum.
+$$x_b = x + L\sin\theta$$ $$y_b = L\cos\theta$$
+$$T = \frac12 M\dot x^2 + \frac12 m(\dot x_b^2 + \dot y_b^2)$$
+$$T = \frac12(M + m)\dot x^2 + m L\dot x\dot\theta\cos\theta + \frac12 m L^2\dot\theta^2$$
+$$V = m g L\cos\theta$$ $$\mathcal{L} = T - V$$
+"""
+
+
+def test_a_dot_may_be_missing():
+    """Over a name of the text's own; its L is the length, though the page has a Lagrangian too."""
+    assert {one.verdict for one in findings(CART)} == {"holds"}
+    third = findings(CART.replace(r"\dot y_b^2", "y_b^2"))[2]
+    assert third.verdict == "fails"
+    assert third.mends[0].latex.count("dot") == 3
+
+
+def test_heights_say_which_sign_the_potential_energy_has():
+    """Where y = -l cos, an energy of angles from upright is wrong; without heights nothing says which is meant."""
+    up = r"$$V = m_1 g l_1\cos\theta_1 + m_2 g(l_1\cos\theta_1 + l_2\cos\theta_2)$$" + "\n"
+    *_, energy = findings(POINTS + FIRST + SECOND + "# Energies\n" + up)
+    assert energy.verdict == "fails"
+    assert energy.mends[0].words.startswith("the sign of ")
+    assert findings(FIRST + SECOND + "# Energies\n" + up)[-1].verdict == "not checked"
+
+
+def test_a_load_in_one_of_two_accelerations_confirms_neither():
+    """A friction at the pole moves the cart too."""
+    cart = r"$$\ddot x = \frac{F + m\sin\theta(L\dot\theta^2 + g\cos\theta)}{M + m\sin^2\theta}$$" + "\n"
+    rod = r"""$$\ddot\theta = \frac{-F\cos\theta - m L\dot\theta^2\sin\theta\cos\theta - (M + m) g\sin\theta - b\dot\theta}
+ {L(M + m\sin^2\theta)}$$"""
+    said = findings("A cart with a pendulum.\n" + cart + rod)
+    assert [one.verdict for one in said] == ["holds", "not checked"]
+    assert "b" in said[1].remark
+
+
+def test_an_inertia_that_the_section_gives_otherwise_confirms_nothing():
+    """An energy of rods about their centres holds with m l^2/12, not with what the line below it says."""
+    rods = r"""
+A double pendulum of two uniform rods.
+$$x_1 = \frac{l_1}{2}\sin\theta_1$$ $$y_1 = -\frac{l_1}{2}\cos\theta_1$$
+$$x_2 = l_1\sin\theta_1 + \frac{l_2}{2}\sin\theta_2$$ $$y_2 = -l_1\cos\theta_1 - \frac{l_2}{2}\cos\theta_2$$
+$$T = \frac12 m_1(\dot x_1^2 + \dot y_1^2) + \frac12 I_1\dot\theta_1^2
+ + \frac12 m_2(\dot x_2^2 + \dot y_2^2) + \frac12 I_2\dot\theta_2^2$$
+$$I_1 = \frac{1}{12} m_1 l_1^2$$ $$I_2 = \frac{1}{12} m_2 l_2^2$$
+"""
+    assert findings(rods)[4].verdict == "holds"
+    assert findings(rods.replace("{12}", "{3}"))[4].verdict == "not checked"
+
+
+def test_a_long_law_that_one_change_mends_is_accused_without_others():
+    """A short one may be about anything."""
+    (lone,) = findings("A double pendulum of two point masses.\n" + FIRST.replace("+ m_2 l_2 \\dot", "- m_2 l_2 \\dot"))
+    assert lone.verdict == "fails"
+    (short,) = findings("A double pendulum of two point masses.\n$$x_2 = l_1\\sin\\theta_1 - l_2\\sin\\theta_2$$")
+    assert short.verdict == "not checked"
