@@ -7,6 +7,8 @@ from functools import cached_property
 from itertools import islice
 from typing import Any
 
+import numpy as np
+
 from pendpin.doctor.checking.check import check, is_general, when
 from pendpin.doctor.checking.conditions import (
     PIVOT,
@@ -41,6 +43,7 @@ FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
 
 
+@np.errstate(all="ignore")  # what has no value, as 0 times infinite, is said not to have one
 def examine(document: Document, choices: dict[str, Any], progress: Callable[[str], object]) -> Diagnosis:
     """Check every equation of a document. Raises InputError for a rod, convention or symbol that has no meaning."""
     found = read(document, choices)

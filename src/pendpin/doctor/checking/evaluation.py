@@ -143,8 +143,7 @@ def _sum(node: Node, parts: list[Values]) -> Values:
     for sign, part, child in zip(node.value, parts, node.children, strict=True):
         if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
             raise Mismatch("a number is added to a vector", child.span[0])
-        with np.errstate(invalid="ignore"):  # infinite less infinite: the equation has no value, and is said not to
-            total = total + part if sign > 0 else total - part
+        total = total + part if sign > 0 else total - part
     return total
 
 
@@ -166,8 +165,7 @@ def _multiply(a: Values, b: Values, operator: str, place: int) -> Values:
     if operator == "/" and b.ndim != 1:
         raise Mismatch("a division by a vector", place)
     if 1 in (a.ndim, b.ndim):
-        with np.errstate(all="ignore"):  # 0 times infinite, as in a sum
-            return a / b if operator == "/" else a * b
+        return a / b if operator == "/" else a * b
     if a.shape[-2] != b.shape[0]:
         raise Mismatch("a product of vectors of different lengths", place)
     if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
@@ -187,12 +185,11 @@ def _power(base: Values, exponent: Fraction, place: int, quantities: Quantities)
         if exponent != 2 or base.ndim != 2:
             raise Mismatch("a power of a vector", place)
         return dot(base, base)
-    with np.errstate(all="ignore"):
-        if exponent.denominator == 2:
-            base, exponent = quantities.xp.sqrt(base), exponent * 2
-        whole = int(exponent)
-        value = base ** abs(whole) if whole else quantities.number(1)
-        return quantities.number(1) / value if whole < 0 else value
+    if exponent.denominator == 2:
+        base, exponent = quantities.xp.sqrt(base), exponent * 2
+    whole = int(exponent)
+    value = base ** abs(whole) if whole else quantities.number(1)
+    return quantities.number(1) / value if whole < 0 else value
 
 
 def _function(name: str, x: Values, place: int, quantities: Quantities) -> Values:
@@ -206,12 +203,11 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
     xp = quantities.xp
-    with np.errstate(all="ignore"):
-        if name not in ("tan", "cot", "sec", "csc"):
-            return getattr(xp, name)(x)
-        sin, cos, one = xp.sin(x), xp.cos(x), quantities.number(1)
-        top, bottom = {"tan": (sin, cos), "cot": (cos, sin), "sec": (one, cos), "csc": (one, sin)}[name]
-        return top / bottom
+    if name not in ("tan", "cot", "sec", "csc"):
+        return getattr(xp, name)(x)
+    sin, cos, one = xp.sin(x), xp.cos(x), quantities.number(1)
+    top, bottom = {"tan": (sin, cos), "cot": (cos, sin), "sec": (one, cos), "csc": (one, sin)}[name]
+    return top / bottom
 
 
 def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
@@ -238,9 +234,8 @@ def scale(node: Node, context: Context, known: Known) -> Values:
             return sum((scale(child, context, known) for child in node.children), start=np.zeros(1))
         case "product":
             value: Any = 1.0
-            with np.errstate(all="ignore"):
-                for operator, child in zip(node.value, node.children, strict=True):
-                    value = value / norm(known[id(child)]) if operator == "/" else value * scale(child, context, known)
+            for operator, child in zip(node.value, node.children, strict=True):
+                value = value / norm(known[id(child)]) if operator == "/" else value * scale(child, context, known)
             return value
         case "power" if node.value > 0:
             return scale(node.children[0], context, known) ** float(node.value)

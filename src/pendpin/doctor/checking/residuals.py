@@ -59,11 +59,10 @@ class Equation:
     def energies(self) -> list[Node]:
         """The energies in it but for those inside derivatives: a constant may be added to each."""
 
-        def below(node: Node) -> Iterator[Node]:
-            inside = () if node.kind == "derivative" else node.children
-            yield from (one for child in inside for one in below(child))
-            if node.kind == "symbol" and self.meaning(node.value) in ENERGIES:
-                yield node
+        def below(node: Node) -> list[Node]:
+            if node.kind == "symbol":
+                return [node] if self.meaning(node.value) in ENERGIES else []
+            return [] if node.kind == "derivative" else [one for child in node.children for one in below(child)]
 
         return [node for side in self.sides for node in below(side)]
 
@@ -106,7 +105,9 @@ def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]
 
 
 def _with_meanings(node: Node, meanings: dict[str, str]) -> Node:
-    """An expression in which some names have another meaning."""
+    """An expression in which some names have another meaning; what has none of them stays as it is."""
+    if not node.names & meanings.keys():
+        return node
     value = meanings.get(node.value, node.value) if node.kind == "symbol" else node.value
     return replace(node, value=value, children=tuple(_with_meanings(child, meanings) for child in node.children))
 

@@ -13,8 +13,9 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import Known, evaluate
-from pendpin.doctor.checking.residuals import Equation, changed, stack_residuals
-from pendpin.doctor.reading.tree import Node, Unread
+from pendpin.doctor.checking.residuals import ENERGIES, Equation, changed, names_in, stack_residuals
+from pendpin.doctor.reading.names import CONSTANTS
+from pendpin.doctor.reading.tree import Node, Unread, walk
 from pendpin.doctor.systems.base import Quantities, Values, dot, formula
 
 CLOSE = 1e-8  # relative to the residual
@@ -68,6 +69,13 @@ class Numbers:
         self.rows = stack_residuals(equation, quantities, self.known)
         self.size = float(np.abs(self.rows).max())
         self._context = equation.context(quantities)
+        # beside changes elsewhere all keeps its value but energies, constants and tensors, which depend on other names
+        fixed = (part.node for part in parts_of(equation) if id(part.node) in self.known)
+        self._fixed = {id(node): self.known[id(node)] for node in fixed if not self._depends(node)}
+
+    def _depends(self, node: Node) -> bool:
+        names = set(map(self.equation.meaning, names_in((node,), self.equation.definitions)))
+        return bool(names & (ENERGIES.keys() | CONSTANTS)) or any(part.kind == "matrix" for part in walk(node))
 
     def vanishes(self, rows: Values | None) -> bool:
         """Whether a residual is rounding."""
@@ -76,11 +84,11 @@ class Numbers:
     def residual(self, swaps: Mapping[int, Node]) -> Values | None:
         """The residual with other trees for some parts, (k, n); None where it has no value.
 
-        What does not change keeps its value; but all is evaluated again where the zero of an energy is found by moving it.
+        What does not change keeps its value, but for energies, whose zero is found by moving them.
         """
         pairs = [(side, swapped(side, swaps)) for side in self.equation.sides]
         if self.equation.energies:
-            return changed(replace(self.equation, sides=tuple(new for _, new in pairs)), self.quantities, {})
+            return changed(replace(self.equation, sides=tuple(new for _, new in pairs)), self.quantities, self._fixed)
         with suppress(Unread), np.errstate(all="ignore"):
             sides = {id(old): evaluate(new, self._context, None, self.known) for old, new in pairs if new is not old}
             return changed(self.equation, self.quantities, self.known | sides)

@@ -131,9 +131,11 @@ class Vocabulary:
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
-        if written not in self._known:  # a text of a hundred equations asks for each some thousand times
-            self._known[written] = self._find(written)
-        return self._known[written]
+        if (
+            found := self._known.get(written)
+        ) is None:  # a text of a hundred equations asks for each some thousand times
+            found = self._known[written] = self._find(written)
+        return found
 
     def _find(self, written: Written) -> tuple[str, ...]:
         name = (written.letter, written.index)
@@ -175,7 +177,8 @@ def bound(node: Node, words: Vocabulary) -> Node:
     """
     if node.kind == "symbol":
         assert node.written is not None
-        return replace(_named(node.written, node.span, words), bracketed=node.bracketed)
+        named = _named(node.written, node.span, words)
+        return replace(named, bracketed=node.bracketed) if node.bracketed else named
     children = tuple(bound(child, words) for child in node.children)
     if node.kind == "derivative":
         return replace(node, value=words(node.written)[0] if node.written else "t", children=children)

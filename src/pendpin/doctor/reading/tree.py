@@ -4,6 +4,7 @@ import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
 from fractions import Fraction
+from functools import cached_property
 from typing import Any, Literal
 
 Kind = Literal["number", "symbol", "sum", "product", "power", "function", "matrix", "derivative"]
@@ -66,6 +67,12 @@ class Node:
         """Its place with its brackets."""
         return self.bracketed or self.span
 
+    @cached_property
+    def names(self) -> frozenset[str]:
+        """The names of the quantities in it."""
+        own = (self.value,) if self.kind in ("symbol", "derivative") and self.value != "t" else ()
+        return frozenset(own).union(*(child.names for child in self.children))
+
 
 def walk(node: Node) -> Iterator[Node]:
     """The node and everything below it, parents first."""
@@ -88,7 +95,7 @@ def key(node: Node) -> tuple:
 
 def symbols(node: Node) -> set[str]:
     """The names of the quantities in an expression."""
-    return {part.value for part in walk(node) if part.kind in ("symbol", "derivative")} - {"t"}
+    return set(node.names)
 
 
 def with_meaning(node: Node, name: Written, value: str) -> Node:
