@@ -177,7 +177,7 @@ def test_a_slide_that_falls_without_end_is_named(tmp_path: Path, axis: str) -> N
             ask(pp.Scene(model=pp.UrdfModel(str(file)), effects=effects))
 
 
-@pytest.mark.parametrize("name", ROBOTS)
+@pytest.mark.parametrize("name", [pytest.param(name, marks=[pytest.mark.slow] * ("talos" in name)) for name in ROBOTS])
 def test_robots_as_written(name: str) -> None:
     """Two notes at most, energy that closes, and joints that stay within their limits."""
     scene = pp.Scene(model=pp.UrdfModel(name), duration=1.0, effects=(GRAVITY,))
@@ -201,6 +201,7 @@ def test_two_joints_at_their_stops_that_kick_each_other_come_to_rest() -> None:
     assert all(before.t <= after.t for before, after in pairwise(run.events))
 
 
+@pytest.mark.slow
 def test_a_hand_that_settles_on_its_stops_does_not_shake_an_arm_with_friction() -> None:
     """tiago: 21 joints of a hand land while friction holds the arm. Two methods agree, in a few hundred events.
 

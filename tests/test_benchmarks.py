@@ -62,6 +62,7 @@ def test_none_is_left_out() -> None:
     assert set(SMALL) | MODULES == {path.stem for path in FOLDER.glob("*.py")}
 
 
+@pytest.mark.slow
 def test_faults_are_planted_in_every_room() -> None:
     """Every folder of the package has faults; every fault that once was not noticed has its place."""
     code = (

@@ -127,6 +127,7 @@ def errors() -> dict[int, dict[str, float]]:
     return {n: benchmark.errors(n) for n in (6, 12)}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", [
     "its first frequency", "its second frequency", "reach of a heavy elastica", "force H of a catenary",
 ])  # fmt: skip

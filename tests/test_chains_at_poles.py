@@ -2,6 +2,7 @@
 
 import numpy as np
 import pinocchio as pin
+import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -56,6 +57,7 @@ def test_a_thin_rod_accelerates_at_its_pole_as_lagrange_says(
         assert abs(value - sum(terms)) <= 64 * np.finfo(float).eps * (sum(map(abs, terms)) + abs(v[0] ** 2) + w)
 
 
+@pytest.mark.slow
 def test_a_thin_chain_whose_middle_rod_goes_through_the_pole() -> None:
     """Against equations in directions, written down here on their own (Lagrange with multipliers): 1e-9 after 10 s.
 

@@ -126,7 +126,7 @@ def test_compiled_vs_50_digits(n: int, seed: int | None) -> None:
 
 
 @pytest.mark.parametrize("thin", [False, True])
-@pytest.mark.parametrize("n", [1000, 10_000])
+@pytest.mark.parametrize("n", [1000, pytest.param(10_000, marks=pytest.mark.slow)])
 def test_a_hanging_chain_is_a_rope(n: int, thin: bool) -> None:
     """The first four modes by Rayleigh's quotient: the zeros of Bessel's function, up to what n rods differ from a rope.
 

@@ -91,11 +91,11 @@ def equations_at_rest(model: str, effect: str) -> tuple[pp.Scene, Variational]:
 @pytest.mark.parametrize(
     ("model", "effect", "moving"),
     [
-        (model, effect, moving)
+        pytest.param(model, effect, moving, marks=[pytest.mark.slow] * (model != "one rod" and not feels))
         for model in RESTS
-        for effect, law in LAWS.items()
+        for effect, feels in ((effect, isinstance(law, fx.Drag)) for effect, law in LAWS.items())
         for moving in ("nothing moves", "the first joint stands")
-        if model == "one rod" or moving == "nothing moves" or isinstance(law, fx.Drag)  # others do not feel the rest
+        if model == "one rod" or moving == "nothing moves" or feels  # others do not feel which of them stand
     ],
 )
 def test_every_effect_at_rest_against_fifty_digits(model: str, effect: str, moving: str) -> None:

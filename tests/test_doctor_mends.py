@@ -251,7 +251,6 @@ def test_newton_s_balances_of_two_bobs_are_mended(faulty):
     laws = [law if law != faulty else f"{left} = {BALANCES[faulty]}" for law in BALANCES]
     found = [f for f in pp.diagnose(places + "\n".join(laws)).findings if f.verdict != "holds"]
     assert [f.verdict for f in found] == ["fails"]
-    assert pp.diagnose(places + "\n".join(BALANCES)).ok
     mended = found[0].mends[0].latex
     assert pp.diagnose(places + "\n".join(law if law != faulty else mended for law in BALANCES)).ok
 

@@ -95,6 +95,7 @@ def test_a_page_holds_numbers_to_one_part_in_65534(values: list[float], size: fl
     assert (read[numbers == 0] == 0).all()
 
 
+@pytest.mark.slow
 def test_the_drawn_frames_are_those_of_the_computation(tmp_path: Path) -> None:
     """The drawing of the derivation compares its rods' ends with pendpin's tips before it draws."""
     script = Path(__file__).parents[1] / "examples/draw_frames.py"

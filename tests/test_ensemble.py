@@ -198,6 +198,7 @@ def test_no_process_starts_unless_workers_ask_for_it(scene: Scene, monkeypatch: 
         pp.simulate_many(scene, *starts(5), workers=2)
 
 
+@pytest.mark.slow
 def test_processes_end_when_nobody_listens() -> None:
     """Those that wait or work stop with the iterator; none is left behind."""
     with closing(in_processes(_number, [(i, i + 1) for i in range(40)], 2)) as results:

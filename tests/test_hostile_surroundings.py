@@ -151,7 +151,7 @@ def test_no_streams_at_all(folder: Path) -> None:
     ("limit", "arguments", "lost"),
     [
         (1_000, ("run", "scene.toml", "--out", "new.npz"), "new.npz"),
-        (20_000, ("view", "run.npz", "--html", "new.html"), "new.html"),
+        pytest.param(20_000, ("view", "run.npz", "--html", "new.html"), "new.html", marks=pytest.mark.slow),
         (1_000, ("urdf", "scene.toml", "--out", "new.urdf"), "new.urdf"),
     ],
     ids=lambda value: value if isinstance(value, str) else "",
@@ -164,6 +164,7 @@ def test_disk_that_fills_up(limit: int, arguments: tuple[str, ...], lost: str, f
     assert contents(folder) == before
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("mounted", "reason"), [("size=100k", "No space left on device"), ("ro", "Read-only file system")]
 )
@@ -232,6 +233,7 @@ def test_poor_settings(folder: Path) -> None:
     assert (folder / "schwingung φ.png").is_file()
 
 
+@pytest.mark.slow
 def test_settings_of_matplotlib(folder: Path) -> None:
     """LaTeX for all text, as many have it, does not reach names of joints; a backend that is none is named."""
     (folder / "matplotlibrc").write_text("text.usetex: True\nno such: [\n")
@@ -262,6 +264,7 @@ JUNK = [
 ]
 
 
+@pytest.mark.slow
 def test_two_views_at_once_and_junk_sent_to_one(folder: Path) -> None:
     """Each finds a port of its own; what is no request of a browser is answered or dropped, in silence."""
     with two_views() as views:

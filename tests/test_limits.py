@@ -263,7 +263,7 @@ def growing(samples: int | None) -> pp.Scene:
 
 
 @pytest.mark.parametrize("method", ["rk23", "lsoda", "radau", "bdf"])
-@pytest.mark.parametrize("samples", [2, 3, None])
+@pytest.mark.parametrize("samples", [2, pytest.param(3, marks=pytest.mark.slow), None])
 def test_a_failure_names_its_own_time_and_rate(method: str, samples: int | None) -> None:
     """However few the samples: not the last of them is named, but where the steps became too short."""
     with pytest.raises(

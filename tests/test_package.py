@@ -161,6 +161,7 @@ ANSWERS = {  # what a bare install says: nothing on stderr, or what is missing a
 }
 
 
+@pytest.mark.slow
 def test_every_command_on_a_bare_install(tmp_path: Path) -> None:
     """An answer, or one line that names the library and how it is installed: never a traceback."""
     from pendpin.cli.app import app

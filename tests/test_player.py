@@ -371,6 +371,7 @@ def test_a_film_shows_the_support_where_it_is(run: pp.Trajectory, tmp_path: Path
     np.testing.assert_allclose(across - across.mean(), slope * (wanted - wanted.mean()), atol=11)
 
 
+@pytest.mark.slow
 def test_a_film_shows_the_other_run_as_a_ghost(tmp_path: Path) -> None:
     """Two rods at rest, one hanging and one held up by a spring: each where its own angle is."""
     scene = pp.Scene(duration=0.2, model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Gravity()])

@@ -19,6 +19,7 @@ ROD = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01)])
 FALLING = pp.Scene(model=ROD, start={"positions": {"theta": 1.0}}, effects=[pp.effects.Gravity()], duration=0.5)
 
 
+@pytest.mark.slow
 def test_the_page_runs(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """docs/python.md, block after block, beside the files of the crane."""
     for name in ("crane.toml", "crane_trolley.csv"):

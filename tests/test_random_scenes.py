@@ -71,14 +71,15 @@ class Looks:
     thread_time = process_time = perf_counter
 
 
-def test_no_fault_in_a_slice(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+@pytest.mark.parametrize("count", [COUNT // 4, pytest.param(COUNT, marks=pytest.mark.slow)])
+def test_no_fault_in_a_slice(count: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
     """Every scene ends in a run whose energy balances or in one line; most in a run. What takes long is stopped."""
     clock = Looks()
     monkeypatch.setattr(limits, "time", clock)
     monkeypatch.setattr(run, "time", clock)
-    found = [outcome(case_of(SEED, number, tmp_path)._replace(limit=LIMIT)) for number in range(COUNT)]
+    found = [outcome(case_of(SEED, number, tmp_path)._replace(limit=LIMIT)) for number in range(count)]
     assert [result for result in found if result.kind == FAULT] == []
-    assert {"balanced", "stopped"} <= {result.kind for result in found}
+    assert {"balanced", "stopped"} <= {result.kind for result in found} or count < COUNT
 
 
 def test_scenes_are_of_every_kind_and_come_from_their_seed_alone(tmp_path: Path) -> None:

@@ -137,9 +137,13 @@ def test_parts_of_a_collada_file_keep_places_and_normals_alone(tmp_path: Path) -
 
 
 def test_pages_stay_small() -> None:
+    assert len(page(swinging(seconds=10, samples=10_001))) < 1e6
+
+
+@pytest.mark.slow
+def test_pages_of_many_bodies_stay_small() -> None:
     bodies, samples = 1000, 601
     poses = np.tile(np.eye(4), (samples, bodies, 1, 1))
     shapes = tuple(Shape("cylinder", (0.01, 0.1), pose(), ORANGE, body) for body in range(bodies))
     many = Drawing("", np.linspace(0, 10, samples), poses, shapes, np.zeros((samples, 3)), 100.0)
     assert len(page(many)) < 6e6
-    assert len(page(swinging(seconds=10, samples=10_001))) < 1e6

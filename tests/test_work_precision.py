@@ -77,6 +77,7 @@ def replace_gravity(given: pp.Scene, acceleration: float) -> pp.Scene:
     return given.model_copy(update={"effects": (fx.Gravity(acceleration=acceleration),)})
 
 
+@pytest.mark.slow
 @needs_heyoka
 def test_chaos_has_a_horizon() -> None:
     """The horizon of a fast double pendulum is some seconds, and shorter for a finer accuracy; the report says so."""
