@@ -10,6 +10,7 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from bad_input import ROD, URDF_SCENE, edited, run_main
+from pendpin.dynamics.acting import acting
 from pendpin.ground.arrays import EPS
 from pendpin.model.build import Model, build
 from pendpin.scene import models as named
@@ -128,6 +129,16 @@ def test_a_locked_joint_is_one_that_is_held(
     # the condition of M is at most 1e3 here, and the origin goes by way of three angles
     bound = 3 * ROUNDINGS * EPS * (1 + abs(at)) * terms(locked, q, v, found).acceleration
     assert np.all(np.abs(found - held) < bound + np.linalg.cond(M) * 20 * EPS * np.abs(held).max())
+
+
+def test_what_is_fixed_says_to_what_and_a_lock_of_many_turns_is_noted(tmp_path: Path) -> None:
+    """An effect on a link that a lock has fixed names the link that moves it; 30 may be degrees, of a slide it is not."""
+    locked = tree(tmp_path, lock={"b": 30.0})
+    assert locked.notes == ("model.lock: 'b': 30 rad is more than a whole turn; locks have no degrees",)
+    for link, said in (("two", "is fixed to 'one': name that link"), ("base", "does not move")):
+        with pytest.raises(pp.InputError, match=f"effects.0.: link '{link}' {said}"):
+            acting(locked, [pp.effects.Push(link=link)])  # of no strength
+    assert not tree(tmp_path, "prismatic", lock={"b": 30.0}).notes
 
 
 def test_locked_at_zero_nothing_is_rounded(tmp_path: Path) -> None:

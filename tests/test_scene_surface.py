@@ -258,6 +258,9 @@ def test_slips_are_noted() -> None:
     thin = pp.Scene(model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]), effects=[pp.effects.Drag()], duration=0.1)
     with pytest.warns(Note, match="drag does not act on rod_1, of radius 0"):
         pp.simulate(thin)
+    push = pp.effects.Push(link="rod_1", force=(1.0, 0.0, 0.0), point=2.0)
+    with pytest.warns(Note, match=r"effects\[1\].point: 2 m is beyond the ends of rod, 0 to 1 m"):
+        pp.simulate(builtin_scene().replace(effects=[*builtin_scene().effects, push]), duration=0.1)
     with pytest.warns(Note, match="nothing acts"):
         pp.simulate(builtin_scene().replace(effects=[]), duration=0.1)
 

@@ -193,6 +193,13 @@ def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indi
         return np.arange(len(model.bodies))
     links = tuple(body.link for body in model.bodies)
     alias = {"rod_1": "rod"} if links == ("rod",) else {}
+    pin: Any = None if model.written is None else model.pin
+    for name in names:
+        if pin is not None and name not in links and pin.existBodyName(name):  # fixed to another, or massless
+            above = pin.frames[pin.getBodyId(name)].parentJoint - 1
+            of = [shown(body.link) for body in model.bodies if body.joint == above]
+            still = "has no mass" if above >= 0 else "does not move"
+            raise InputError(f"{where}: link {shown(name)} {f'is fixed to {of[0]}: name that link' if of else still}")
     return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
 
 

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from pendpin.effects import AsWritten, Drag, Effect, Motor, Spring, Stop
+from pendpin.effects import AsWritten, Drag, Effect, Motor, Push, Spring, Stop
 from pendpin.errors import PendpinError, choices, shown
 from pendpin.model import kinematics
 from pendpin.model.bodies import WrittenJoint
@@ -34,6 +34,14 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
             for name in ANGLES
             if isinstance(effect, Spring | Motor | Stop) and abs(getattr(effect, name, None) or 0.0) > TURN
         ]
+    for i, effect in enumerate(scene.effects):
+        if isinstance(scene.model, Chain) and isinstance(effect, Push) and effect.point is not None:
+            lines += [
+                f"effects[{i}].point: {effect.point:g} m is beyond the ends of {body.link}, 0 to {length:g} m"
+                for body in model.bodies
+                if body.link == effect.link or {body.link, effect.link} == {"rod", "rod_1"}
+                if not 0 <= effect.point <= (length := float(np.linalg.norm(body.tip))) * (1 + 1e-12)
+            ]
     positions, moved = scene.start.positions, homes(model.written or (), scene.effects)
     if isinstance(positions, dict) or not positions:
         begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]

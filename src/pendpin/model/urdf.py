@@ -436,7 +436,7 @@ Mimic = tuple[str, float, float]  # the joint to be followed: a multiplier times
 
 
 def _freeze_joints(joints: Mapping[str, Element], lock: Mapping[str, float], mimic: str) -> list[str]:
-    """Make locked joints fixed ones at their positions (rad, or m for slides); a note on what mimics another."""
+    """Make locked joints fixed ones at their positions (rad, or m for slides); notes on what turns far or mimics another."""
     # Not by pin.buildReducedModel: the text that other engines are given has them fixed too.
     moving, mimics, frozen = _moving(joints), dict[str, Mimic](), dict(lock)
     for name in lock:
@@ -457,18 +457,20 @@ def _freeze_joints(joints: Mapping[str, Element], lock: Mapping[str, float], mim
     if mimic == "locked":
         frozen = {name: _followed(name, mimics, lock) for name in mimics} | frozen
         pairs = {name: f"{pair} and is locked at {frozen[name]:g}" for name, pair in pairs.items()}
+    turned = [name for name, x in lock.items() if abs(x) > 2 * np.pi and joints[name].get("type") != "prismatic"]
     for name, position in frozen.items():
         if position:  # at 0 its origin stays as written, to the last bit
             _move_origin(joints[name], position)
         _fix(joints[name])
+    said = [f"model.lock: {shown(x)}: {lock[x]:g} rad is more than a whole turn; locks have no degrees" for x in turned]
     if not pairs:
-        return []
+        return said
     more = f", ... ({len(pairs)} joints)" if len(pairs) > MOST_LISTED else ""
     note = f"joint{'s' * (len(pairs) > 1)} {choices(list(pairs.values())[:MOST_LISTED])}{more}"
     if mimic != "locked":
         they, move, them = ("it", "moves", "it") if len(pairs) == 1 else ("they", "move", "them")
         note += f' in the file, but {they} {move} independently here; mimic = "locked" freezes {them}'
-    return [note]
+    return [*said, note]
 
 
 def _followed(name: str, mimics: Mapping[str, Mimic], lock: Mapping[str, float]) -> float:
