@@ -171,6 +171,10 @@ def test_lines_of_wrong_usage_name_the_option_once(capfd: pytest.CaptureFixture)
     for arguments, says in [
         (("run", "--samples", "1"), "pendpin: Invalid value for --samples: 1 is the start alone"),
         (("run", "--duration", "-1"), "pendpin: Invalid value for --duration: -1.0 is below 0"),
+        (
+            ("run", "--duration", "1e6"),
+            "pendpin: Invalid value for --duration: 1e+06 s at 60 samples a second are more",
+        ),
         (("cost", "--methods", "foo"), "pendpin: Invalid value for --methods: 'foo' is not one of"),
         (("cost", "--accuracy", "2"), "pendpin: Invalid value for --accuracy: 2 is not between"),
         (("effects", "--accuracy", "-1"), "pendpin: Invalid value for --accuracy: -1 is not between"),

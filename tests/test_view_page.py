@@ -2,6 +2,7 @@
 
 import os
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -59,6 +60,29 @@ def test_page_obeys_its_controls(tmp_path: Path, browser: Browser) -> None:
         seen.wait_for("document.getElementById('clock').textContent == '0.25 / 2.00 s'")
         seen.evaluate("document.getElementById('play').click()")
         seen.wait_for(playing)
+
+
+def test_times_far_from_0_are_shown_after_the_start(tmp_path: Path, browser: Browser) -> None:
+    """Seconds since 1970 have more digits than fit; an address still names a time of the scene."""
+    motion = swinging()
+    path = write_page(tmp_path / "run.html", replace(motion, t=motion.t + 1.7e9))
+    with browser.open(f"{path.as_uri()}#t=1700000000.5") as seen:
+        assert seen.text("clock") == "+0.50 / 2.00 s"
+
+
+def test_a_mesh_that_cannot_be_read_is_left_out(tmp_path: Path, browser: Browser) -> None:
+    """The page names each and plays on, however a file is damaged."""
+    damaged = {"empty.stl": b"", "bytes.stl": bytes(range(256)) * 4, "no.dae": b"<COLLADA/>", "text.DAE": b"text"}
+    shapes = []
+    for name, content in damaged.items():
+        (tmp_path / name).write_bytes(content)
+        shapes.append(Shape("mesh", (1.0, 1.0, 1.0), np.eye(4), 0xFF0000, 0, str(tmp_path / name)))
+    motion = swinging()
+    path = write_page(tmp_path / "run.html", replace(motion, shapes=(*motion.shapes, *shapes)))
+    with browser.open(f"{path.as_uri()}#t=0.5") as seen:
+        assert seen.text("clock") == "0.50 / 2.00 s"
+        assert tip_side(seen.picture()) > 100
+        assert seen.text("note").splitlines() == [f"the mesh {name} cannot be read: it is left out" for name in damaged]
 
 
 def test_a_packed_page_unpacks_itself(tmp_path: Path, browser: Browser) -> None:

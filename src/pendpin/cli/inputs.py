@@ -130,7 +130,7 @@ def with_duration(scene: "Scene", duration: float | None, samples: int | None) -
         try:
             scene = scene if value is None else scene.replace({path: value})
         except InputError as error:
-            reason = str(error).rsplit(f"{path}: ", 1)[-1]
+            reason = str(error).removeprefix("Scene: ").rsplit(f"{path}: ", 1)[-1]
             raise BadParameter(reason, param_hint=f"--{path.removeprefix('solver.')}") from None
     return scene
 

@@ -255,7 +255,7 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
         if kind == "dae":  # meshcat joins the parts of a file: they need the same attributes, places and normals
             data = re.sub(rb"semantic=([\"'])(?:TEXCOORD|COLOR)\1", rb"semantic=\1LEFT_OUT\1", data)
         content = {"base64": base64_of(data)} if kind == "stl" else {"data": data.decode(errors="replace")}
-        return {"type": "_meshfile_geometry", "format": kind} | content
+        return {"type": "_meshfile_geometry", "format": kind, "name": path.name} | content
     if shape.geometry == "box":
         return {"type": "BoxGeometry"} | dict(zip(("width", "height", "depth"), shape.size, strict=True))
     radius = max(shape.size[0], thinnest)

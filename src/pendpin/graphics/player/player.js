@@ -4,6 +4,8 @@
 const element = (id) => document.getElementById(id);
 const drawing = JSON.parse(element("drawing").textContent);
 const { start, duration, extent } = drawing;
+const far = Math.abs(start) > 1e5 * duration; // as seconds since 1970: times are shown after the start
+const origin = far ? 0 : start;
 
 function say(text) {
   element("note").textContent = text;
@@ -25,11 +27,25 @@ function integers({ scale, data }) {
   return Float32Array.from(new Int16Array(bytes(data).buffer), (v) => v * scale);
 }
 
-function decodeMeshes(command) {
-  for (const geometry of command.object?.geometries ?? []) {
-    if (geometry.base64 !== undefined) geometry.data = bytes(geometry.base64);
+// Do what a command says; a mesh that cannot be read is left out, and a note says so.
+function handle(viewer, command) {
+  const meshes = command.object?.geometries.filter(({ type }) => type === "_meshfile_geometry") ?? [];
+  for (const mesh of meshes) if (mesh.base64 !== undefined) mesh.data = bytes(mesh.base64);
+  try {
+    viewer.handle_command(command);
+  } catch (error) {
+    for (const mesh of meshes) {
+      const object = { ...command.object, geometries: [mesh], object: { type: "Group", uuid: "alone" } };
+      try {
+        viewer.handle_command({ type: "set_object", path: "/alone", object });
+      } catch {
+        drawing.notes.push(`the mesh ${mesh.name} cannot be read: it is left out`);
+        Object.assign(mesh, { type: "BoxGeometry", width: 0, height: 0, depth: 0 });
+      }
+    }
+    viewer.handle_command({ type: "delete", path: "/alone" });
+    viewer.handle_command(command);
   }
-  return command;
 }
 
 const times = floats(drawing.times); // s after the start, one for each frame
@@ -77,7 +93,7 @@ function loadMotion(viewer) {
 
 // Another run, drawn so that the first one is seen through it.
 function addGhost(viewer, { solids }, i) {
-  viewer.handle_command(decodeMeshes({ type: "set_object", path: `/pendpin/ghost_${i}`, object: solids }));
+  handle(viewer, { type: "set_object", path: `/pendpin/ghost_${i}`, object: solids });
   viewer.scene_tree.find(["pendpin", `ghost_${i}`]).object.traverse((part) => {
     if (!part.material) return;
     Object.assign(part.material, { transparent: true, opacity: 0.45, depthWrite: false });
@@ -86,7 +102,7 @@ function addGhost(viewer, { solids }, i) {
 }
 
 const viewer = openViewer(element("stage"));
-drawing.commands.map(decodeMeshes).forEach((command) => viewer.handle_command(command));
+drawing.commands.forEach((command) => handle(viewer, command));
 drawing.ghosts.forEach((ghost, i) => addGhost(viewer, ghost, i));
 loadMotion(viewer);
 const solids = viewer.scene_tree.find(["pendpin", "bodies"]).object;
@@ -106,7 +122,7 @@ const joints = drawing.joints.filter(({ body }) => body !== null);
 const arrows = drawing.forces && addReactions();
 const frames = joints.length ? addFrames(viewer, extent, joints, objects, support, element("stage")) : null;
 const runs = [drawing, ...drawing.ghosts].map(({ label, curves }) => ({ label, quantities: quantitiesOf(curves) }));
-const plots = addPlots(element("plots"), runs, drawing.plots, firstPlots(), start, duration, seek);
+const plots = addPlots(element("plots"), runs, drawing.plots, firstPlots(), origin, far ? "after the start (s)" : "time (s)", duration, seek);
 
 function addReactions() {
   const rods = joints.some(({ universal }) => universal);
@@ -129,7 +145,7 @@ function firstPlots() {
 // --- time -------------------------------------------------------------------------------------------------------------
 
 const digits = Math.max(2, 2 - Math.floor(Math.log10(duration)));
-const clock = (time) => (digits < 8 && start + duration < 1e7 ? time.toFixed(digits) : time.toExponential(3));
+const clock = (time) => (digits < 8 && origin + duration < 1e7 ? time.toFixed(digits) : time.toExponential(3));
 let t = 0; // s after the start
 let playing = false;
 let looping = true;
@@ -142,7 +158,7 @@ function show() {
   frames?.follow();
   plots.show(t);
   element("time").value = t;
-  element("clock").textContent = `${clock(start + t)} / ${clock(start + duration)} s`;
+  element("clock").textContent = `${far ? "+" : ""}${clock(origin + t)} / ${clock(origin + duration)} s`;
   element("time").ariaValueText = element("clock").textContent;
   viewer.set_dirty();
 }

@@ -85,7 +85,7 @@ function turningPoints(values, from, to, least) {
 
 // Everything below the scene. `runs` [{label, quantities}], the first one's `plots` are offered; `shown` are the first to be
 // seen. Returns show(t), zoom(factor, about) and redraw().
-function addPlots(section, runs, plots, shown, start, duration, seek) {
+function addPlots(section, runs, plots, shown, origin, axis, duration, seek) {
   let [from, to] = [0, duration]; // s after the start: what all plots show
   let t = 0;
   const names = [...new Set(runs.flatMap(({ quantities }) => [...quantities.keys()]))].filter((name) => name !== "distance");
@@ -152,11 +152,11 @@ function addPlots(section, runs, plots, shown, start, duration, seek) {
         makePath(svg, "tick", `M0 ${1000 * (1 - place)}H1000`);
         make("i", area, { className: "y", textContent: label }).style.bottom = `${100 * place}%`;
       }
-      for (const { place, label } of ticks(start + from, start + to, 4)) {
+      for (const { place, label } of ticks(origin + from, origin + to, 4)) {
         makePath(svg, "tick", `M${1000 * place} 0V1000`);
         if ((1 - place) * width > 50) make("i", area, { className: "x", textContent: label }).style.left = `${100 * place}%`;
       }
-      make("i", area, { className: "x name", textContent: "time (s)" });
+      make("i", area, { className: "x name", textContent: axis });
       let enveloped = false;
       curves.forEach(({ times, values, minus, color, dash }, i) => {
         const x = (k) => ((1000 * (times[k] - from)) / (to - from)).toFixed(2);
