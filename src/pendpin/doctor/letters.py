@@ -17,6 +17,7 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.printed import Printed, bind, holding
 from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import Vocabulary, Written, raw
+from pendpin.doctor.reading.states import COORDINATE
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System
 from pendpin.doctor.systems.rod import SPECS
@@ -68,12 +69,16 @@ def letters_of(equations: list[Printed], table: dict[str, str]) -> Letters:
         inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
         moving.update(inside if node.kind == "derivative" else ())
         turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
-    return Letters(+moving, every, turned)
+    return Letters(
+        Counter({name: often for name, often in moving.items() if often and name[0] != COORDINATE}), every, turned
+    )
 
 
 def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
     often = letters.every
+    if not letters.moving and (COORDINATE, "1") in often:  # a linear model alone
+        yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
     angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]

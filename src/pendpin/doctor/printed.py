@@ -12,9 +12,9 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equ
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import lone, parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound, raw
-from pendpin.doctor.reading.states import find_renames
+from pendpin.doctor.reading.states import as_derivatives, find_renames
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, parts, rename, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states
 from pendpin.doctor.systems.rod import SPECS
 
@@ -80,7 +80,8 @@ class Printed:
         equations = parse(text, tight=tight)
         for change in self.renames:
             equations = [[rename(side, change) for side in sides] for sides in equations]
-        return [tuple(bound(side, self.words) for side in _styled(tuple(sides))) for sides in equations]
+        first = [as_derivatives(_styled(tuple(sides)))[0] for sides in equations]
+        return [tuple(bound(side, self.words) for side in sides) for sides in first]
 
     @property
     def sides(self) -> tuple[Node, ...]:
@@ -147,7 +148,8 @@ def bind(
         if before is not None and not one.letters & {*names}:
             found.append(replace(before[i], words=words, definitions={}, defines=""))
             continue
-        ways = [(tuple(bound(side, words) for side in _styled(sides)), tight) for sides, tight in one.ways]
+        every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
+        ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
         if one.ways and len(one.ways[0][0]) == 1 and one.statement.name:
             with suppress(Unread):  # the name of a side alone is the left side if it is a quantity's
                 left = lone(one.statement.name, words)
@@ -162,6 +164,9 @@ def bind(
     for i, one in enumerate(found):
         old = {name for _, name, _ in made} if one.statement.chained else set[str]()
         made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in old]
+    # what is computed is no name of what stands before it, as acc in v_dot = acc
+    computed = {one.sides[0].value for one in found if len(one.sides) == 2 and one.sides[1].children}
+    made = [one for one in made if found[one[0]].sides[0].value == one[1] or one[1] not in computed]
     entries = []
     for i, one in enumerate(found):
         later = {name: meaning for place, name, meaning in reversed(made) if place > i}
@@ -183,7 +188,8 @@ def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]
         name, meanings = (left.written.letter, left.written.index), {*words(left.written)}
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
-        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or meanings & {*spec.state}
+        moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
+        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or moves
         if usual or not symbols(right) or not fixed:
             continue
         number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
@@ -259,7 +265,11 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
         if len(sides) > 1 or statement.name or not statement.place.startswith("line"):
             start, end = sides[0].outer[0], sides[-1].outer[1]
             latex = text[start:end].strip() if several else statement.text.strip().removesuffix("\\\\").strip()
-            ways = ((tuple(sides), False), *(((tuple(parse(text, tight=True)[i]), True),) if "/" in text else ()))
+            tight = parse(text, tight=True)[i] if "/" in text else sides
+            ways = (
+                (tuple(sides), False),
+                *(((tuple(tight), True),) if [*map(key, tight)] != [*map(key, sides)] else ()),
+            )
             own = replace(statement, place=statement.line_of(start))
             found.append(Printed(own, number + len(found), latex, text, i, ways=ways, remark=remark, alone=not several))
     return found or [replace(unread, text=text, reason="no equation: it has one side only")]

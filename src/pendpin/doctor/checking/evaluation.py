@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
-from pendpin.doctor.systems.base import Quantities, Values, cross, dot, inverse
+from pendpin.doctor.systems.base import LOADS, Quantities, Values, cross, dot, inverse
 from pendpin.doctor.systems.rod import AXES, turned
 
 LARGEST = 12  # rows and columns of a matrix
@@ -127,7 +127,7 @@ def _derivative(node: Node, context: Context) -> Values:
     if name in ("q", "dq") and "q" in spec.formulas:  # of a number by all coordinates, or all rates
         by = (replace(node, value=one) for one in (spec.coordinates if name == "q" else spec.rates))
         return np.stack([_derivative(one, context) for one in by])
-    if name not in ("t", *spec.state):
+    if name not in ("t", *spec.state, *LOADS):
         raise Unread(f"a derivative by {name.lstrip('?')} is not read", node.span[0])
     if all(context.means_constant(part) for part in walk(below) if part.kind in ("symbol", "derivative")):
         raise Unread("the derivative of a constant", node.span[0])

@@ -76,7 +76,12 @@ _TYPED = re.compile(
 _ADDED = re.compile(
     r"\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$"
 )  # a value to those of a quantity
-_RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$")
+_RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
+_RATES = re.compile(r"\s*return\s+(?:(?:[\w.]+\()?[\[(](.*)[\])]\)?|(.*,.*));?\s*$", re.S)  # of states, in their order
+_UNPACKED = re.compile(  # x, v = state; or x = y[0]
+    r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
+    r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
+)
 _NAMING = re.compile(r"\s*[#%!]+\s*[A-Za-z]\w*[(\[]\d[)\]]\s*=\s*\w{1,12}'?\s*$")
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
 _ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
@@ -291,12 +296,11 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         quoted = text.count('"""', 0, begin) % 2  # code that is left out
         if (added := _ADDED.match(whole)) and not quoted:
             whole = f"{added[1] or added[2]} = {added[3]}"
-        elif not quoted and (returned := _RETURNED.match(whole)) and (function := _DEFINED.findall(text, 0, begin)):
-            whole = f"{function[-1]} = {returned[1]}"
+        returns = not quoted and re.match(r"\s*return\b", whole)
         comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
         if comment and _NAMING.match(whole):  # % X(1) = q1
             whole, comment = re.sub("[#%!]", " ", whole), False
-        if span[0] < end or len(whole) > 20_000 or comment or "=" not in whole:
+        if span[0] < end or len(whole) > 20_000 or comment or not (returns or "=" in whole):
             continue
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
         bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
@@ -305,12 +309,39 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
+        if returns:
+            yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
+            continue
         codes = [(match.start(1), match[1]) for match in re.finditer(r"`([^`=]*=[^`]*)`", whole)]
         parts = [(at + i, one) for at, part in codes or _in_line(whole) for i, one in equations_in(part)]
         pieces = [(begin + at, end, one) for at, one in parts if codes or not _NO_EQUATION.search(one)]
         if not pieces:
             skipped.append(f"line {number}")
         yield from pieces
+
+
+def _returned(line: str, before: str) -> Iterator[str]:
+    """What a function of code returns: a value for its name, or rates, one for each of the states that it begins with."""
+    functions = [*_DEFINED.finditer(before)]
+    if functions and (value := _RETURNED.match(line)):
+        yield f"{functions[-1][1]} = {value[1]}"
+    elif functions and (rates := _RATES.match(line)) and not re.search(r"[=<>'\"]", line):
+        values, unpacked = _at_commas(rates[1] or rates[2]), [*_UNPACKED.finditer(before, functions[-1].end())]
+        every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
+        states = next((names for names in every if 1 < len(names) == len(values)), [])
+        pairs = zip(states, values, strict=False)
+        yield from (f"{name}_dot = {rate}" for name, rate in pairs if rate not in (f"{name}_dot", f"d{name}"))
+
+
+def _at_commas(text: str) -> list[str]:
+    """The parts between commas outside brackets."""
+    found = list[str]()
+    for part in text.split(","):
+        if found and any(found[-1].count(opened) > found[-1].count(closed) for opened, closed in ("()", "[]")):
+            found[-1] += f",{part}"
+        else:
+            found.append(part)
+    return [part.strip() for part in found]
 
 
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
@@ -331,15 +362,10 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
         if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
             begin, equation = begin + words.end(), equation[words.end() :]
-        names, values = len(equation) < MOST_OF_A_LINE and _SEVERAL.fullmatch(equation), list[str]()
-        for value in names[2].split(",") if names else ():  # at commas outside brackets
-            if values and any(values[-1].count(opened) > values[-1].count(closed) for opened, closed in ("()", "[]")):
-                values[-1] += f",{value}"
-            else:
-                values.append(value)
-        each = names[1].split(",") if names else []
-        pairs = zip(each, values, strict=True) if len(each) == len(values) else ()
-        yield from ([(begin, f"{name.strip()} = {value.strip()}") for name, value in pairs] or [(begin, equation)])
+        several = len(equation) < MOST_OF_A_LINE and _SEVERAL.fullmatch(equation)
+        names, values = (_at_commas(part) for part in (several.groups() if several else ("", "")))
+        pairs = zip(names, values, strict=True) if several and len(names) == len(values) else ()
+        yield from ([(begin, f"{name} = {value}") for name, value in pairs] or [(begin, equation)])
 
 
 def read_toml(data: bytes, place: str) -> Document:

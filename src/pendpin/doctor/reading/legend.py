@@ -3,9 +3,11 @@
 import re
 from collections.abc import Iterator
 from dataclasses import replace
+from functools import lru_cache
 
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
+from pendpin.doctor.reading.states import COORDINATE
 from pendpin.doctor.reading.tree import Node, Unread, symbols
 from pendpin.doctor.systems.base import Spec
 from pendpin.errors import InputError, not_one_of, shown
@@ -22,6 +24,11 @@ _SAID = re.compile(_SYMBOL + _VERB + _PHRASE)
 _SAID_PLAINLY = re.compile(
     rf"(?:where|with|and|let|,|^\s*[-*|]?)\s*`?{_BARE}`?\s*(?:is|be|denotes|stands for|means|:|\|)\s*{_PHRASE}", re.M
 )
+
+# a value in code and the comment behind it
+_VALUED = re.compile(r"^\s*(?:\w+ )?(?P<bare>[A-Za-z]\w*)\s*:?=\s*[-\d.][^#%/\n]*(?:#+|%+|//+)\s*(?P<phrase>.+)", re.M)
+_DAMPING = re.compile(r"damping|friction|viscous|drag", re.I)
+_OF_DAMPING = re.compile(r"[bcdkfBCD]|gamma|mu|beta|delta")
 
 # what a phrase speaks of, the special before the general, and how that is printed in one system or another
 PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
@@ -95,9 +102,9 @@ def legend(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
     for match in _ANGLES.finditer(text):
         pairs = (("symbol", "first"), ("other", "second"))
         yield from ((match[symbol], (Written(match[name]),)) for symbol, name in pairs)
-    for match in [*_SAID.finditer(text), *_SAID_PLAINLY.finditer(text)]:
-        groups = match.groupdict()
-        if printed := _printed(match["phrase"][:MOST_WORDS]):
+    for match in (one for said in (_SAID, _SAID_PLAINLY, _VALUED) for one in said.finditer(text)):
+        groups, phrase = match.groupdict(), match["phrase"][:MOST_WORDS]
+        if (printed := _printed(phrase)) or _DAMPING.search(phrase):
             yield groups.get("symbol") or groups.get("bare") or "", printed
 
 
@@ -113,6 +120,8 @@ def read_symbols(
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
     words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
+    for i, name in enumerate(spec.coordinates, start=1):
+        words.renamed[COORDINATE, str(i)] = Written(name.rstrip("12"), 0, name[-1:].strip("aeihpqstx"))
     _say(words, spec, text)
     found: dict[str, Node] = {}
     for name, meaning in table.items():
@@ -135,18 +144,26 @@ def read_symbols(
     return words, found
 
 
+@lru_cache(maxsize=10)
+def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
+    """The symbols of which a text says what they are, and that it names in passing."""
+    return [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
+
+
 def _say(words: Vocabulary, spec: Spec, text: str) -> None:
     """Note what a text says of its symbols: other names, and which of its own meanings a letter has.
 
     What it says in passing is one more meaning, as is no letter's own.
     """
-    said = [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
-    for symbol, printed_names, passing in said:
+    for symbol, printed_names, passing in _said(text):
         try:
             left = _key(symbol)
         except Unread:  # a slip such as \thta: the equations that hold it say so
             continue
         if left is None or (name := (left.letter, left.index)) in words.renamed:
+            continue
+        if not printed_names:
+            words.chosen.update({name: ""} if _OF_DAMPING.fullmatch(left.letter) else {})
             continue
         own = [replace(one, index=left.index or one.index) for one in printed_names]
         meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)

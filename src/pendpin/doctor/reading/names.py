@@ -14,7 +14,7 @@ chi Phi Theta Psi Gamma Lambda Sigma"""
 GREEK = {name: name for name in _LETTERS.split()}
 GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
 GREEK |= {"varepsilon": "epsilon", "varrho": "rho"}
-GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta"}
+GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta", "teta": "theta"}
 _SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta κ kappa λ lambda μ mu ν nu ξ xi π pi ρ rho σ sigma
 τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
 LETTERS: dict[str, str] = dict(zip(_SIGNS.split()[1::2], _SIGNS.split()[::2], strict=True))  # alpha is printed α
@@ -22,23 +22,34 @@ GREEK |= {letter: name for name, letter in LETTERS.items()}
 
 
 _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
-_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|w|v|x|y|z|q|p(?=_?\d))_?(\d?)")  # dtheta, ddx1, dp_1
+_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?([\dA-C]?)")  # dtheta, ddx1, dp_1
 _SUFFIX = re.compile(  # theta_d, theta_1dot, x_t
     rf"({_ANGLE}|x|y|z|q)_?([123]?)_?(d{{1,2}}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?([123]))?"
 )
 _OVER_DT = re.compile(r"d(?P<twice>2)?_?(?P<name>[A-Za-z][A-Za-z]*?\d?)_?dt(?P<last>\d?)")  # dtheta_dt, dwdt1, d2x_dt2
 _DOTTED = re.compile(  # thetaDot1, xprime, x_ddot, theta_dot_dot
-    r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?:(?P<twice>d|D)?[dD]ot|prime)(?P<again>_?[dD]ot|prime)?_?(?P<last>\d?)"
+    r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?:(?P<twice>d|D)?[dD]ot|prime|(?<=_)point)(?P<again>_?[dD]ot|prime)?_?(?P<last>[\dA-C]?)"
 )
 _MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
 _SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V", "Tau": "tau"}
-_SHORT |= {"mass": "m", "length": "l", "len": "l", "angle": "theta", "grav": "g", "gravity": "g", "ke": "T", "pe": "V"}
+_SHORT |= {"Theta": "theta", "Phi": "phi", "angle": "theta", "ke": "T", "pe": "V"}
 _SHORT |= dict.fromkeys(("angularVelocity", "angVel", "angvel"), "omega")
 _SHORT |= dict.fromkeys(("angularAcceleration", "angAcc", "angacc", "acceleration"), "alpha")
 _SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
+# names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
+_WORDS = {
+    "m": "mass masse masa massa",
+    "g": "gravity grav gravite gravedad gravidade",
+    "I": "inertia inertie inercia moi",
+}
+_WORDS |= {"l": "length len longueur longitud comprimento lunghezza laenge", "F": "force"}
+_BODIES = {"c": "cart trolley chariot carro", "p": "pole pendulum pend pendulo rod bob", "cm": "cm com"}
+_MEANT = {word: letter for letter, words in {**_WORDS, **_BODIES}.items() for word in words.split()}
+_PHRASE = re.compile("|".join(sorted(_MEANT, key=len, reverse=True)) + r"|\d(?!\d)|[AB](?![a-z])|_", re.I)
+_LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE})([A-C])")
 _RUN_ON = re.compile(
     r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz]|(?<=I)(?:xx|yy|zz))"
 )
@@ -77,11 +88,23 @@ def of_word(word: str) -> Written | None:
         return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3])
     if match := _SUFFIX.fullmatch(word):
         return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
+    if name := _of_words(word):
+        return name
     letter, _, index = word.partition("_")
-    if not index and (match := _RUN_ON.fullmatch(word)):
+    if not index and (match := _RUN_ON.fullmatch(word) or _LETTERED.fullmatch(word)):
         letter, index = match[1], match[2]
     bare = _STYLED.sub("", index).strip("_").replace("_", ",")
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
+
+
+def _of_words(word: str) -> Written | None:
+    """A name that is made of words, one of which says what is measured: pole_mass is m_p."""
+    found = _PHRASE.findall(word)
+    pieces: list[str] = [_MEANT.get(piece.lower()) or piece for piece in found if piece != "_"]
+    letters = [piece for piece in pieces if piece in _WORDS]
+    if "".join(found) != word or len(letters) != 1:
+        return None
+    return Written(letters[0], 0, "".join(piece for piece in pieces if piece not in _WORDS))
 
 
 def spelled(word: str, latex: bool, code: bool) -> list[str]:

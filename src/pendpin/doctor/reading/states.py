@@ -13,6 +13,8 @@ Name = tuple[str, str]  # a letter and its index
 
 _PAIR, _ENTRY = re.compile(r"\[(\d),(\d)\]"), re.compile(r"\[\d+\]")
 _STATES = set("xyzqsu")  # letters of states with numbers, in x_1' = x_2
+NOWHERE = (0, 0)  # in the text
+COORDINATE = "coordinate"  # the letter of one for which the text has no name
 MOST_STEPS = 4  # from a name to the state it is a rate of
 
 
@@ -24,6 +26,39 @@ def find_renames(equations: list[Sides]) -> list[Rename]:
             found.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
     return found
+
+
+def as_derivatives(sides: Sides) -> list[Sides]:
+    """What the matrix A or B of x' = A x + B u says: the derivatives of the states' rates, in either order.
+
+    Its rows (0 1 0 0) show where the rates of the coordinates stand; which of them is first, it does not tell.
+    """
+    left, right = sides[0], sides[-1]
+    if len(sides) != 2 or right.kind != "matrix" or not left.written or left.written.letter[:1] not in "AB":
+        return [sides]
+    (rows, columns), half = right.value, right.value[0] // 2
+    entries = [[part.value if part.kind == "number" else None for part in right.children[i : i + columns]]
+               for i in range(0, len(right.children), columns)]  # fmt: skip
+    for states in ([(i, d) for i in range(half) for d in (0, 1)], [(i, d) for d in (0, 1) for i in range(half)]):
+        units = [[int(state == (i, 1)) for state in states] if columns > 1 else [0] for i, _ in states]
+        right_rows = all(entries[k] == units[k] for k, (_, d) in enumerate(states) if d == 0)
+        if rows not in (2, 4, 6) or columns not in (1, rows) or not right_rows:
+            continue
+
+        def derivative(name: Written, by: Written) -> Node:
+            below = Node("symbol", NOWHERE, written=name)
+            return Node("derivative", NOWHERE, children=(below,), marks=(NOWHERE,), written=by)
+
+        found = list[Sides]()
+        printed = (part for k, part in enumerate(right.children) if states[k // columns][1])
+        given = replace(right, value=(half, columns), children=tuple(printed))
+        for order in ("123"[:half], "213"[:half])[: 1 + (half == 2)]:
+            rated = lambda i, d, order=order: Written(COORDINATE, d, order[i])  # noqa: E731
+            by = [rated(i, d) for i, d in states] if columns > 1 else [Written("u")]
+            truth = tuple(derivative(rated(i, 2), one) for i, d in states if d for one in by)
+            found.append((Node("matrix", NOWHERE, (half, columns), truth), given))
+        return found
+    return [sides]
 
 
 def _written(equations: list[Sides]) -> set[Written]:
@@ -111,6 +146,8 @@ def _name_states(equations: list[Sides]) -> Rename | None:
         if entry(left) and owner not in (None, left.letter) and not left.dots and re.search("[dDpfF]", left.letter):
             vectors[left.letter] = str(owner)
 
+    named_at_once = {name for _, names in columns for name in names}
+
     def note(rate: Written, state: Written) -> None:
         for name in [name for name, other in rates.items() if other == state]:
             del rates[name]
@@ -120,7 +157,16 @@ def _name_states(equations: list[Sides]) -> Rename | None:
     for left, right in pairs:
         left = replace(left, letter=vectors[left.letter], dots=left.dots + 1) if left.letter in vectors else left
         own = right.letter in _STATES and right.index and right not in made
-        if left.dots == 1 and not right.dots and (right in owners or own or (entry(right) and entry(left))):
+        if (
+            left.dots == 1
+            and not right.dots
+            and (
+                right in owners
+                or own
+                or {right, replace(left, dots=0)} <= named_at_once
+                or (entry(right) and entry(left))
+            )
+        ):
             note(right, replace(left, dots=0))
     named = {letter: [name for (owner, _), name in sorted(called.items()) if owner == letter] for letter, _ in called}
     states = [names for _, names in columns] + [*named.values()]

@@ -120,6 +120,7 @@ _UNITS = re.compile(  # of a parameter: what stands between its number and the e
 _RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
 _OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
 _METHODS = (
+    (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers and functions in C
     (r"\b(sin|cos|tan|sqrt|pow)f(?=\()", r"\1"),
     (r"\.inv\(\)", "^(-1) "),
@@ -326,7 +327,8 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
         yield from _letters(word[match.end() :], place + match.end(), latex, text)
     else:
         over_dt = word == "dt" and text[:place].rstrip().endswith("/")
-        for part in ["d", "t"] if over_dt else spelled(word, latex, "*" in text):
+        code = "*" in text or (not text[:place].strip() and text[end:].lstrip()[:1] == "=")  # or a name with its value
+        for part in ["d", "t"] if over_dt else spelled(word, latex, code):
             part_name = _ABROAD.get(part, part)
             kind = "function" if part_name in FUNCTIONS else "word" if len(part) > 1 else "letter"
             yield Token(kind, part_name, place, place + len(part))
