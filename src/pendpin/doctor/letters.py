@@ -128,8 +128,7 @@ def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
 
 def weight(equation: Equation, spec: Spec) -> float:
     """What an equation counts: those of motion and energy say most, and what is true of every system hardly anything."""
-    still = set().union(*map(symbols, equation.sides)) & spec.still
-    if not still and not any(part.kind in ("product", "power") for part in parts(equation.sides)):
+    if not equation.names & spec.still and not any(part.kind in ("product", "power") for part in parts(equation.sides)):
         return HARDLY  # as L = T - V, or a name for a sine
     telling = {name for name in spec.unknowns if name.startswith("dd")}
     telling |= {name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)}

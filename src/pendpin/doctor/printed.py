@@ -1,5 +1,6 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
+from collections import Counter
 from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -167,12 +168,25 @@ def bind(
     # what is computed is no name of what stands before it, as acc in v_dot = acc
     computed = {one.sides[0].value for one in found if len(one.sides) == 2 and one.sides[1].children}
     made = [one for one in made if found[one[0]].sides[0].value == one[1] or one[1] not in computed]
+    # of what is computed twice, each use means what was computed last before it
+    twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
+    versions = {f"{name}@{place}": node for place, name, node in made if name in twice}
+
+    def latest(node: Node, place: int) -> Node:
+        if node.kind == "symbol" and node.value in twice:
+            before = [at for at, name, _ in made if name == node.value and at < place]
+            return replace(node, value=f"{node.value}@{before[-1]}") if before else node
+        return replace(node, children=tuple(latest(child, place) for child in node.children)) if node.children else node
+
+    if twice:
+        made = [(place, name, latest(node, place)) for place, name, node in made]
+        versions = {name: latest(node, int(name.rpartition("@")[2])) for name, node in versions.items()}
     entries = []
     for i, one in enumerate(found):
         later = {name: meaning for place, name, meaning in reversed(made) if place > i}
         known = later | {name: meaning for place, name, meaning in made if place <= i}
         own = next((name for place, name, _ in made if place == i), "")
-        entries.append(replace(one, definitions=usual | known | given, defines=own))
+        entries.append(replace(one, definitions=usual | known | versions | given, defines=own))
     return entries
 
 

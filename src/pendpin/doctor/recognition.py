@@ -126,7 +126,7 @@ class Reading:
         said, upright = _words_of(text)
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
-        prior += UNSAID * ("up" in kinds and not upright) - 0.3 * ("mirrored" in kinds)
+        prior += (LIKELIER if upright else UNSAID) * ("up" in kinds) - 0.3 * ("mirrored" in kinds)
         prior += ROD if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
         lost = set().union(*(strange for strange, here in zip(self.strangers, inside, strict=True) if here))
         elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(self.credits[~inside].sum()))

@@ -283,7 +283,7 @@ def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
 def _meanings_used(equation: Equation) -> list[tuple[str, Node]]:
     """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
     names = sorted(names_in(equation.sides, equation.definitions) & equation.definitions.keys())
-    return [(name, equation.definitions[name]) for name in names]
+    return [(name.partition("@")[0], equation.definitions[name]) for name in names]  # of what is computed twice each
 
 
 def _turn_axes(cases: list[_Case]) -> None:
@@ -298,6 +298,9 @@ def _turn_axes(cases: list[_Case]) -> None:
             place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
             if place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
+    for letter, (first, *others) in turned.items():
+        if not others and letter not in right:  # nothing else shows which way it is measured
+            first.doubt(f"it holds if {letter} is measured the other way")
     for letter in (letter for letter, wrong in turned.items() if len(wrong) > 1 and letter not in right):
         for case in (case for case in cases if case.finding.verdict == "fails" and case.finding.equation):
             equation, states = case.finding.equation, random_states(case.system)

@@ -134,7 +134,8 @@ def holds_if(equation: Equation, system: System, neighbours: list[Equation], cho
 
 def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
     """Whether an equation contains nothing, but for a name that stands alone on a side, that the condition makes vanish."""
-    sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1]
+    own = equation.definitions
+    sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1 or side.value in own]
     names = names_in(sides, equation.definitions)
     changing = condition.absent if condition.system else frozenset[str]()
     changing = changing.union(*(dependents(system, name) for name, _ in condition.instead))

@@ -78,6 +78,12 @@ _ADDED = re.compile(
 )  # a value to those of a quantity
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(r"\s*return\s+(?:(?:[\w.]+\()?[\[(](.*)[\])]\)?|(.*,.*));?\s*$", re.S)  # of states, in their order
+_TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|h|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
+_STEPPED = re.compile(  # a step in time, omega += alpha*dt, also without dt: what is added is a rate
+    r"\s*([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
+    rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|([^\W\d][\w.>-]*))"
+    r"\s*;?\s*(?:(?:#|//|%).*)?$"
+)
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
@@ -296,6 +302,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         quoted = text.count('"""', 0, begin) % 2  # code that is left out
         if (added := _ADDED.match(whole)) and not quoted:
             whole = f"{added[1] or added[2]} = {added[3]}"
+        elif not quoted and (stepped := _STEPPED.match(whole)):
+            whole = f"der({stepped[1]}) = {stepped[2] or stepped[3] or stepped[4]}"
         returns = not quoted and re.match(r"\s*return\b", whole)
         comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
         if comment and _NAMING.match(whole):  # % X(1) = q1

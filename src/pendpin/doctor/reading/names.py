@@ -46,7 +46,8 @@ _WORDS = {
     "I": "inertia inertie inercia moi",
 }
 _WORDS |= {"l": "length len longueur longitud comprimento lunghezza laenge", "F": "force"}
-_BODIES = {"c": "cart trolley chariot carro", "p": "pole pendulum pend pendulo rod bob", "cm": "cm com"}
+_BODIES = {"cart": "cart trolley chariot carro", "pend": "pendulum pend pendulo", "cm": "cm com"}
+_BODIES |= {"pole": "pole", "rod": "rod", "bob": "bob"}
 _MEANT = {word: letter for letter, words in {**_WORDS, **_BODIES}.items() for word in words.split()}
 _PHRASE = re.compile("|".join(sorted(_MEANT, key=len, reverse=True)) + r"|\d(?!\d)|[AB](?![a-z])|_", re.I)
 _LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE})([A-C])")
@@ -98,7 +99,7 @@ def of_word(word: str) -> Written | None:
 
 
 def _of_words(word: str) -> Written | None:
-    """A name that is made of words, one of which says what is measured: pole_mass is m_p."""
+    """A name that is made of words, one of which says what is measured: pole_mass is m_pole."""
     found = _PHRASE.findall(word)
     pieces: list[str] = [_MEANT.get(piece.lower()) or piece for piece in found if piece != "_"]
     letters = [piece for piece in pieces if piece in _WORDS]

@@ -42,8 +42,8 @@ ez | 1 | *e_z *k *e_3 *u_z *z *E_z | 1
 
 _PLANE = """
 theta | 1 | theta q q_1 theta_1
-m | kg | m m_1 M m_p
-l | m | l L ell l_1 L_1 R r l_p
+m | kg | m m_1 M m_p m_bob m_pend m_rod
+l | m | l L ell l_1 L_1 R r l_p l_pend l_rod
 h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
 kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
@@ -144,9 +144,9 @@ _CART = """
 x | m | x q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
 M | kg | M m_c m_1 M_c M_1 m_cart m_0 M_cart m_w M_w m_k
-m | kg | m m_p m_2 m_1 m_pole M_p m_pend M_pole m_b m_r m_rod m_bob
-l | m | l L ell l_1 l_p L_p r R length l_pole
-h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R
+m | kg | m m_p m_2 m_1 m_pole M_p m_pend M_pole M_pend m_b m_r m_rod m_bob
+l | m | l L ell l_1 l_p L_p r R length l_pole l_pend l_rod
+h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R l_pole l_pend
 I | kg m2 | I J I_G I_1 J_1 I_p J_p i_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
 xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
