@@ -101,6 +101,7 @@ def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Fi
         for case, words in [(case, _objection(case, cases)) for case in cases if case.finding.verdict == "fails"]:
             case.doubt(words)
         _doubt_what_was_said_otherwise(cases)
+        _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
         same, turned = lambda system: without((*POSES, "mirrored"), system.kind), set[int]()
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
             other = case.system.kind != found.main.system.kind and same(case.system) == same(found.main.system)
