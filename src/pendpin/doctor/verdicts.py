@@ -300,7 +300,9 @@ def _turn_axes(cases: list[_Case]) -> None:
             if place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
     for letter, (first, *others) in turned.items():
-        if not others and letter not in right:  # nothing else shows which way it is measured
+        if (
+            not others and letter in ("y", "z") and letter not in right and first.spec.kind not in RODS
+        ):  # nothing else shows which way it is measured
             first.doubt(f"it holds if {letter} is measured the other way")
     for letter in (letter for letter, wrong in turned.items() if len(wrong) > 1 and letter not in right):
         for case in (case for case in cases if case.finding.verdict == "fails" and case.finding.equation):
