@@ -75,7 +75,15 @@ def test_bad_input_ends_at_once(case: Case, tmp_path: Path, monkeypatch: pytest.
     assert calls < MOST_CALLS
 
 
-@pytest.mark.parametrize("case", [case for case in CASES if case.name in IN_A_PROCESS], ids=str)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=[pytest.mark.slow] * (case.name not in IN_A_PROCESS[::2]))
+        for case in CASES
+        if case.name in IN_A_PROCESS
+    ],
+    ids=str,
+)
 def test_bad_input_in_a_process_of_its_own(case: Case, tmp_path: Path) -> None:
     """Some cases as the user runs them."""
     case.lay_out(tmp_path)

@@ -279,7 +279,7 @@ def test_work_in_machine_code(model: str) -> None:
 # --- integrators that call machine code themselves ------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["dop853", "rk45", "lsoda", "radau"])
+@pytest.mark.parametrize("method", ["dop853", "rk45", "lsoda", pytest.param("radau", marks=pytest.mark.slow)])
 def test_without_python_it_is_the_same_motion(method: str) -> None:
     """CyRK's loops around the machine code and around Pinocchio: the same steps, but for rounding."""
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")

@@ -98,7 +98,9 @@ def test_moments_of_a_flow_in_space_are_exact(where: float, aside: float, slope:
     np.testing.assert_allclose(found, exact, rtol=0, atol=1e-14 * exact[0])
 
 
-@pytest.mark.parametrize(("density", "wind"), [(800.0, (1.0, 0.0, 0.0)), (300.0, (-0.4, 2.0, 1.0))])
+@pytest.mark.parametrize(
+    ("density", "wind"), [pytest.param(800.0, (1.0, 0.0, 0.0), marks=pytest.mark.slow), (300.0, (-0.4, 2.0, 1.0))]
+)
 def test_a_promise_holds_in_a_cross_wind(density: float, wind: tuple) -> None:
     """A driven rod in a liquid that flows across it, so that the flow turns round along the rod; in space.
 

@@ -155,7 +155,9 @@ class CarefulBody(pp.effects.BodyEffect):
 SAME, SAME_FORCE = np.zeros(4), np.zeros((2, 3))
 
 
-@pytest.mark.parametrize("options", [{}, {"method": "lsoda"}, {"method": "rk4", "step": 0.01}])
+@pytest.mark.parametrize(
+    "options", [{}, pytest.param({"method": "lsoda"}, marks=pytest.mark.slow), {"method": "rk4", "step": 0.01}]
+)
 def test_an_effect_that_computes_in_place_changes_no_state(options: dict[str, Any]) -> None:
     """Every array of the run is that of a law which makes new arrays, bit for bit."""
     rods = [pp.Rod(length=1.0, mass=1.0, radius=0.01)] * 2

@@ -30,7 +30,7 @@ from pendpin.scene import Data
     [
         (1, (DryFriction(kinetic=1e-3, static=2e-3, stribeck=5.0), Viscous(coefficient=1e-4), Drag()), [1.5]),
         (2, (DryFriction(kinetic=1e-2, static=1.2e-2),), [1.0, -0.5]),
-        (2, (DryFriction(kinetic=3e-4), Drag(diameter=0.02)), [1.0, -1.0]),
+        pytest.param(2, (DryFriction(kinetic=3e-4), Drag(diameter=0.02)), [1.0, -1.0], marks=pytest.mark.slow),
     ],
 )
 def test_motions_agree_with_simulate(rods: int, effects, start: list[float]) -> None:

@@ -145,7 +145,7 @@ def differences(place: int) -> dict[str, float]:
     }
 
 
-@pytest.mark.parametrize("samples", [12, 121])
+@pytest.mark.parametrize("samples", [12, pytest.param(121, marks=pytest.mark.slow)])
 @pytest.mark.parametrize("place", range(len(EXTREMES)), ids=[name for _, name in EXTREMES])
 def test_extremes_change_as_those_between_the_samples(place: int, samples: int) -> None:
     """run.sensitivity and differences of run.maximum: the same, however few samples there are."""

@@ -39,7 +39,9 @@ def test_odd_input_runs(case: Case, folder: Path, capfd: pytest.CaptureFixture) 
     assert Trajectory.load("run.npz").a.shape[1] == 2
 
 
-@pytest.mark.parametrize("case", NAMED_CASES, ids=str)
+@pytest.mark.parametrize(
+    "case", [*NAMED_CASES[::2], *(pytest.param(case, marks=pytest.mark.slow) for case in NAMED_CASES[1::2])], ids=str
+)
 def test_odd_names_are_drawn(case: Case, folder: Path, capfd: pytest.CaptureFixture) -> None:
     """Names of joints that mean something to matplotlib, rich, HTML or the terminal."""
     case.lay_out(folder)
@@ -99,7 +101,11 @@ NOTED = {
 }
 
 
-@pytest.mark.parametrize("name", IMPLAUSIBLE, ids="urdf: {}".format)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * bool(place % 3)) for place, name in enumerate(IMPLAUSIBLE)],
+    ids="urdf: {}".format,
+)
 def test_implausible_inertia_is_a_finding(name: str, folder: Path, capfd: pytest.CaptureFixture) -> None:
     """Link, numbers, and what follows, in one line; the run goes on; --strict refuses it with the same words."""
     old, new, says = IMPLAUSIBLE[name]

@@ -97,7 +97,8 @@ def folder_test(folder: Path, engine: ModuleType) -> ModuleType:
 
 
 @pytest.mark.parametrize(
-    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name in ("ten mixed rods", "panda"))) for name in SCENES]
+    "name",
+    [pytest.param(name, marks=[pytest.mark.slow] * (name in ("ten mixed rods", "panda", "ur5"))) for name in SCENES],
 )
 def test_the_engine_agrees_at_every_state(name: str, folders: Folders, engine: ModuleType) -> None:
     """Accelerations, mass matrix, wrenches and energies, through the folder's own test."""

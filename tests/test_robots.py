@@ -65,6 +65,7 @@ def test_an_axis_has_the_length_of_one(tmp_path: Path) -> None:
 # --- 66 robots ------------------------------------------------------------------------------------------------------
 
 
+@pytest.mark.slow
 def test_every_robot_is_taken() -> None:
     """All 66 well-formed files with a moving joint, with findings for those that no real body can be behind."""
     models = {path: build(pp.UrdfModel(path=path)) for path in robot_files()}
