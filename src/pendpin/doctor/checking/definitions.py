@@ -38,11 +38,11 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
                 value = evaluate(one.sides[1], equation.context(random_states(system)))
         except (Unread, KeyError):
             continue
-        names = list[str]()
-        for name, (row, most) in _known(system).items() if np.isfinite(value).all() else ():
+        names, known, (first, apart) = list[str](), list(_known(system).items()), _first_values(system)
+        # most are another quantity at the first state already
+        near = np.flatnonzero(~(np.abs(value.flat[0] - first) > apart)) if np.isfinite(value).all() else ()
+        for name, (row, most) in (known[i] for i in near):
             if row.shape == value.shape and dimensions.get(name, ()) not in usual:
-                if name not in ENERGIES and abs(value.flat[0] - row.flat[0]) > TOLERANCE * most:
-                    continue  # most are another quantity at the first state already
                 off = value - row
                 off = np.diff(np.split(off, 2), axis=0) if name in ENERGIES else off  # the halves share the parameters
                 names += [name] * bool(np.abs(off).max() <= TOLERANCE * most)
@@ -77,6 +77,14 @@ def _known(system: System) -> dict[str, tuple[Values, float]]:
     names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
     every = ((name, states[name]) for name in dict.fromkeys(names))
     return {name: (row, most) for name, row in every if 0 < (most := float(np.abs(row).max())) < np.inf}
+
+
+@cache
+def _first_values(system: System) -> tuple[Values, Values]:
+    """Of each of these its first value, and how far off another may be: any that of an energy, which has a constant."""
+    known = _known(system)
+    first = np.array([row.flat[0] for row, _ in known.values()])
+    return first, np.array([np.inf if name in ENERGIES else TOLERANCE * most for name, (_, most) in known.items()])
 
 
 def _agrees(word: str, name: str) -> bool:

@@ -195,8 +195,8 @@ def relative_error(equation: Equation, quantities: Quantities, full: Quantities 
     with np.errstate(all="ignore"):
         here = residuals(equation, quantities)
         there = here if full is None else residuals(equation, full)
-        tops = np.array([np.sqrt(np.mean(np.sum(rows**2, 0))) for rows, _ in here])
-        bottoms = np.array([np.sqrt(np.mean(size**2)) for _, size in there])
+        tops = np.array([np.sqrt((rows**2).sum(0).mean()) for rows, _ in here])
+        bottoms = np.array([np.sqrt((size**2).mean()) for _, size in there])
     if not (np.isfinite(tops).all() and np.isfinite(bottoms).all()):
         raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
     return float((tops / np.where(bottoms, bottoms, 1.0)).max())
@@ -230,7 +230,9 @@ def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: in
             for operator, part in zip(node.value, parts, strict=True):
                 if part is None:
                     return None
-                total = tuple(a - b if operator == "/" else a + b for a, b in zip(total, part, strict=True))
+                (kg, m, s), (in_kg, in_m, in_s) = total, part
+                below = operator == "/"
+                total = (kg - in_kg, m - in_m, s - in_s) if below else (kg + in_kg, m + in_m, s + in_s)
             return total
         case "power":
             return _times(parts[0], float(node.value))
