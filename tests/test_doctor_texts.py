@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.errors import InputError
@@ -512,6 +513,8 @@ def test_a_step_in_time_says_what_the_rate_is():
     assert {right[name] for name in ("der(a1_v)", "der(a2_v)", "der(a1)", "a1_a", "a2_a", "num1", "den")} == {"holds"}
     assert wrong["der(a1_v)"] == "holds"
     assert wrong["der(a2_v)"] != "holds"
+    for text in ("T += T_1", "t += dt", "x += 5", "V += m*g*h"):  # a sum, and time itself
+        assert not read_text(text).statements
 
 
 LINEAR = """% inverted pendulum on a cart

@@ -78,10 +78,11 @@ _ADDED = re.compile(
 )  # a value to those of a quantity
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(r"\s*return\s+(?:(?:[\w.]+\()?[\[(](.*)[\])]\)?|(.*,.*));?\s*$", re.S)  # of states, in their order
-_TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|h|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
-_STEPPED = re.compile(  # a step in time, omega += alpha*dt, also without dt: what is added is a rate
-    r"\s*([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
-    rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|([^\W\d][\w.>-]*))"
+_TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
+_RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
+_STEPPED = re.compile(  # a step in time, omega += alpha*dt; without dt what is called like a rate is one
+    r"\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
+    rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|((?![dD][tT]\b)[\w.>-]*{_RATE}))"
     r"\s*;?\s*(?:(?:#|//|%).*)?$"
 )
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
