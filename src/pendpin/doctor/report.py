@@ -247,6 +247,7 @@ def shortened(text: str, most: int) -> str:
     return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
+@np.errstate(all="ignore")
 def residual(equation: Equation, system: System) -> str:
     """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
 
