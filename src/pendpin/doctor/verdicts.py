@@ -416,8 +416,9 @@ def _is_telling(case: _Case) -> bool:
     mends = case.finding.mends if case.mends_itself else ()
     if not mends or mends[0].cost > ONE_CHANGE or mends[0].words.startswith("the term "):
         return False
-    size = sum(1 for _ in parts(case.one.sides))
-    return size >= LONG and _is_law(mends[0].equation, case.spec)
+    size, mend = sum(1 for _ in parts(case.one.sides)), mends[0]
+    another = re.sub(r"\d+", "", mend.old) == re.sub(r"\d+", "", mend.new)  # numbers differ between systems
+    return size >= LONG and not another and _is_law(mends[0].equation, case.spec)
 
 
 def _brought_into_bare_sides(case: _Case) -> set[str]:
