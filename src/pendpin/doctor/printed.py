@@ -21,7 +21,6 @@ from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
-COORDINATES = {"x", "y", "z"}
 DAMPINGS = {*"bcdkf"}  # letters of dampings
 
 
@@ -363,22 +362,7 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
     if not found:
         mixed = [reason for reason in reasons if isinstance(reason, Mismatch)]
         raise (mixed or reasons or [Unread("it has no meaning")])[0]
-    listed = [candidate for _, candidate in sorted(found.values(), key=lambda pair: pair[0])]
-    if _of_the_tip(listed[0][0], system):
-        raise Unread(
-            "x, y, z may belong to the tip, for which it holds, or to the centre of mass, for which it fails: say which"
-        )
-    return listed
-
-
-def _of_the_tip(equation: Equation, system: System) -> bool:
-    """Whether a condition on coordinates, none of them alone on a side, holds for the tip."""
-    lone = {side.value for side in equation.sides}
-    others = lone & COORDINATES or equation.meanings.keys() - COORDINATES
-    if "xT" not in system.spec.formulas or not equation.names & COORDINATES or others:
-        return False
-    tip = replace(equation, meanings={name: f"{name}T" for name in COORDINATES})
-    return relative_error(tip, random_states(system)) < TOLERANCE
+    return [candidate for _, candidate in sorted(found.values(), key=lambda pair: pair[0])]
 
 
 def kind_of(equation: Equation, spec: Spec) -> str:

@@ -65,8 +65,6 @@ def conditions(system: System) -> list[Condition]:
             held = ((name, 0.0), (f"d{name}", 0.0))
             letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
             found.append(Condition(f"{name} = 0 throughout", held, letter))
-            found.append(Condition(f"{name} = 0", held[:1], letter))
-            found.append(Condition(f"{name} is constant", held[1:], rf"{name}'? is constant|conical"))
     if spec.kind.startswith("polar"):
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
         stated = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
@@ -89,24 +87,11 @@ def conditions(system: System) -> list[Condition]:
         found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
     for words, kind, stated, absent in SPECIAL.get(spec.kind, ()):
         found.append(Condition(words, (), stated, replace(system, spec=kind), absent=frozenset(absent)))
-    if spec.kind in SPECIAL:
-        found.append(Condition("at the pole, phi = ±90°", (("phi", np.pi / 2),), r"\bpole|pi\s*/\s*2", free=False))
     return found
 
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    names, left, others = equation.names & {"x", "y", "z"}, equation.sides[0], list[tuple[str, Equation]]()
-    if names and re.search(r"\btip\b", context):
-        tip = replace(equation, meanings=equation.meanings | {name: f"{name}T" for name in names})
-        others.append(("x, y, z are the tip's", tip))
-    if left.written and equation.meaning(str(left.value)) == "R3" and "tension" not in context.lower():
-        turned = Node("sum", left.span, (-1,), (left,), ((0, 0),))  # a force that the text calls no tension
-        pushed = replace(equation, sides=(turned, *equation.sides[1:]))
-        others += [(f"{left.written.letter} is a compression", pushed)] * (left.written.letter != "R")
-    for words, other in others:
-        if holds(other, random_states(system)):
-            return words
     for condition in conditions(system):
         said = re.search(condition.stated, context, re.IGNORECASE)
         if said and _holds_under(equation, system, condition):
