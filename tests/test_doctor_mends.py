@@ -7,10 +7,10 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
+from pendpin.doctor.accusations import ONE_CHANGE
 from pendpin.doctor.checking import evaluation
 from pendpin.doctor.checking.residuals import changed
 from pendpin.doctor.mending.numbers import Numbers, swapped
-from pendpin.doctor.verdicts import ONE_CHANGE
 from test_doctor import first_mend, verdicts
 
 # --- wrong equations are mended -------------------------------------------------------------------------------------
