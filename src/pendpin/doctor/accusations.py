@@ -14,14 +14,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import (
-    TOLERANCE,
-    Equation,
-    names_in,
-    of_equation,
-    relative_error,
-    stack_residuals,
-)
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, names_in, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
@@ -64,6 +57,33 @@ class Case:
             return frozenset()
         new = _quantities(finding.mends[0].equation, spec) - _quantities(finding.equation, spec)
         return new - {*spec.coordinates}
+
+    @cached_property
+    def motions(self) -> list[Quantities]:
+        """The motions that it allows as a law though it is wrong, with as many of Lagrange's equations as that needs."""
+        names, true, law = (
+            [f"dd{name}" for name in self.spec.coordinates],
+            random_states(self.system),
+            self.finding.equation,
+        )
+        if law is None or law.energies or not law.names & {*names} or "mass" not in self.spec.formulas:
+            return []
+        base = {**true.base, **{name: true[name] for name in self.spec.unknowns}}
+        found = list[Quantities]()
+        with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
+            trials = ({one: true[one] * 0 + float(one == name) for one in names} for name in ("", *names))
+            at_rest, *moved = (
+                stack_residuals(law, Quantities(base | trial, self.system, np), plain=True) for trial in trials
+            )
+            slopes = np.array([there - at_rest for there in moved])  # (coordinates, rows, n)
+            kept = np.flatnonzero(np.abs(slopes).max((0, 2)) > TOLERANCE * np.abs(slopes).max())[: len(names)]
+            for others in map(list, combinations(range(len(names)), len(names) - len(kept))):
+                rows = np.concatenate([slopes[:, kept].transpose(1, 0, 2), true["mass"][others]])
+                offs = np.concatenate([at_rest[kept], -true["force_"][others]])
+                solution = np.linalg.solve(rows.transpose(2, 0, 1), -offs.T[..., None])[..., 0].T
+                there = Quantities(base | dict(zip(names, solution, strict=True)), self.system, np)
+                found += [there] * holds(law, there)
+        return found
 
     def meaning(self) -> str:
         """What its first side means, if that is a name."""
@@ -230,37 +250,11 @@ def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
         sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
         if source := min(sources, default=0):
             return source
-    return next((case.finding.number for case in wrong if _holds_with(equation, case, system)), 0)
-
-
-def _holds_with(equation: Equation, source: Case, system: System) -> bool:
-    """Whether an equation holds in the motions that a wrong law allows, with as many of Lagrange's as that needs."""
-    names, true, wrong = (
-        [f"dd{name}" for name in system.spec.coordinates],
-        random_states(system),
-        source.finding.equation,
-    )
-    moving = equation.names & {*names} and "mass" in system.spec.formulas and source.system is system
-    if not moving or wrong is None or wrong.energies or equation.energies or not wrong.names & {*names}:
-        return False
-    base = {**true.base, **{name: true[name] for name in system.spec.unknowns}}
-    with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
-        at = [
-            Quantities(base | {one: true[one] * 0 + float(one == name) for one in names}, system, np)
-            for name in ("", *names)
-        ]
-        start, *moved = (stack_residuals(wrong, q, plain=True) for q in at)
-        own = np.array([there - start for there in moved])  # (coordinates, rows, n): the slopes
-        laws = np.einsum("ijn->jin", true["mass"]), -true["force_"]
-        kept = np.flatnonzero(np.abs(own).max((0, 2)) > TOLERANCE * np.abs(own).max())[: len(names)]
-        for others in combinations(range(len(names)), len(names) - len(kept)):
-            slopes = np.concatenate([own[:, kept], laws[0][:, [*others]]], 1)
-            offsets = np.concatenate([start[kept], laws[1][[*others]]])
-            found = np.linalg.solve(slopes.transpose(2, 1, 0), -offsets.T[..., None])[..., 0].T
-            there = Quantities(base | dict(zip(names, found, strict=True)), system, np)
-            if relative_error(wrong, there) < TOLERANCE and relative_error(equation, there) < TOLERANCE:
-                return True
-    return False
+    if equation.energies or not equation.names & {f"dd{name}" for name in system.spec.coordinates}:
+        return 0
+    with np.errstate(all="ignore"):
+        alike = (case for case in wrong if case.system is system)
+        return next((one.finding.number for one in alike if any(holds(equation, there) for there in one.motions)), 0)
 
 
 def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:

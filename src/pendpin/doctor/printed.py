@@ -230,7 +230,7 @@ def factors_of_rates(equations: Iterable[Sequence[Node]]) -> tuple[set[Name], se
             for name in (str(node.value), *own):
                 orders.setdefault(name, set()).add(around)
         for child in node.children:
-            visit(child, around - _order(child) * (child.kind == "product"))
+            visit(child, around - _order(child) * (node.kind == child.kind == "product"))
 
     for sides in equations:
         for side in sides:
