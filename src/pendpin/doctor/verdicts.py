@@ -28,6 +28,7 @@ from pendpin.doctor.recognition import Reading, Recognition, without
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import Dimension, System, free_states, random_states
 from pendpin.doctor.systems.planar import POSES
+from pendpin.doctor.systems.rod import RODS
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 INERTIA = (1, 2, 0)
