@@ -165,7 +165,7 @@ WHOLE: dict[str, tuple[Content, str]] = {
 
 CSVS: dict[str, tuple[Content, str]] = {
     "header only": ("t,x,y,z\n", "0 rows, where at least 2 are wanted"),
-    "null bytes": (b"\0" * 5000, "line 1: 1 values instead of 4"),
+    "null bytes": (b"\0" * 5000, "line 1: 1 value instead of 4"),
     "unit": ("0,0,0,0\n1,1m,0,0\n", "line 2: x: '1m' is not a number"),
     "from one end of time to the other": ("-1e308,0,0,0\n1e308,0,0,0\n", "line 1: t: '-1e308' is beyond 1e+150"),
     "too fast": ("0,0,0,0\n1e-160,1,0,0\n2e-160,0,0,0\n", "its positions are too large, or too close in time"),

@@ -79,13 +79,19 @@ EFFECTS = {
 
 TRACKS = {
     "empty": ("", "0 rows, where at least 2 are wanted"),
-    "one row": ("0, 0, 0, 0\n", "1 rows, where at least 2 are wanted"),
+    "one row": ("0, 0, 0, 0\n", "1 row, where at least 2 are wanted"),
     "text": (TRACK.replace("0.3, 0, 0", "0.3, none, 0"), "line 5: x: 'none' is not a number"),
-    "decimal comma": (TRACK.replace("0.3, 0, 0", "0,3, 0, 0"), "line 5: 5 values instead of 4: t, x, y, z"),
-    "semicolons": (TRACK.replace(",", ";"), "line 1: 1 values instead of 4: t, x, y, z"),
+    "decimal comma": (
+        TRACK.replace("0.3, 0, 0", "0,3, 0, 0"),
+        "line 5: 5 values instead of 4 between commas: t, x, y, z",
+    ),
+    "semicolons": (TRACK.replace(",", ";"), "line 1: 1 value instead of 4 between commas: t, x, y, z"),
     "other columns": (TRACK.replace("t, x, y, z", "t, z, y, x"), "line 1: the columns are t, z, y, x, where t, x"),
     "missing cell": (TRACK.replace("0.3, 0, 0", "0.3, 0, "), "line 5: y is missing"),
-    "missing column": (TRACK.replace("0.3, 0, 0", "0.3, 0"), "line 5: 3 values instead of 4: t, x, y, z"),
+    "missing column": (
+        TRACK.replace("0.3, 0, 0", "0.3, 0"),
+        "line 5: 3 values instead of 4 between commas: t, x, y, z",
+    ),
     "nan": (TRACK.replace("0.3, 0, 0", "0.3, 0, nan"), "line 5: y: 'nan' is not a finite number"),
     "beyond a double": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e400"), "line 5: y: '1e400' is not a finite number"),
     "times that go back": (TRACK.replace("0.3, 0, 0", "0.15, 0, 0"), "line 5: t = 0.15 does not come after 0.2"),
@@ -98,7 +104,7 @@ TRACKS = {
     "ends early": ("0, 0, 0, 0\n0.09, 0, 0, 0\n", "its times, 0 to 0.09 s, do not cover the run, 0 to 0.1 s"),
     "huge": (TRACK.replace("0.3, 0, 0", "0.3, 0, 1e308"), "y: '1e308' is beyond 1e+150"),
     "binary": (bytes(range(256)), "not a CSV file: byte 128 is not UTF-8 text"),
-    "a spreadsheet": (b"PK\x03\x04" + bytes(99), "line 1: 1 values instead of 4"),
+    "a spreadsheet": (b"PK\x03\x04" + bytes(99), "line 1: 1 value instead of 4"),
 }
 
 

@@ -29,7 +29,7 @@ BAD = {
     GOOD + "\n2,1,high": "line 14, column a1: 'high' is not a number",
     GOOD + "\n0.3,1,0": "line 14, column t: 0.3 s does not come after 1.1 s",
     GOOD + "\nnan,1,0": "line 14, column t: no time",
-    GOOD + "\n2,2,0": "segment 2 has 1 samples",
+    GOOD + "\n2,2,0": "segment 2 has 1 sample;",
     GOOD + "\n2,1,inf": "line 14, column a1: an infinite number",
     GOOD + "\n1.2,1,7": "line 14, column a1: it jumps by a turn before 1.2 s",
 }

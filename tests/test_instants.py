@@ -310,7 +310,7 @@ def test_the_side_of_an_impact() -> None:
     assert (before.t, behind.t) == (np.nextafter(event.t, 0), event.t)
     assert behind.value == pytest.approx(-0.6 * before.value, rel=1e-9)
     assert run.at(before.t)["theta_rate"][0] == before.value
-    with pytest.warns(Note, match="not defined at the 1 impacts"):
+    with pytest.warns(Note, match="not defined at 1 impact;"):
         run.maximum("R3")
 
 

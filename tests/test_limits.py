@@ -93,7 +93,7 @@ def test_a_run_that_is_stopped_before_its_second_sample_can_be_shown() -> None:
     assert run.maximum("theta") == (0.2, 0.0)
     assert not len(run.crossings("theta").t)
     assert run.summary()["farthest sideways"].time == 0.0
-    assert run.summary().remark.startswith("those of the 1 samples: the run ended early")  # nothing more is integrated
+    assert run.summary().remark.startswith("those of the 1 sample: the run ended early")  # nothing more is integrated
 
 
 @pytest.mark.parametrize("options", [{"method": "taylor"}, {"solver": pp.Solver(engine="compiled")}])

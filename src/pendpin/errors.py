@@ -127,6 +127,11 @@ def inside(place: str) -> Iterator[None]:
         raise InputError(f"{place}: {str(error).removeprefix(f'{place}: ')}") from None
 
 
+def amount(count: int, noun: str) -> str:
+    """A number of things: 1 sample, 2 samples."""
+    return f"{count} {noun}{'s' * (count != 1)}"
+
+
 def not_one_of(value: Any, names: Iterable[str]) -> str:
     """What a message says of a value that none of the names is: the names, or the first of many, and the nearest."""
     valid = tuple(names)

@@ -12,7 +12,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from pendpin.cli.outputs import say
-from pendpin.errors import InputError, inside
+from pendpin.errors import InputError, amount, inside
 
 if TYPE_CHECKING:
     from pendpin.scene import Scene
@@ -184,7 +184,7 @@ def print_notes(scene: "Scene", strict: bool) -> None:
         raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
     if model.findings:
         others = len(model.findings) - 1
-        more = f"; {others} more finding{'s' * (others > 1)} in bind(scene).model.findings" if others else ""
+        more = f"; {amount(others, 'more finding')} in bind(scene).model.findings" if others else ""
         say(f"pendpin: finding: {model.findings[0]}{more}")
     said = notes(scene, model)
     for note in said[:MOST_NOTES]:

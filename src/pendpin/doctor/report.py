@@ -17,7 +17,7 @@ from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.recognition import UNKNOWN
 from pendpin.doctor.systems.base import System, dot, free_states
 from pendpin.doctor.systems.rod import AXES
-from pendpin.errors import brief, one_line
+from pendpin.errors import amount, brief, one_line
 from pendpin.ground.report import Report, Result, Styled
 
 # the verdicts and how many of them are counted, of one and of several; those that are doubtful or give a state apart
@@ -213,7 +213,7 @@ def last_lines(diagnosis: Diagnosis) -> list[str]:
     kinds = map(kind, diagnosis.findings)
     counts, count = Counter(kinds), len(diagnosis.findings)
     said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in COUNTED.items() if counts[kind])
-    sentence = f"{count} equation{'s' * (count != 1)} of {diagnosis.title}: {said}."
+    sentence = f"{amount(count, 'equation')} of {diagnosis.title}: {said}."
     if diagnosis.wrong:
         sentence += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
     answer.append(sentence)

@@ -17,7 +17,7 @@ from pendpin.dynamics.samples import Sampler, compile_sampler
 from pendpin.effects import ContactEffect, Effect, Motion
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.pinocchio import forces, joints_of, turn_into_joint_frames
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, amount, shown
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array
 from pendpin.model import kinematics
@@ -64,7 +64,7 @@ class Dynamics:
             self.model = replace(model, make_pin=lambda: with_gravity(model.pin, uniform))
 
     def __repr__(self) -> str:
-        return f"Dynamics of {len(self.model.joints)} joints on {self.engine.name}"
+        return f"Dynamics of {amount(len(self.model.joints), 'joint')} on {self.engine.name}"
 
     def compiled(self, accounts: Accounts | None = None) -> Engine:
         """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.effects.pace import Pace
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, amount, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, text_of
 from pendpin.ground.records import LARGEST
@@ -135,7 +135,7 @@ def read_track(path: Path, columns: tuple[str, ...]) -> Track:
 
     rows = list(_rows(text_of(read_whole(path, MAX_BYTES, "a CSV over time"), "CSV"), columns))
     if len(rows) < 2:
-        raise InputError(f"{len(rows)} rows, where at least 2 are wanted")
+        raise InputError(f"{amount(len(rows), 'row')}, where at least 2 are wanted")
     first = rows[0][0]
     with localcontext(prec=DIGITS):
         t = np.array([float(time - first) for time, *_ in rows])  # s since the first row
@@ -170,7 +170,8 @@ def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
         if first and cells == columns:
             continue
         if len(cells) != len(columns):
-            raise InputError(f"line {number}: {len(cells)} values instead of {len(columns)}: {', '.join(columns)}")
+            many = f"{amount(len(cells), 'value')} instead of {len(columns)} between commas"
+            raise InputError(f"line {number}: {many}: {', '.join(columns)}")
         if first and not any(letter.isdigit() for letter in line):
             raise InputError(
                 f"line {number}: the columns are {', '.join(cells)}, where {', '.join(columns)} are wanted"

@@ -8,7 +8,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, did_you_mean, inside, shown
+from pendpin.errors import InputError, amount, choices, did_you_mean, inside, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import csv_table, read_whole
 from pendpin.model import kinematics
@@ -36,7 +36,7 @@ class Swing(NamedTuple):
     missing: int  # cells without a number
 
     def __repr__(self) -> str:
-        return f"Swing {shown(self.name)}: {len(self.t)} samples"
+        return f"Swing {shown(self.name)}: {amount(len(self.t), 'sample')}"
 
     def part(self, chosen: Any) -> "Swing":
         """Some of its samples."""
@@ -190,7 +190,7 @@ def _refuse_odd(swing: Swing, table: Data, angles: Array, counted: str) -> None:
     """Refuse a swing too short, with times that fall, or with wrapped angles; `angles` (columns,) are no tips."""
     where = f"segment {swing.name}"
     if len(swing.t) < FEWEST:
-        raise InputError(f"{where} has {len(swing.t)} samples; a segment needs {FEWEST} at least")
+        raise InputError(f"{where} has {amount(len(swing.t), 'sample')}; a segment needs {FEWEST} at least")
     if (late := np.diff(swing.t) <= 0).any():
         i = int(np.argmax(late))
         other = "" if table.segment else "; where another swing begins there, name a column of segments in [data]"

@@ -6,7 +6,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, is_number, shown
+from pendpin.errors import InputError, amount, is_number, shown
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, spread_of, thin_out
 from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
 from pendpin.fitting.guess import joint_angles
@@ -31,7 +31,8 @@ class Prediction(NamedTuple):
     interval: tuple[Array, ...] | None = None  # (m, columns) rad or m: half widths in which 95 % of measurements lie
 
     def __repr__(self) -> str:
-        return f"Prediction of {len(self.swings)} swings: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
+        of = amount(len(self.swings), "swing")
+        return f"Prediction of {of}: rms {self.listed(self.rms)}, largest {self.listed(self.max)}"
 
     def listed(self, values: dict[str, float]) -> str:
         """A number of each column with its unit, in a line."""

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import PendpinError
+from pendpin.errors import PendpinError, amount
 from pendpin.graphics.figure import draw
 from pendpin.graphics.page import base64_of
 from pendpin.graphics.style import picture_of
@@ -64,7 +64,7 @@ def _text(text: str) -> str:
 
 def _page_rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
     """The rows of a run, its summary, its events and the versions."""
-    yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {len(run.t)} samples"
+    yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {amount(len(run.t), 'sample')}"
     yield from _rows(run, checked)
     for name, figure in run.summary().items():
         yield name, str(figure)

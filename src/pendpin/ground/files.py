@@ -20,7 +20,7 @@ from typing import IO, Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from pendpin.errors import InputError, choices, inside, shown
+from pendpin.errors import InputError, amount, choices, inside, shown
 
 MAX_HEADER_BYTES = 10_000
 MAX_ARRAYS_BYTES = 4_000_000_000  # what the arrays of one file may hold in all
@@ -80,7 +80,8 @@ def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
         raise InputError(f"column {shown(twice[0])} is there twice")
     for line, row in rows[1:]:
         if len(row) != len(names):
-            raise InputError(f"line {line} has {len(row)} cells, where the first line names {len(names)} columns")
+            cells, columns = amount(len(row), "cell"), amount(len(names), "column")
+            raise InputError(f"line {line} has {cells}, where the first line names {columns}")
     return names, rows[1:]
 
 

@@ -12,7 +12,7 @@ from pendpin.effects import Bodies
 from pendpin.equations.chain.kinematics import ChainInertia
 from pendpin.equations.rod_tree import JointKind, RodTree
 from pendpin.equations.trees import Tree
-from pendpin.errors import InputError, choices, find, shown
+from pendpin.errors import InputError, amount, choices, find, shown
 from pendpin.ground.arrays import EPS, TINY, Array, Mask
 from pendpin.model.bodies import (
     Body,
@@ -68,7 +68,7 @@ class Model:
 
     def __repr__(self) -> str:
         joints, bodies, rods = (len(part) for part in (self.joints, self.bodies, self.rods))
-        parts = [f"{joints} joint{'s' * (joints != 1)}", "1 body" if bodies == 1 else f"{bodies} bodies"]
+        parts = [amount(joints, "joint"), "1 body" if bodies == 1 else f"{bodies} bodies"]
         return f"Model of {', '.join(parts)}, {rods} {'rod on its joint' if rods == 1 else 'rods on their joints'}"
 
     @cached_property
@@ -146,7 +146,9 @@ def _values(model: Model, values: Values, where: str) -> Array:
     """One number for each joint (nv,) in the scene's unit, from a list or a table by name. Raises InputError."""
     if not isinstance(values, dict):
         if len(values) != len(model.joints):
-            raise InputError(f"{where}: a list of {len(values)}, where the model has {len(model.joints)} joints")
+            raise InputError(
+                f"{where}: a list of {len(values)}, where the model has {amount(len(model.joints), 'joint')}"
+            )
         return np.array(values)
     out = np.zeros(len(model.joints))
     names: dict[int, str] = {}

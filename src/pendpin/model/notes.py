@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from pendpin.effects import AsWritten, Drag, Effect, Motor, Push, Spring, Stop
-from pendpin.errors import PendpinError, choices, shown
+from pendpin.errors import PendpinError, amount, choices, shown
 from pendpin.model import kinematics
 from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model, start_state
@@ -106,7 +106,7 @@ def as_written(run: RunRecord) -> str:
         "dry friction": sum(j.friction > 0 for j in joints) * any(x.friction for x in listed),
         "stops": sum(j.limited for j in joints) * any(x.limits for x in listed),
     }
-    parts = [f"{what} of {count} joint{'s' * (count > 1)}" for what, count in counts.items() if count]
+    parts = [f"{what} of {amount(count, 'joint')}" for what, count in counts.items() if count]
     return choices(parts) or ("nothing: the file writes none" if listed else "")
 
 

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, PendpinError
+from pendpin.errors import InputError, PendpinError, amount
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import swings_of
 from pendpin.motions.continuation import Continuation, find_coarse, resolve
@@ -74,9 +74,9 @@ def summary(run: Any) -> Summary:
             raise InputError("a search between them would take long; run.maximum(name) does it")
         rows, remark = _extremes(run, resolve(run)), ""
     except (PendpinError, np.linalg.LinAlgError) as error:
-        rows, remark = _extremes(run, None), f"those of the {len(run.t)} samples: {error}"
+        rows, remark = _extremes(run, None), f"those of the {amount(len(run.t), 'sample')}: {error}"
     if not remark and (count := impacts(run)) and run.rod_reactions is not None:
-        remark = f"forces are not defined at the {count} impacts: those between them"
+        remark = f"forces are not defined at {amount(count, 'impact')}: those elsewhere"
     moving = np.flatnonzero(run.v.any(axis=1))
     if len(moving) and moving[-1] + 1 < len(run.t):  # at rest from the last event before nothing moves, if there is one
         last, still = run.t[moving[-1] : moving[-1] + 2]

@@ -11,7 +11,7 @@ from typing import Any, Self
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import PendpinError, RunError, say_note
+from pendpin.errors import PendpinError, RunError, amount, say_note
 from pendpin.ground.arguments import flag, function
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.files import path_of, refuse_other_format, write_csv
@@ -83,7 +83,9 @@ class Trajectory(RunRecord):
     def _extreme(self, name: str, sign: float) -> Extreme:
         extreme, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
         if count and place_of(self, name)[0] in ("a", "wrench", EFFORTS, *HingeReactions._fields):  # infinite there
-            say_note(f"{name} is not defined at the {count} impacts of this run: it is that between them", stacklevel=4)
+            say_note(
+                f"{name} is not defined at {amount(count, 'impact')}; the extreme elsewhere is returned", stacklevel=4
+            )
         return extreme
 
     def extend(self, duration: float) -> Self:

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.dynamics import bind
-from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.errors import InputError, Interrupted, RunError, amount, shown
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.libraries import version
 from pendpin.ground.records import LARGEST
@@ -64,7 +64,10 @@ class Ensemble:
     def __repr__(self) -> str:
         k, n, nv = self.q.shape
         failed = f", {len(self.stats.failures)} ended early" if self.stats.failures else ""
-        return f"Ensemble of {k} starts: {n} samples of {nv} joints, {self.stats.method}, {self.stats.seconds:.3g} s{failed}"
+        return (
+            f"Ensemble of {amount(k, 'start')}: {amount(n, 'sample')} of {amount(nv, 'joint')}, {self.stats.method}, "
+            f"{self.stats.seconds:.3g} s{failed}"
+        )
 
     @cached_property
     def _model(self) -> Model:

@@ -9,6 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 from pydantic import TypeAdapter, ValidationError
 
+from pendpin.errors import amount
 from pendpin.ground.arrays import TINY, Array
 from pendpin.ground.files import ArrayFile
 from pendpin.ground.records import LARGEST, fault_text
@@ -78,7 +79,7 @@ class Energy(NamedTuple):
     potential: Array
 
     def __repr__(self) -> str:
-        return f"Energy of {len(self.kinetic)} samples: drift {self.drift:.1e} of the energy exchanged"
+        return f"Energy of {amount(len(self.kinetic), 'sample')}: drift {self.drift:.1e} of the energy exchanged"
 
     @property
     def total(self) -> Array:

@@ -12,7 +12,7 @@ from typing import Any, NamedTuple, Self, TypeVar
 
 import numpy as np
 
-from pendpin.errors import InputError, one_line, shown
+from pendpin.errors import InputError, amount, one_line, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.ground.records import LARGEST
@@ -207,7 +207,7 @@ class RunRecord:
         if not len(self.t):
             return "a run without samples"
         setting = f"{self.stats.method} with {self.stats.setting}, {self.stats.steps} steps"
-        return f"{model_in_words(self)}: {self.t[0]:g} to {self.t[-1]:g} s, {len(self.t)} samples, {setting}"
+        return f"{model_in_words(self)}: {self.t[0]:g} to {self.t[-1]:g} s, {amount(len(self.t), 'sample')}, {setting}"
 
     def reactions(self) -> AnyReactions:
         """What its joint exerts on every rod, each (n, rods): docs/python.md. Raises InputError where no rod has its own."""
@@ -286,9 +286,9 @@ def model_in_words(run: RunRecord) -> str:
     """The number of rods, or a URDF by its name."""
     model, bodies, joints = run.scene.get("model") or {}, run.tips.shape[1], len(run.joints)
     if model.get("kind") == "chain":
-        return f"{bodies} rod{'s' * (bodies > 1)}"
+        return amount(bodies, "rod")
     name = str(model.get("name") or model.get("path") or "").replace("\\", "/").rpartition("/")[2]
-    return f"{name[:40] or 'a tree'}, {joints} joint{'s' * (joints != 1)}"
+    return f"{name[:40] or 'a tree'}, {amount(joints, 'joint')}"
 
 
 def with_samples(run: Kind) -> Kind:

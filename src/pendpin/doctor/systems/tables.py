@@ -27,7 +27,7 @@ from pendpin.doctor.systems.base import (
 )
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Gravity
-from pendpin.errors import InputError
+from pendpin.errors import InputError, amount
 from pendpin.scene import Chain, Scene
 
 # positions and mass matrices: they have no unit of time, and yet they move
@@ -147,6 +147,6 @@ def scene_spec(scene: Scene) -> Spec:
     def energy(index: int) -> Formula:
         return lambda q: dynamics.energies(*states(q))[index]
 
-    title = f"the scene's chain of {len(rods)} rod{'s' * (len(rods) > 1)}"
+    title = f"the scene's chain of {amount(len(rods), 'rod')}"
     more, table = {"T": energy(0), "V": energy(1)}, "\n".join(rows)
     return table_spec("scene", title, table, joints, tuple(values), more, solve, values=values, analytic=False)

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import MissingLibrary, RunError
+from pendpin.errors import MissingLibrary, RunError, amount
 from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build
@@ -71,7 +71,7 @@ class HardReport(Claims):
             rows.append((name, o.method, measured, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"))
         words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
         if claims := [o for o in self.outcomes if o.claimed]:
-            count, seconds = f"{len(claims)} claim{'s' * (len(claims) != 1)}", sum(o.seconds for o in claims)
+            count, seconds = amount(len(claims), "claim"), sum(o.seconds for o in claims)
             words.append(f"{count}, {len(self.broken)} broken, {seconds:.0f} s")
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
         described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
