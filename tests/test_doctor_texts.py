@@ -487,6 +487,9 @@ def test_names_made_of_words_and_what_a_function_returns_are_read():
         assert right[name] == "holds"
     assert wrong["acc"] == "fails"
     assert wrong["omega_dot"] == "holds"
+    other = verdicts_of(CART.replace("[v, acc, omega, alpha]", "[v, omega, acc, alpha]"))
+    assert "v_dot" not in other  # v is no rate of x and has the rate omega
+    assert "fails" not in other.values()
 
 
 STEPS = """// double pendulum

@@ -128,10 +128,14 @@ def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
 
 def weight(equation: Equation, spec: Spec) -> float:
     """What an equation counts: those of motion and energy say most, and what is true of every system hardly anything."""
-    if not equation.names & spec.still and not any(part.kind in ("product", "power") for part in parts(equation.sides)):
+    every, accelerations = [*parts(equation.sides)], {name for name in spec.unknowns if name.startswith("dd")}
+    moves = any(part.kind == "derivative" or part.value in accelerations for part in every)
+    still = equation.names if moves else set().union(*map(symbols, equation.sides))  # a' = b, where b is computed
+    if not still & spec.still and not any(part.kind in ("product", "power") for part in every):
         return HARDLY  # as L = T - V, or a name for a sine
-    telling = {name for name in spec.unknowns if name.startswith("dd")}
-    telling |= {name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)}
+    telling = accelerations | {
+        name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)
+    }
     return 2.0 if equation.names & telling else 1.0
 
 

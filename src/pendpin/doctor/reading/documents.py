@@ -338,8 +338,9 @@ def _returned(line: str, before: str) -> Iterator[str]:
         values, unpacked = _at_commas(rates[1] or rates[2]), [*_UNPACKED.finditer(before, functions[-1].end())]
         every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
         states = next((names for names in every if 1 < len(names) == len(values)), [])
-        pairs = zip(states, values, strict=False)
-        yield from (f"{name}_dot = {rate}" for name, rate in pairs if rate not in (f"{name}_dot", f"d{name}"))
+        pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
+        if not any(name in values and rate in states for name, rate in pairs):  # else they stand in another order
+            yield from (f"{name}_dot = {rate}" for name, rate in pairs)
 
 
 def _at_commas(text: str) -> list[str]:

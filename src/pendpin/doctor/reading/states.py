@@ -42,7 +42,7 @@ def as_derivatives(sides: Sides) -> list[Sides]:
     for states in ([(i, d) for i in range(half) for d in (0, 1)], [(i, d) for d in (0, 1) for i in range(half)]):
         units = [[int(state == (i, 1)) for state in states] if columns > 1 else [0] for i, _ in states]
         right_rows = all(entries[k] == units[k] for k, (_, d) in enumerate(states) if d == 0)
-        if rows not in (2, 4, 6) or columns not in (1, rows) or not right_rows:
+        if rows not in (2, 4, 6) or columns not in (1, rows) or not right_rows or rows + columns == 3:
             continue
 
         def derivative(name: Written, by: Written) -> Node:
