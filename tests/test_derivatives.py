@@ -279,14 +279,14 @@ def test_starts_have_rates() -> None:
 @pytest.mark.parametrize(
     ("key", "said"),
     [
-        ("model.rods[9].mass", "has no derivative"),
+        ("model.rods[9].mass", "the scene has nothing there"),
         ("model.rods[0].com", "None is not a number"),
         ("model.rods[0].colour", "not a number"),
         ("model.copies", "has no derivative"),
         ("effects[0].kind", "is not a number"),
         ("effects[0].direction", "is not a number"),
         ("effects[1].kinetic", "acts through events"),
-        ("effects[7].coefficient", "has no derivative"),
+        ("effects[7].coefficient", "the scene has nothing there"),
         ("start.positions.theta_9", "theta_9"),
         ("start.unit", "has no derivative"),
         ("solver.tolerance", "has no derivative"),

@@ -479,3 +479,16 @@ def test_a_mass_that_cancels_changes_nothing(duration: float) -> None:
     np.testing.assert_allclose(both[..., 1:], alone, rtol=0, atol=1e-8 * np.abs(alone).max())
     tension = run.sensitivity(keys[:1], "R3")[:, 0]
     np.testing.assert_allclose(tension, run["R3"] / 2.3, rtol=1e-9)
+
+
+def test_below_resonance_the_doubled_orbits_are_on_the_other_side() -> None:
+    """The hanging pendulum softens: shaken slower than twice its frequency it doubles its period at smaller amplitudes."""
+    rate = 0.97 * 2 * np.sqrt(9.81 / 0.2)
+    rod = pp.Rod(length=0.2, mass=0.0, payload=1.0, joint="hinge")
+    shaken = [fx.Gravity(), fx.Viscous(coefficient=0.002), fx.Support(amplitude=(0.0, 0.0, 0.005), frequency=rate)]
+    orbit = pp.periodic_orbit(pp.Scene(model=pp.Chain(rods=[rod]), effects=shaken, duration=1.0), guess=[0.0, 0.0])
+    key = "effects[2].amplitude[2]"
+    (change,) = pp.follow(orbit, key, to=0.008).bifurcations
+    with pytest.raises(pp.RunError, match="on the other side there may be some"):
+        pp.follow(change.orbit, key, to=0.008, onto="doubled")
+    assert len(pp.follow(change.orbit, key, to=0.0055, onto="doubled").orbits) > 1

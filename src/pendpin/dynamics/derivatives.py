@@ -28,7 +28,7 @@ from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.thin import POLE
 from pendpin.errors import InputError, KeyPath, is_number, shown, written
-from pendpin.ground.arguments import parsed
+from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import Array
 from pendpin.ground.records import Record
 from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
@@ -195,6 +195,8 @@ def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, .
         return None, changed
     if path[:2] == ("model", "rods") and isinstance(model, Chain) and (changed := _step_numbers(model.rods, path, 2)):
         return Chain.model_construct(kind="chain", rods=changed, copies=model.copies), effects
+    if path[0] in ("model", "effects"):
+        number_at(scene, written(path))  # a key that is none is refused
     raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
 
 

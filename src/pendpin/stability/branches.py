@@ -258,7 +258,8 @@ def _orbit_on_new_branch(orbit: PeriodicOrbit, key: str, to: float, onto: str) -
             continue
         if apart > APART * np.sqrt(share) and np.abs(_state(other) - y).max() < NEARBY:
             return other
-    raise RunError(f"onto: no {onto} orbit was found next to this one, from {key} = {first:.10g} towards {to:g}")
+    way = f"from {key} = {first:.10g} towards {to:g}; on the other side there may be some"
+    raise RunError(f"onto: no {onto} orbit was found next to this one, {way}")
 
 
 def _change_at(value: float, orbit: PeriodicOrbit, at_fold: bool) -> Change:
