@@ -28,7 +28,7 @@ Again = Callable[..., list[Printed]]  # the equations of a text, read with other
 
 _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
-SLIDES = "xsqzpyudr"  # letters of what slides
+SLIDES = "xXsqzpyudr"  # letters of what slides
 MOST_ANGLES, MOST_SLIDES = 5, 2
 RARELY = 15  # times that a letter stands more often than another that is a slip
 MOST_COUNTED = 60  # equations that tell which system a text is about
@@ -99,7 +99,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
         yield from (_with_rates(renamed, letters) for renamed in named)
     else:
-        carts = [{name: Written("x")} for name in slides if not name[1]] if family == "cart-double" else [{}]
+        carts = [{name: Written("x")} for name in slides if not name[1].isdigit()] if family == "cart-double" else [{}]
         for (first, second), cart in product(permutations(angles, 2), carts):
             several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
             alike = first[1] < second[1] if first[0] == second[0] else not (first[1] or second[1])

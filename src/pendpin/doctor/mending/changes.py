@@ -25,6 +25,7 @@ CIRCULAR = {*FUNCTIONS, "sec", "csc"}
 FACTORS = [Monomial(Fraction(*pair)) for n in (2, 3, 4, 6, 12) for pair in ((n, 1), (1, n))]
 FACTORS += [Monomial(Fraction(3, 2)), Monomial(Fraction(2, 3))]
 ODDNESS = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 24: 0.08, 5: 0.12, 9: 0.12, 10: 0.12, 7: 0.14}
+PLANAR = {"plane", "double", "acrobot", "cart-pole", "cart-double"}
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
@@ -263,6 +264,8 @@ class Patient:
         """Whether it holds a quantity that is no usual one together with much else, or over an angle or a rate."""
         extra = [name for name, _ in monomial.powers if name in self._extras]
         falls = any(power < 0 and name in self.spec.moving for name, power in monomial.powers)
+        if falls and self.spec.kind.split()[0] in PLANAR:  # no law in a plane divides by a sine, a cosine or a rate
+            return True
         return bool(extra) and (monomial.size > most or (falls and extra[-1] != "M3"))
 
     # --- a change written ---------------------------------------------------------------------------------------

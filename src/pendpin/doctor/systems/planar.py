@@ -141,7 +141,7 @@ force_ | - | | vector(f_ + turns_*k_ + tau1, k_ + tau2)
 """
 
 _CART = """
-x | m | x q_1 s q z p x_c x_1
+x | m | x X q_1 s q z p x_c x_1
 theta | 1 | theta phi alpha q_2 varphi psi
 M | kg | M m_c m_1 M_c M_1 m_cart m_0 M_cart m_w M_w m_k
 m | kg | m m_p m_2 m_1 m_pole M_p m_pend M_pole M_pend m_b m_r m_rod m_bob
@@ -149,15 +149,16 @@ l | m | l L ell l_1 l_p L_p r R length l_pole l_pend l_rod
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R l_pole l_pend
 I | kg m2 | I J I_G I_1 J_1 I_p J_p i_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
-xp | m | x_p x_2 x_m x_1 x_G | x + h*(side*across(theta))
-yp | m | y_p y_2 y_m y y_1 y_G | h*high(theta)
+xp | m | x_p x_2 x_m x_1 x_G X_m X_p | x + h*(side*across(theta))
+yp | m | y_p y_2 y_m y y_1 y_G Y_m Y_p | h*high(theta)
 rp | m | *r_p *r_m *r_2 *r *x_p | vector(xp, yp)
 T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
 V | N m | V U E_p | g*(m*h*high(theta))
 Tc | N m | T_c T_1 K_c K_1 T_M T_cart K_cart | M*dx**2/2
 Tp | N m | T_p T_2 K_p K_2 T_m T_pole T_pend K_pole K_pend | T - Tc
-Vc | N m | V_c U_c V_1 U_1 | 0*V
-Vp | N m | V_p U_p V_2 U_2 | V
+omega | 1/s | omega w | dtheta
+Vc | N m | V_c U_c V_1 U_1 V_M U_M | 0*V
+Vp | N m | V_p U_p V_2 U_2 V_m U_m | V
 S | N | S T R N F_T F_r | -(N*(xp - x) + P*yp)/h
 Sc | N | S T R N F_T F_r | -S
 M11 | kg | M_11 m_11 H_11 D_11 | M + m
@@ -191,9 +192,9 @@ l{n} | m | l_{n} L_{n} l L
 h{n} | m | h_{n} l_c{n} r_{n} d_{n} a_{n} l_{n} L_{n} l L
 I{n} | kg m2 | I_{n} J_{n} I J
 x1 | m | x_1 | x + side*(h1*across(theta1))
-y1 | m | y_1 | h1*high(theta1)
+y1 | m | y_1 h_1 | h1*high(theta1)
 x2 | m | x_2 | x + side*(l1*across(theta1) + h2*across(theta2))
-y2 | m | y_2 | l1*high(theta1) + h2*high(theta2)
+y2 | m | y_2 h_2 | l1*high(theta1) + h2*high(theta2)
 vc | m/s | v_c v_0 v_M | dx
 v1 | m/s | v_1 | sqrt(dx1**2 + dy1**2)
 v2 | m/s | v_2 | sqrt(dx2**2 + dy2**2)
