@@ -281,16 +281,16 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
-        if scores[0] > scores[best] - OWN or not here[best].credits.any():
+        if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
             best = 0  # the page's own, if as good
         if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
-            kind, loads = here[best].system.kind, {*LOADS} & {*here[best].system.spec.parameters}
+            kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
             for spec in FAMILIES.get(kind.split()[0], ()):
                 if spec.kind != kind and without(POSES, spec.kind) == without(POSES, kind):
                     system = System(spec if loads else unloaded(spec))
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
-            best = max(best, int(np.argmax(scores)), key=lambda i: scores[i])
+            best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
         mine, close = here[best], zip(scores, here, strict=True)
         close = [(scores[best] - score, one) for score, one in close if scores[best] - score < CLEARLY]
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
