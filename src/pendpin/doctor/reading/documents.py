@@ -337,9 +337,10 @@ def _returned(line: str, before: str) -> Iterator[str]:
     elif functions and (rates := _RATES.match(line)) and not re.search(r"[=<>'\"]", line):
         values, unpacked = _at_commas(rates[1] or rates[2]), [*_UNPACKED.finditer(before, functions[-1].end())]
         every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
-        states = next((names for names in every if 1 < len(names) == len(values)), [])
+        states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
-        if not any(name in values and rate in states for name, rate in pairs):  # else they stand in another order
+        moves = len(pairs) < len(states) or {*states} & {*values}  # of angles and rates the rate of an angle is one
+        if moves and not any(name in values and rate in states for name, rate in pairs):  # else in another order
             yield from (f"{name}_dot = {rate}" for name, rate in pairs)
 
 
@@ -366,6 +367,7 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     equation = line[begin:].rstrip()
     while (shorter := _COMMENT.sub(lambda match: " " * len(match[0]), equation).rstrip()) != equation:
         equation = shorter
+    equation = re.sub(r",\s*dtype\s*=\s*[\w.]+", lambda match: " " * len(match[0]), equation)  # of an array's numbers
     bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
     beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
     prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
