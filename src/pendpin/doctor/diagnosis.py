@@ -23,12 +23,12 @@ from pendpin.doctor.checking.conditions import (
     without,
 )
 from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, names_in, of_equation, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
 from pendpin.doctor.mending.writing import Writer
-from pendpin.doctor.printed import Candidate, Printed, candidates, factors_of_rates, holding, kind_of
+from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
@@ -236,17 +236,13 @@ class _Doctor:
         for equation in one.readings() if len(lacking) <= MOST_LOADS and not one.defines else ():
             if condition := loads_at_zero(equation, self.system, lacking):
                 return self._with_loads(replace(found, kind="equation of motion"), equation, lacking, condition), []
-        # with a load a small change may make it hold where the load is 0, as another of the text holds there, or as a
-        # letter that only multiplies rates is a damping
+        # with a load a small change may make it hold where the load is 0, as another of the text holds there
         others = [o for o in self.reading.equations if o is not one and o.lacking == lacking and not o.defines]
         alike = (loads_at_zero(e, self.system, lacking) for o in others for e in o.readings())
-        used = names_in(one.sides, one.definitions) & one.definitions.keys()
-        inside = [(*one.sides, *(one.definitions[name] for name in used))]
-        condition = next(filter(None, alike), "") or "nothing damps" * (lacking <= factors_of_rates(inside)[1])
-        if not one.defines and lacking and not self.reading.unknown and condition:
+        if not one.defines and lacking and not self.reading.unknown and (condition := next(filter(None, alike), "")):
             equation = without(next(one.readings()), lacking)
             with suppress(Unread):
-                remark = f"compared where {condition}"
+                remark = f"compared where {condition}, as another equation holds"
                 if (error := relative_error(equation, random_states(self.system))) > TOLERANCE:
                     return replace(found, kind="equation of motion", remark=remark), [(equation, error)]
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown))), []

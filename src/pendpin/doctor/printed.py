@@ -1,7 +1,7 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
 from collections import Counter
-from collections.abc import Collection, Iterable, Iterator, Sequence
+from collections.abc import Collection, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -209,34 +209,30 @@ def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]
         if number or all(of_equation(equation, spec)[1] for equation in one.readings()):
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
     own = {name: "" for name, used in found.items() if not used & found.keys()}
-    several = (one.sides for one in equations if len(one.names) > 1)
-    for name in factors_of_rates(several)[0] if spec else ():
-        if name[0] in DAMPINGS and name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
+    for name in _dampings(equations) if spec else ():
+        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
             own[name] = ""
     return own
 
 
-def factors_of_rates(equations: Iterable[Sequence[Node]]) -> tuple[set[Name], set[str]]:
-    """Letters that stand in products with one rate only, wherever they stand, and the meanings of such ones."""
-    orders: dict[Name | str, set[int]] = {}
+def _dampings(equations: list[Printed]) -> set[Name]:
+    """Letters that stand in products with one rate only."""
+    orders: dict[Name, set[int]] = {}
 
     def visit(node: Node, around: int) -> None:
         if node.kind == "product":  # also of fractions and brackets
             around += _order(node)
         elif node.kind != "power" or node.value < 0:
             around = around if node.kind == "symbol" else 0
-        if node.kind == "symbol":
-            own = [(node.written.letter, node.written.index)] if node.written and not node.written.dots else []
-            for name in (str(node.value), *own):
-                orders.setdefault(name, set()).add(around)
+        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
+            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
         for child in node.children:
             visit(child, around - _order(child) * (node.kind == child.kind == "product"))
 
-    for sides in equations:
-        for side in sides:
+    for one in equations:
+        for side in one.sides if len(one.names) > 1 else ():
             visit(side, 0)
-    alone = [name for name, found in orders.items() if found == {1}]
-    return {name for name in alone if not isinstance(name, str)}, {name for name in alone if isinstance(name, str)}
+    return {name for name, found in orders.items() if found == {1}}
 
 
 def _order(node: Node) -> int:
