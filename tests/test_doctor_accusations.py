@@ -159,3 +159,39 @@ def test_few_are_accused_beside_one_that_holds(count):
     first, *others = (f.verdict for f in findings(" ".join(f"$${line}$$" for line in (right, *wrong))))
     assert first == "holds"
     assert others == ["fails" if count <= 3 else "not checked"] * count
+
+
+ON_A_CART = r"""
+A cart of mass M moves along x. On it hangs a pendulum, a point mass m on a rod of length l.
+$$T = \frac12 M\dot x^2 + \frac12 m(\dot x^2 + 2 l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$$
+"""
+
+
+def test_a_cart_may_be_at_capital_x():
+    """Not a reaction, as X is elsewhere: it has a rate."""
+    (kinetic,) = findings(ON_A_CART.replace("x", "X").replace(r"\teXt", r"\text"))
+    assert kinetic.verdict == "holds"
+
+
+def test_angles_measured_otherwise_are_no_fault():
+    """Sine and cosine exchanged in two places: who measures from the horizontal writes that. In one place it is a slip."""
+    right = r"$$\ddot x = \frac{m l\dot\theta^2\sin\theta + m g\sin\theta\cos\theta}{M + m\sin^2\theta}$$"
+    assert findings(ON_A_CART + right)[-1].verdict == "holds"
+    twice = right.replace(r"^2\sin\theta +", r"^2\cos\theta +").replace(r"m\sin^2", r"m\cos^2")
+    assert findings(ON_A_CART + twice)[-1].verdict == "not checked"
+    assert findings(ON_A_CART + right.replace(r"m\sin^2", r"m\cos^2"))[-1].verdict == "fails"
+
+
+def test_entries_of_a_matrix_that_is_not_unique_are_not_accused():
+    """The velocity terms C q' may be divided among the entries of C in many ways; the mass matrix is one."""
+    masses = r"""A double pendulum of point masses; the second angle is relative to the first rod.
+$M_{11} = (m_1 + m_2) l_1^2 + 2 m_2 l_1 l_2\cos\theta_2 + m_2 l_2^2$, $M_{12} = m_2 l_1 l_2\cos\theta_2 + m_2 l_2^2$,
+$M_{22} = m_2 l_2^2$, """
+    entry = r"$C_{12} = -m_2 l_1 l_2 (2\dot\theta_1 + \dot\theta_2)\sin\theta_2$"
+    assert [one.verdict for one in findings(masses + entry)] == ["holds", "holds", "holds", "not checked"]
+
+
+def test_a_section_that_nothing_explains_is_read_as_the_page():
+    """Of small angles in a cart-pole: not as of a rod on a universal joint, which a section alone might be about."""
+    page = "# Laws\n" + ON_A_CART + "# Small angles\n" + r"$$(M + m)\ddot x + m l\ddot\theta = F$$"
+    assert findings(page)[-1].verdict == "holds if"

@@ -28,6 +28,7 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 ONE_CHANGE = 1.9  # what two changes cost more than
 LONG = 20  # parts of an equation that is no law by chance
 ENERGIES = ("T", "V", "L", "E")
+TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
 
 
 class Case:
@@ -111,6 +112,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         mended = finding.mends[0].equation
         if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
             return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
+        old, shown = (re.sub("sin|cos", "", text) for text in (finding.mends[0].old, finding.mends[0].new))
+        if old == shown and (finding.mends[0].count > 1 or " places" in finding.mends[0].words):  # sin for cos, twice
+            return f"as I read it, for {spec.title}, it does not hold; it may measure its angles otherwise"
         if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", finding.mends[0].words)):
             return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load"
         right = {key(side) for other in held for side in other.sides}
@@ -126,10 +130,16 @@ def objection_to(case: Case, cases: list[Case]) -> str:
                 return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
         new = mended.sides[0].written
         other = left and new and (new.letter != left.letter or " is too many" in finding.mends[0].words)
+        another = left and new and new.letter != left.letter and left not in given
+        another = another and [*map(key, mended.sides[1:])] == [*map(key, one.sides[1:])]  # nothing but its name
+        if left and another:
+            return f"nothing shows what {plain(left)} means here"
         if left and other and finding.mends[0].cost > ONE_CHANGE:  # two changes
             return f"it does not hold if {plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
     if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
         return "it gives a state a name"
+    if one.sides[0].kind == "symbol" and str(one.sides[0].value) in TURNING:
+        return "it is no entry of the matrix of velocity terms that I know; others have the same product with the rates"
     is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
     if is_entry(one) and not any(map(is_entry, held)):
         return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"

@@ -90,6 +90,7 @@ class Patient:
         self.context = equation.context(states)
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
+        self._is_planar = self.spec.kind.split()[0] in PLANAR  # no law there divides by a sine, a cosine or a rate
         self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
     def read(self, text: str) -> Equation:
@@ -206,7 +207,8 @@ class Patient:
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
-        powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith("sin")]
+        above = ("sin ", "cos ") if self._is_planar else ("sin ",)  # and never below
+        powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith(above)]
         return [Monomial(Fraction(1), (power,)) for power in powers]
 
     # --- what has a size ----------------------------------------------------------------------------------------
@@ -264,7 +266,7 @@ class Patient:
         """Whether it holds a quantity that is no usual one together with much else, or over an angle or a rate."""
         extra = [name for name, _ in monomial.powers if name in self._extras]
         falls = any(power < 0 and name in self.spec.moving for name, power in monomial.powers)
-        if falls and self.spec.kind.split()[0] in PLANAR:  # no law in a plane divides by a sine, a cosine or a rate
+        if falls and self._is_planar:
             return True
         return bool(extra) and (monomial.size > most or (falls and extra[-1] != "M3"))
 
