@@ -27,6 +27,7 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ONE_CHANGE = 1.9  # what two changes cost more than
 LONG = 20  # parts of an equation that is no law by chance
+INERTIA = (1, 2, 0)  # powers of kg, m, s
 ENERGIES = ("T", "V", "L", "E")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
 
@@ -138,6 +139,13 @@ def objection_to(case: Case, cases: list[Case]) -> str:
             return f"it does not hold if {plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
     if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
         return "it gives a state a name"
+    if (
+        left
+        and "point" in spec.kind.split()
+        and not finding.dimensions
+        and spec.dimensions.get(case.meaning()) == INERTIA
+    ):
+        return f"as I read it, for {spec.title}, it does not hold; an inertia may be that of another body"
     if one.sides[0].kind == "symbol" and str(one.sides[0].value) in TURNING:
         return "it is no entry of the matrix of velocity terms that I know; others have the same product with the rates"
     is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731

@@ -12,15 +12,9 @@ from itertools import permutations
 
 import numpy as np
 
-from pendpin.doctor.accusations import Case, find_source, meanings_used, objection_to, plain
+from pendpin.doctor.accusations import INERTIA, Case, find_source, meanings_used, objection_to, plain
 from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import (
-    TOLERANCE,
-    Equation,
-    changed,
-    holds,
-    relative_error,
-)
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.letters import HARDLY
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
@@ -31,7 +25,6 @@ from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
 
 EQUALLY = 0.3  # equations: readings that explain about as much
-INERTIA = (1, 2, 0)
 NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
 
