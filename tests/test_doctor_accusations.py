@@ -161,6 +161,16 @@ def test_few_are_accused_beside_one_that_holds(count):
     assert others == ["fails" if count <= 3 else "not checked"] * count
 
 
+def test_a_speed_along_the_other_axis_is_a_slip():
+    """Copied from the line above: x for y."""
+    speeds = r"""$$V = m_1 g y_1 + m_2 g y_2$$
+$$\dot x_2 = \dot x_1 + l_2\dot\theta_2\cos\theta_2$$
+$$\dot y_2 = \dot x_1 + l_2\dot\theta_2\sin\theta_2$$"""
+    *_, along, up = findings(POINTS + FIRST + speeds)
+    assert (along.verdict, up.verdict) == ("holds", "fails")
+    assert up.mends[0].words == r"\dot x_1 should be \dot y_1"  # not \doty_1, as it would be after \dot\theta
+
+
 ON_A_CART = r"""
 A cart of mass M moves along x. On it hangs a pendulum, a point mass m on a rod of length l.
 $$T = \frac12 M\dot x^2 + \frac12 m(\dot x^2 + 2 l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$$

@@ -63,14 +63,26 @@ FOREIGN = re.compile(
 )
 FURUTA = re.compile(r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.I)  # some equations are a rod's
 WORDS = {  # of texts about each family
-    "cart-pole": re.compile(r"\b(?:cart|trolley|carriage|chariot|wagen|carrito|cart-?pole)s?\b", re.I),
-    "double": re.compile(
-        r"double[- ]pendul|doppelpendel|péndulo doble|pendule double|two[- ]link|acrobot|pendubot", re.I
+    "cart-pole": re.compile(
+        r"\b(?:cart|trolley|carriage|chariot|wagen|carro|carrito|carrinho|carrello|cart-?pole)s?\b|тележк|小车|滑块|台車|카트",
+        re.I,
     ),
-    "polar": re.compile(r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique", re.I),
+    "double": re.compile(
+        r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|双摆|"
+        r"二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
+        re.I,
+    ),
+    "polar": re.compile(
+        r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
+        re.I,
+    ),
     "rod": re.compile(r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal", re.I),
 }
-UPRIGHT = re.compile(r"upright|inverted|invertido|inversé|unstable|balanc|\btop\b|upward|stand|acrobot", re.I)
+UPRIGHT = re.compile(
+    r"upright|inverted|invertido|invertito|inverso|inversé|inverses|перев[её]рнут|обратн\w* маятник|倒立|역진자|도립|"
+    r"unstable|balanc|\btop\b|upward|stand|acrobot",
+    re.I,
+)
 
 
 @lru_cache(maxsize=200)
@@ -296,6 +308,9 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
         alike = (one for one in readings if without(BODIES, one.system.kind) == without(BODIES, mine.system.kind))
         kin = [one for one in alike if one.system != mine.system and (one.credits > mine.credits).sum() > 1]
+        if _words_of(text)[1]:  # or from upright, where the words of the page say that something stands
+            same = without(POSES, mine.system.kind)
+            kin += [one for one in readings if one is not mine and without(POSES, one.system.kind) == same]
         every = (*((less, one) for less, one in close if one is not mine), *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
         strange = np.array([bool(letters) for letters in mine.strangers]) & inside

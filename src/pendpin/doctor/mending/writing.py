@@ -41,7 +41,8 @@ class Writer:
             rates = ((dots + other, text) for other, text in self.styles.items() if dots + other in self.styles)
             for rate, text in rates:
                 if text in self.styles[rate]:
-                    return self.styles[rate].replace(text, letter, 1)
+                    before, _, behind = self.styles[rate].partition(text)
+                    return before + " " * bool(re.search(r"\\d+ot$", before) and letter[:1].isalpha()) + letter + behind
             if self.latex or not letter.isascii():
                 marks = {"d": "\u0307", "dd": "\u0308"}
                 return rf"\{dots}ot{{{letter}}}" if self.latex else letter + marks.get(dots, "")

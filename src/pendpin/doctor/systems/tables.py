@@ -67,6 +67,8 @@ def table_spec(
     for name in coordinates:
         kg, m, s = dimensions[name]
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
+    places = tuple(f"{axis}{end}" for end in ends for axis in "xy" if f"{axis}{end}" in every)
+    dimensions |= {order + name: (0, 1, -len(order)) for name in places for order in ("d", "dd")}
     written = names_written({name: writings for name, _, writings, _ in rows if name not in absent})
 
     @cache
@@ -85,7 +87,7 @@ def table_spec(
     angles = [name for name in coordinates if dimensions[name] == (0, 0, 0)]
     families: dict[Dimension, list[str]] = {}  # the names of each dimension, any of which may be mistaken for another
     for name, unit in dimensions.items():
-        if name in {*coordinates, *parameters, *unknowns, *every, *rates}:
+        if name in {*coordinates, *parameters, *unknowns, *every, *rates} or name.lstrip("d") in places:
             families.setdefault(unit, []).append(name)
     return Spec(
         kind=kind,
@@ -97,7 +99,7 @@ def table_spec(
         solve=solve or accelerations,
         words=words,
         dimensions=dimensions,
-        printed={name: _latex(name, coordinates) for name in dimensions},
+        printed={name: _latex(name, (*coordinates, *places)) for name in dimensions},
         still=still,
         common=(*coordinates, *rates, *unknowns, *parameters),
         families=tuple(map(tuple, families.values())),
