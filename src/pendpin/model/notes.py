@@ -14,6 +14,8 @@ from pendpin.trajectory import RunRecord
 
 TURN = 2 * np.pi
 ANGLES = ("rest", "target", "lower", "upper")  # of springs, motors and stops
+ONE_ROD = {"rod", "rod_1"}  # names of a single one
+NEAR = 1e-12  # of a length: rounding
 MOST_NAMED = 3  # in a note
 FAR = 3.0  # of the length of the model: a slide that travels farther has left
 
@@ -35,13 +37,13 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
             if isinstance(effect, Spring | Motor | Stop) and abs(getattr(effect, name, None) or 0.0) > TURN
         ]
     for i, effect in enumerate(scene.effects):
-        if isinstance(scene.model, Chain) and isinstance(effect, Push) and effect.point is not None:
-            lines += [
-                f"effects[{i}].point: {effect.point:g} m is beyond the ends of {body.link}, 0 to {length:g} m"
-                for body in model.bodies
-                if body.link == effect.link or {body.link, effect.link} == {"rod", "rod_1"}
-                if not 0 <= effect.point <= (length := float(np.linalg.norm(body.tip))) * (1 + 1e-12)
-            ]
+        if len(model.rods) == len(model.bodies) and isinstance(effect, Push) and effect.point is not None:
+            named = [body for body in model.bodies if body.link == effect.link or {body.link, effect.link} == ONE_ROD]
+            for body in named:
+                length = float(np.linalg.norm(body.tip))
+                if not 0 <= effect.point <= length * (1 + NEAR):
+                    beyond = f"{effect.point:g} m is beyond the ends of {body.link}, 0 to {length:g} m"
+                    lines.append(f"effects[{i}].point: {beyond}")
     positions, moved = scene.start.positions, homes(model.written or (), scene.effects)
     if isinstance(positions, dict) or not positions:
         begin = [f"{name} at {position:g}" for name, position in moved.items() if name not in positions]
