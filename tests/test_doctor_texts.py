@@ -34,14 +34,19 @@ def test_texts_by_hand_are_right(title, text):
 
 @pytest.mark.parametrize(("title", "notation"), PAIRS)
 def test_right_texts_hold_and_a_planted_fault_is_found(title, notation):
-    """Every equation holds, one of them for small angles; with one sign changed that equation alone fails, and is mended."""
+    """Every equation holds, one of them for small angles; with one sign changed that equation alone fails, and is mended.
+
+    A lone height with the other sign may be meant downwards: it is doubted.
+    """
     [(_, _, text, _)] = texts(only=title, style=notation)
     found = pp.diagnose(text)
     assert {finding.verdict for finding in found.findings} <= {"holds", "holds if"}, found
     place = next(i for i, line in enumerate(sheets()[title]) if " = -" in line or "= m*" in line)
     [(_, _, wrong, _)] = texts(lambda i, line: _flipped(line) if i == place else line, only=title, style=notation)
-    verdicts = [finding.verdict for finding in pp.diagnose(wrong).findings]
-    assert [i for i, verdict in enumerate(verdicts) if verdict == "fails"] == [place]
+    every = pp.diagnose(wrong).findings
+    doubted = every[place].remark.endswith("measured the other way")
+    assert [i for i, one in enumerate(every) if one.verdict == "fails"] == ([] if doubted else [place])
+    assert not doubted or every[place].latex.replace(" ", "")[:2] in ("y=", "z=")
 
 
 def _flipped(line):

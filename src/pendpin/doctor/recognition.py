@@ -308,9 +308,10 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
         alike = (one for one in readings if without(BODIES, one.system.kind) == without(BODIES, mine.system.kind))
         kin = [one for one in alike if one.system != mine.system and (one.credits > mine.credits).sum() > 1]
-        if _words_of(text)[1]:  # or from upright, where the words of the page say that something stands
+        if "down" in mine.system.kind.split() and _words_of(text)[1]:  # the words of the page say that something stands
             same = without(POSES, mine.system.kind)
-            kin += [one for one in readings if one is not mine and without(POSES, one.system.kind) == same]
+            upright = (one for one in readings if "up" in one.system.kind.split())
+            kin += [one for one in upright if without(POSES, one.system.kind) == same]
         every = (*((less, one) for less, one in close if one is not mine), *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
         strange = np.array([bool(letters) for letters in mine.strangers]) & inside
