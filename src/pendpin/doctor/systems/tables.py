@@ -68,7 +68,7 @@ def table_spec(
         kg, m, s = dimensions[name]
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
     places = tuple(f"{axis}{end}" for end in ends for axis in "xy" if f"{axis}{end}" in every)
-    dimensions |= {order + name: (0, 1, -len(order)) for name in places for order in ("d", "dd")}
+    dimensions |= {f"d{name}": (0, 1, -1) for name in places}
     written = names_written({name: writings for name, _, writings, _ in rows if name not in absent})
 
     @cache
