@@ -8,7 +8,6 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.errors import InputError
@@ -466,96 +465,3 @@ def test_a_sign_in_braces_is_a_sign():
     braced = plain.replace("+ m)", "{+}m)").replace("- m", "{-} m").replace("= F", "{=} F")
     assert [finding.verdict for finding in pp.diagnose(plain).findings] == ["holds"]
     assert [finding.verdict for finding in pp.diagnose(braced).findings] == ["holds"]
-
-
-def verdicts_of(text):
-    """The verdict on each equation, by how it begins."""
-    return {finding.latex.split(" ")[0]: finding.verdict for finding in pp.diagnose(text).findings}
-
-
-CART = """# inverted pendulum on a cart
-def f(t, state, force):
-    x, v, theta, omega = state
-    s = np.sin(theta)
-    c = np.cos(theta)
-    den = cart_mass + pole_mass*s**2
-    acc = (force + pole_mass*s*(poleLength*omega**2 - gravity*c))/den
-    alpha = (-force*c - pole_mass*poleLength*omega**2*s*c + (cart_mass + pole_mass)*gravity*s)/(poleLength*den)
-    return [v, acc, omega, alpha]
-"""
-
-
-def test_names_made_of_words_and_what_a_function_returns_are_read():
-    """A returned list is the rates of the states that the function begins with, so a wrong acceleration is found there."""
-    right, wrong = verdicts_of(CART), verdicts_of(CART.replace("omega**2 - gravity*c", "omega**2 - 2*gravity*c"))
-    for name in ("den", "acc", "alpha", "v_dot", "omega_dot"):
-        assert right[name] == "holds"
-    assert wrong["acc"] == "fails"
-    assert wrong["omega_dot"] == "holds"
-    other = verdicts_of(CART.replace("[v, acc, omega, alpha]", "[v, omega, acc, alpha]"))
-    assert "v_dot" not in other  # v is no rate of x and has the rate omega
-    assert "fails" not in other.values()
-
-
-STEPS = """// double pendulum
-let num1 = -g*(2*m1 + m2)*sin(a1) - m2*g*sin(a1 - 2*a2);
-let num2 = 2*sin(a1 - a2)*m2*(a2_v*a2_v*r2 + a1_v*a1_v*r1*cos(a1 - a2));
-let den = r1*(2*m1 + m2 - m2*cos(2*a1 - 2*a2));
-let a1_a = (num1 - num2)/den;
-num1 = 2*sin(a1 - a2);
-num2 = a1_v*a1_v*r1*(m1 + m2) + g*(m1 + m2)*cos(a1) + a2_v*a2_v*r2*m2*cos(a1 - a2);
-den = r2*(2*m1 + m2 - m2*cos(2*a1 - 2*a2));
-let a2_a = num1*num2/den;
-a1_v += a1_a;
-a2_v += a2_a*dt;
-a1 = a1 + dt*a1_v;
-a2 += a2_v;
-"""
-
-
-def test_a_step_in_time_says_what_the_rate_is():
-    """With a1_v += a1_a the rate of a1_v is a1_a; what is computed twice means at each place what it was last."""
-    right, wrong = verdicts_of(STEPS), verdicts_of(STEPS.replace("+ g*(m1", "- g*(m1"))
-    assert {right[name] for name in ("der(a1_v)", "der(a2_v)", "der(a1)", "a1_a", "a2_a", "num1", "den")} == {"holds"}
-    assert wrong["der(a1_v)"] == "holds"
-    assert wrong["der(a2_v)"] != "holds"
-    for text in ("T += T_1", "t += dt", "x += 5", "V += m*g*h"):  # a sum, and time itself
-        assert not read_text(text).statements
-
-
-LINEAR = """% inverted pendulum on a cart
-b = 0.1;  % friction of the cart
-p = I*(M+m) + M*m*l^2;
-A = [0 1 0 0;
-     0 -(I+m*l^2)*b/p  (m^2*g*l^2)/p 0;
-     0 0 0 1;
-     0 -(m*l*b)/p  m*g*l*(M+m)/p 0];
-B = [0; (I+m*l^2)/p; 0; m*l/p];
-"""
-
-
-def test_the_matrices_of_a_linear_model_are_the_derivatives_of_its_accelerations():
-    """A and B hold to the first order, in either order of the states; with another entry they do not."""
-    right = verdicts_of(LINEAR)
-    assert (right["p"], right["A"], right["B"]) == ("holds", "holds if", "holds if")
-    free = LINEAR.replace("-(I+m*l^2)*b/p", "0").replace("-(m*l*b)/p", "0")
-    wrong = verdicts_of(free.replace("m*g*l*(M+m)/p", "m*g*l*(M-m)/p"))
-    assert (wrong["A"], wrong["B"]) == ("fails", "holds if")
-    grouped = verdicts_of(
-        r"The cart-pole: $A = \begin{bmatrix} 0&0&1&0\\ 0&0&0&1\\ 0&mg/M&0&0\\ 0&(M+m)g/(Ml)&0&0\end{bmatrix}$"
-    )
-    assert grouped["A"] == "holds if"
-
-
-def test_bodies_may_be_called_a_and_b():
-    """mA and thetaDotA are a mass and a rate; a lone height that is positive downwards is no mistake."""
-    text = """% double pendulum
-mA = 1; mB = 1; LA = 1; LB = 1;
-PEA = -mA*g*LA*cos(thetaA);
-KEA = mA*(LA*thetaDotA)^2/2;
-KEB = mB*(LA^2*thetaDotA^2 + LB^2*thetaDotB^2 + 2*LA*LB*thetaDotA*thetaDotB*cos(thetaA - thetaB))/2;
-yA = LA*cos(thetaA);
-"""
-    found = verdicts_of(text)
-    assert {found[name] for name in ("PEA", "KEA", "KEB")} == {"holds"}
-    assert found["yA"] == "not checked"

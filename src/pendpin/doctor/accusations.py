@@ -147,7 +147,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     ):
         return f"as I read it, for {spec.title}, it does not hold; an inertia may be that of another body"
     if one.sides[0].kind == "symbol" and str(one.sides[0].value) in TURNING:
-        return "it is no entry of the matrix of velocity terms that I know; others have the same product with the rates"
+        return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
     if is_entry(one) and not any(map(is_entry, held)):
         return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"

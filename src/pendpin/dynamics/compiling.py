@@ -84,7 +84,7 @@ class EquationsOfMotion(NamedTuple):
         return Recording(tape, results, more, self.inputs(nv), rods, width=len(moving))
 
     def inputs(self, joints: int) -> int:
-        """How many inputs the equations of so many joints have."""
+        """The number of inputs of equations with this number of joints."""
         return joints * (2 if self.contacts else self.given)
 
     def function(self) -> tuple[Function, Parameters]:
