@@ -281,16 +281,23 @@ def test_a_process_that_dies_ends_the_sweep_in_a_line(tmp_path: Path) -> None:
 
 
 @pytest.mark.slow
-def test_a_cluster_without_workers_ends_the_sweep(monkeypatch: pytest.MonkeyPatch) -> None:
-    """In one line, and not never."""
+@pytest.mark.parametrize("pause", [0.0, 2.0])
+def test_a_cluster_without_workers_ends_the_sweep(pause: float, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In one line, and not never: while blocks run, and when others are done whose results go with their worker."""
     distributed = pytest.importorskip("distributed")
     monkeypatch.setattr(workers, "PATIENCE", 2.0)
     vary = dict.fromkeys(KEYS, np.linspace(-1.0, 1.0, 100))
+
+    def end_workers(done: int, _: int) -> None:
+        if done:
+            time.sleep(pause)
+            cluster.scale(0)
+
     with (
         distributed.LocalCluster(1, host="127.0.0.1", dashboard_address=None, threads_per_worker=1) as cluster,
         pytest.raises(pp.RunError, match="every worker of the cluster is lost"),
     ):
-        pp.sweep(scene(), vary, dask=cluster.scheduler_address, progress=lambda done, _: done and cluster.scale(0))
+        pp.sweep(scene(), vary, dask=cluster.scheduler_address, progress=end_workers)
 
 
 @pytest.mark.parametrize(

@@ -23,7 +23,7 @@ from pendpin.ground.libraries import VERSION, installed, is_there, optional
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
 CONNECTING = 10  # s
-PATIENCE = 60  # s without a block, until it is asked whether workers are left
+PATIENCE = 60  # s without a block, or for its result, until it is asked whether workers are left
 GUARD = 'in a script put the call under `if __name__ == "__main__":`'
 DIED = f"a worker process has ended unexpectedly; {GUARD}; if memory ran out, take fewer workers"
 LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the bits of a result depend
@@ -164,18 +164,16 @@ def run_on_cluster(
         while running:
             try:
                 now: Any = wait_for_one(running, timeout=PATIENCE, return_when="FIRST_COMPLETED")
+                future = next(iter(now.done))
+                block = future.result(PATIENCE)  # which may have been lost with its worker, and is then run again
             except TimeoutError:
                 if not client.scheduler_info()["workers"]:
                     raise RunError("every worker of the cluster is lost; the same command resumes the sweep") from None
                 continue
-            running -= now.done
-            for future in now.done:
-                try:
-                    block = future.result()
-                except Exception as error:
-                    raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
-                yield places.pop(future.key), block
-            running |= submit(len(now.done))
+            except Exception as error:
+                raise RunError(f"a worker of the cluster failed: {type(error).__name__}: {error}") from None
+            yield places.pop(future.key), block
+            running = running - {future} | submit(1)
 
 
 @contextmanager
