@@ -23,7 +23,6 @@ alone.
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import lru_cache
 
 import numpy as np
 
@@ -75,28 +74,21 @@ class Estimate:
 
 
 def estimate_error(gaps: Gaps, size: float, rounding: Array, negligible: float, safety: float = 1.0) -> Estimate:
-    """The error from the gaps, the size of the motion, the rounding error (n,), and a gap that is always small enough.
-
-    All are divided by the length. The error that follows from the gaps is multiplied by `safety`.
-    """
-    noise, slowest = ESTIMATE.noise * rounding, ESTIMATE.slowest * gaps.pace
+    """The error from gaps, the size of the motion, rounding (n,) and a gap that is small enough, all over the length."""
+    noise, slowest, scatter = ESTIMATE.noise * rounding, ESTIMATE.slowest * gaps.pace, gaps.scatter
     larger = np.maximum(gaps.first, gaps.second)
     small = (larger <= max(ESTIMATE.small * size, negligible)) | (larger <= noise)
     with np.errstate(all="ignore"):
         seen = np.log(gaps.first / gaps.second) / np.log(gaps.promised[0])
         power = np.where(gaps.first <= noise, gaps.pace, seen)
         regular = (power >= slowest) | (gaps.second <= noise)
-        error = np.where(regular, _bound_error(gaps, np.clip(power, slowest, 1.0)), np.inf)
+        power = np.clip(power, slowest, 1.0)
+        powers = zip(gaps.promised, (power, np.minimum(power, gaps.pace)), strict=True)
+        before, last = (np.maximum(promised**p, scatter) for promised, p in powers)
+        from_first = gaps.first * scatter / (before - scatter) * scatter / last
+        error = np.where(regular, np.maximum(gaps.second * scatter / (last - scatter), from_first), np.inf)
     error = np.where(small & gaps.distinct, np.minimum(error, ESTIMATE.disagreement * larger), np.inf)
     return Estimate(gaps, np.maximum.accumulate(safety * error + rounding), bool(small[-1]), bool(regular[-1]))
-
-
-def _bound_error(gaps: Gaps, power: Array) -> Array:
-    """The error (n,) from both gaps, which have fallen with a power (n,) of what is promised."""
-    scatter, powers = gaps.scatter, (power, np.minimum(power, gaps.pace))
-    before, last = (np.maximum(promised**p, scatter) for promised, p in zip(gaps.promised, powers, strict=True))
-    from_first = gaps.first * scatter / (before - scatter) * scatter / last
-    return np.maximum(gaps.second * scatter / (last - scatter), from_first)
 
 
 def list_assumptions(effects: Sequence[Effect]) -> tuple[str, ...]:
@@ -154,15 +146,11 @@ def bound_rounding(gap: Array, units: float, fine: RunRecord, ruler: Ruler) -> R
 
 
 def measure_rounding(runs: Runs, coarse: Attempt, fine: Attempt, target: float, ruler: Ruler) -> RoundingError:
-    """The rounding error of the run `fine` at the times of `runs` (n,), over the length.
-
-    It is measured beside the run `coarse`, which costs less. If shifts of many times the rounding move that too far,
-    smaller ones are compared with `fine` in the same segments and without shifts.
-    """
+    """The rounding error of the run `fine` at the times of `runs` (n,), over the length, measured beside a coarser run."""
     best, times, units = fine.run, ROUNDING.enlargement, _count_units(fine.run)
     gap = ruler.measure_gap(coarse.run, _run_like(runs, coarse.scene, best, times * units))
     if gap[-1] > ROUNDING.linear and target > ROUNDING.linear / ROUNDING.enlargement:
-        times = ROUNDING.linear / target
+        times = ROUNDING.linear / target  # smaller shifts, beside a run in the same segments without any
         still, shifted = (_run_like(runs, fine.scene, best, x * units) for x in (0.0, times))
         gap = ruler.measure_gap(still, shifted)
         changed = ruler.measure_gap(best, still) > ROUNDING.linear  # segments alone change the run
@@ -179,13 +167,11 @@ def measure_rounding_of_lost_run(runs: Runs, lost: Attempt, target: float, ruler
 
 
 def _scale_growth(growth: Array, run: RunRecord, ruler: Ruler) -> RoundingError:
-    """The rounding error of a run whose motion magnifies errors of the start by `growth` (n,), over the length.
-
-    Rounded numbers of the model make a motion a little faster or slower: that error grows with the path.
-    """
+    """The rounding error of a run whose motion magnifies errors of the start by `growth` (n,), over the length."""
     times = run.t[np.minimum(ruler.places, len(run.t) - 1)] - run.t[0]
     path = np.where(times > 0, times * ruler.measure_speeds(run), 0.0)
     walk = ROUNDING.walk_units * float(np.sqrt(run.stats.steps))
+    # Rounded numbers of the model make a motion a little faster or slower: that error grows with the path.
     error = EPS + (ROUNDING.model_units + walk) * EPS * path + growth * _count_units(run) * EPS
     return RoundingError(error, float(growth[-1]), float(path[-1]))
 
@@ -203,16 +189,15 @@ def _run_like(runs: Runs, scene: Scene, run: RunRecord, units: float) -> RunReco
 
 
 def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: float, units: float) -> RunRecord:
-    """A run shifted by so many units of rounding at its start and at later times; with contacts at the start alone.
-
-    The units are those of the largest values among states t (n,), q, v (n, nv), and in the rates that of the accelerations
-    over one step in s.
-    """
+    """A run shifted by so many units of rounding at its start and at later times; with contacts at the start alone."""
     (t, q, v), (q0, v0), contacts = states, runs.start, runs.dynamics.contacts
+    # Units of the largest values among states t (n,), q, v (n, nv); in the rates also of the accelerations over a step.
     both = np.concatenate([q * (1 + EPS), q]), np.concatenate([v * (1 - EPS), v])
     rounded, exact = np.split(runs.dynamics.sample(np.tile(t, 2), *both)[0], 2)
     dq, dv = EPS * np.abs(q).max(0), EPS * np.abs(v).max(0) + step * np.abs(rounded - exact).max(0)
-    ahead, aside = _draw_directions(len(q0))  # times the signs of the motion, with which they are mirrored
+    # Directions from 0.5 to 1, always the same, times the signs of the motion, with which they are mirrored.
+    draws = (np.random.default_rng(seed) for seed in (1, 2))
+    ahead, aside = (draw.uniform(0.5, 1, len(q0)) * draw.choice([-1.0, 1.0], len(q0)) for draw in draws)
     ahead = np.where(q0 == 0, ahead * np.where(v0 < 0, -1.0, 1.0), np.sign(q0))
     aside = aside * np.where(np.where(v0 == 0, q0, v0) < 0, -1.0, 1.0)
     positions = q0 - units * dq * ahead  # towards 0: never beyond the farthest
@@ -222,14 +207,3 @@ def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: floa
     start = Start(time=scene.start.time, positions=tuple(positions.tolist()), velocities=tuple(rates.tolist()))
     shifts = Shifts(units * EPS, max(1, len(runs.times) // ROUNDING.later_shifts))
     return runs.run(scene.model_copy(update={"start": start}), shifts=shifts)
-
-
-@lru_cache(64)
-def _draw_directions(count: int) -> tuple[Array, Array]:
-    """Numbers (count,) from 0.5 to 1 with either sign, always the same, for positions and for rates."""
-
-    def draw(seed: int) -> Array:
-        random = np.random.default_rng(seed)
-        return random.uniform(0.5, 1, count) * random.choice([-1.0, 1.0], count)
-
-    return draw(1), draw(2)

@@ -1,7 +1,6 @@
 """The runs of a search for a target accuracy: their settings from coarse to fine, and how they are compared."""
 
 import math
-from collections.abc import Iterator
 from dataclasses import dataclass, field, replace
 
 import numpy as np
@@ -9,7 +8,7 @@ import numpy as np
 from pendpin.dynamics.timing import timing
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
-from pendpin.ground.arrays import TINY, Array, Indices
+from pendpin.ground.arrays import TINY, Array, Indices, subdivided
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, choose_method_and_engine, taylor_takes
 from pendpin.model.build import Model
 from pendpin.model.kinematics import chain_length, marks_at, tip_distance
@@ -21,7 +20,6 @@ from pendpin.runs.run import ENERGY_ERROR, balanced, prepare, run_prepared
 from pendpin.scene import Scene, fixed_methods, method_of
 from pendpin.trajectory import RunRecord, samples_of
 
-GOLDEN = (5**0.5 - 1) / 2
 TAYLOR, HIGH_ORDER = "taylor", "dop853"
 UNITS = (("days", 86_400.0), ("hours", 3_600.0), ("minutes", 60.0))  # s
 
@@ -37,16 +35,16 @@ class Attempt:
 
 
 class Runs:
-    """Runs of one scene, each at the same times; `seconds` of all of them together.
+    """Runs of one scene at `times` (n,) in s since the start: output times and, where these are few, times between.
 
-    `scene` names its method and engine, which are chosen once. `times` (n,) in s since the start are the output times and,
-    where these are few, times between; at some of them, `places` (k,), runs are compared.
+    At some of them, `places` (k,), runs are compared. `scene` names its method and engine, which are chosen once.
     """
 
     def __init__(self, prepared: Prepared, progress: ProgressCallback, deadline: Deadline) -> None:
-        self._progress, self._deadline, self.seconds, self.scene = progress, deadline, 0.0, prepared.scene
+        self._progress, self._deadline, self.scene = progress, deadline, prepared.scene
+        self.seconds = 0.0  # of all runs together
         self._balanced = prepared.balance is not None
-        self._prepared = {(self.scene.solver.method, self.scene.solver.engine): prepared}
+        self._prepared = {(self.scene.solver.method, self.scene.solver.engine): prepared}  # bound once for each
         self.dynamics, self.start = prepared.bound, (prepared.q, prepared.v)
         self.every = choose_density(self.scene)
         self.times = sample_closely(self.scene, self.every).times
@@ -57,27 +55,19 @@ class Runs:
         model = self.dynamics.model
         return Ruler(model, chain_length(model) or choose_length(model, run.tips), self.places)
 
-    def prepare(self, scene: Scene) -> Prepared:
-        """The scene with another solver or start, bound once for each method and engine."""
-        key = scene.solver.method, scene.solver.engine
-        if key not in self._prepared:
-            self._prepared[key] = prepare(scene, self._balanced, self._deadline)
-        return self._prepared[key].with_scene(scene)
-
     def run(
         self, scene: Scene, denser: int = 1, shifts: Shifts | None = None, longest: float = np.inf, whole: bool = False
     ) -> RunRecord:
-        """A run of a scene with a method and its setting; if too coarse, it may end early. `shifts` move its state.
-
-        `longest` in s limits its steps. A `whole` run has its energy checked; others are only compared with each other.
-        Raises RunError where it ends early for another reason.
-        """
+        """A run with steps up to `longest` s; it may end early if it is too coarse. `whole`: its energy counts. RunError."""
         if scene.solver.step is not None and scene.solver.step > longest:
             scene = scene.by(scene.solver.method, longest)
-        prepared = self.prepare(sample_closely(scene, self.every * denser))
-        options = {"shifts": shifts, "longest": longest, "pilot": not whole}
+        scene = sample_closely(scene, self.every * denser)
+        key, options = (scene.solver.method, scene.solver.engine), {"shifts": shifts, "longest": longest}
+        if key not in self._prepared:
+            self._prepared[key] = prepare(scene, self._balanced, self._deadline)
+        prepared = self._prepared[key].with_scene(scene)
         try:
-            run = run_prepared(prepared, self._progress, self._deadline, **options)
+            run = run_prepared(prepared, self._progress, self._deadline, **options, pilot=not whole)
         except Halted as error:
             raise type(error)(str(error), self.keep_output_times(_thin_out(error.partial, denser))) from None
         except RunError as error:
@@ -90,10 +80,7 @@ class Runs:
         return _thin_out(run, denser)
 
     def complete(self, attempt: Attempt) -> RunRecord:
-        """The run of an attempt with all its samples; cut where its energies do not add up.
-
-        Raises RunError or InputError where a sample cannot be computed.
-        """
+        """The run of an attempt with all its samples; cut where its energies do not add up. RunError, InputError."""
         try:
             good = attempt.run.sound == balanced(attempt.run) == len(self.times)
         except np.linalg.LinAlgError:
@@ -163,14 +150,11 @@ class Ruler:
 
 
 def choose_places(count: int) -> Indices:
-    """Which of `count` samples are compared, (k,): all of a few, else about 100 with the first and the last.
-
-    They are spread by the golden ratio, so that no period of a motion falls in with them.
-    """
+    """Which of `count` samples are compared, (k,): all of a few, else about 100 with the first and the last."""
     if count <= SAMPLE.most:
         return np.arange(count)
-    parts = np.arange(SAMPLE.most)
-    spread = (parts + parts * GOLDEN % 1.0) * ((count - 1) / SAMPLE.most)
+    parts, golden = np.arange(SAMPLE.most), (5**0.5 - 1) / 2  # by whose ratio no period of a motion falls in with them
+    spread = (parts + parts * golden % 1.0) * ((count - 1) / SAMPLE.most)
     return np.unique(np.append(spread.astype(int), [0, count - 1]))
 
 
@@ -181,9 +165,7 @@ def sample_closely(scene: Scene, every: int) -> Scene:
     if scene.solver.times is None:
         new = {"samples": (len(scene.times) - 1) * every + 1}
     else:
-        t = scene.clock
-        between = t[:-1, None] + np.diff(t)[:, None] * np.arange(every) / every
-        new = {"times": (*between.ravel().tolist(), float(t[-1]))}
+        new = {"times": tuple(subdivided(scene.clock, every).tolist())}
     return scene.model_copy(update={"solver": scene.solver.model_copy(update=new)})
 
 
@@ -211,11 +193,7 @@ def _thin_out(run: RunRecord, every: int) -> RunRecord:
 
 @dataclass(frozen=True)
 class Refinement:
-    """The settings of one method, a tolerance or a step; errors should fall with their power `order`.
-
-    A step is a whole fraction of `spacing`, the longest time between samples, so that the steps taken equal the setting
-    and different settings give different runs.
-    """
+    """The settings of one method, a tolerance or a step; errors should fall with their power `order`."""
 
     method: str
     first: float  # the coarsest setting
@@ -225,7 +203,8 @@ class Refinement:
     smallest: float = 10.0  # the least such factor: with a smaller one two runs may be equal
     pace: float = 0.85  # the power of the promised factor by which errors fall at least
     scatter: float = 1.5  # the largest factor between two errors and their power law
-    spacing: float | None = None  # s, of steps
+    # s, of steps: the longest time between samples, which they divide, so that different settings give different runs
+    spacing: float | None = None
 
     def finer(self, setting: float, factor: float) -> float:
         """The setting with an error smaller by about `factor`, or half way to the least where that is too small."""
@@ -241,10 +220,8 @@ class Refinement:
         return middle if middle >= self.least * self.smallest**2 else self.least
 
     def predict_fall(self, coarse: float, fine: float, more: float = math.inf) -> float:
-        """How much smaller the error of the finer setting should be, with so many times `more` steps.
-
-        A tolerance that does not change the steps, as where a fast effect bounds them, promises nothing.
-        """
+        """How much smaller the error of the finer setting should be, with so many times `more` steps."""
+        # A tolerance that does not change the steps, as where a fast effect bounds them, promises nothing.
         factor = (coarse / fine) ** self.order
         steepest = method_of(self.method).steepest
         return min(factor, more**steepest) if steepest < math.inf else factor
@@ -258,15 +235,12 @@ class Refinement:
 
 
 def refine_by_tolerance(method: str, accuracy: float, turned: float = 1.0) -> Refinement:
-    """The tolerances of an adaptive method, which are relative to angles of up to `turned` rad.
-
-    The error of a power series jumps with its order, from 5 to 1000 a hundredth.
-    """
+    """The tolerances of an adaptive method, which are relative to angles of up to `turned` rad."""
     least, scatter = method_of(method).least_tolerance, method_of(method).scatter
     large = 10.0 ** math.floor(math.log10(max(turned, 1.0)))
     coarser = SETTING.first_tolerance_of_series if method == TAYLOR else SETTING.first_tolerance
     first = max(min(coarser * accuracy, SETTING.loosest) / large, SETTING.room * least)
-    if method == TAYLOR:
+    if method == TAYLOR:  # the error of a power series jumps with its order, from 5 to 1000 a hundredth
         return Refinement(method, first, least, smallest=100.0, pace=0.5, scatter=scatter)
     return Refinement(method, first, least, pace=0.7, scatter=scatter)
 
@@ -307,16 +281,14 @@ def choose_method(scene: Scene, prepared: Prepared) -> Prepared:
     return prepared
 
 
-def choose_independent(runs: Runs) -> tuple[str, str]:
-    """Two methods that can run a scene and see different things: implicit ones for stiff equations, else explicit ones."""
+def choose_other_methods(runs: Runs, method: str) -> list[str]:
+    """Methods that run a scene and err in other ways: implicit ones for stiff equations, else explicit ones."""
     free = runs.scene.with_solver(method="auto", engine="auto")
-    method, _ = choose_method_and_engine(free, runs.dynamics, *runs.start)
-    return ("radau", "bdf") if method == "radau" else ("dop853", "rk45")
+    stiff = choose_method_and_engine(free, runs.dynamics, *runs.start)[0] == "radau"
+    return [other for other in (("radau", "bdf") if stiff else ("dop853", "rk45")) if other != method]
 
 
-def list_alternatives(scene: Scene, runs: Runs) -> Iterator[Scene]:
+def list_alternatives(scene: Scene, runs: Runs) -> list[Scene]:
     """The scene with methods that were not tried, where it names none."""
-    if scene.solver.method == "auto":
-        for method in choose_independent(runs):
-            if method != runs.scene.solver.method:
-                yield scene.with_solver(method=method)
+    others = choose_other_methods(runs, runs.scene.solver.method) if scene.solver.method == "auto" else []
+    return [scene.with_solver(method=method) for method in others]

@@ -30,8 +30,8 @@ from pendpin.runs.accuracy.runs import (
     Refinement,
     Runs,
     are_equal,
-    choose_independent,
     choose_method,
+    choose_other_methods,
     choose_refinement,
     is_at_rest,
     list_alternatives,
@@ -133,9 +133,8 @@ class _Search:
         if self.first_gap is None:
             self.first_gap = self.last.gap
         same = are_equal(self.attempts[-2].run, run)
-        if (
-            not same and self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
-        ):  # as good as equal
+        alike = self._predict_fall(-2, -1) ** self.refinement.pace <= self.refinement.scatter
+        if not same and alike:  # as good as equal
             same = bool(self.last.gap[-1] <= ESTIMATE.small * self.ruler.measure_extent(run))
         if same and not is_at_rest(run):
             del self.attempts[-2:]
@@ -184,7 +183,10 @@ class _Search:
             except RunError as failure:
                 if isinstance(failure, Halted) or self.refinement.spacing is not None:
                     raise
-                other = self.scene.by(self._choose_other_method(), max(self.last.setting, COMPARISON.least_tolerance))
+                other = self.scene.by(
+                    choose_other_methods(self.runs, self.method.name)[0],
+                    max(self.last.setting, COMPARISON.least_tolerance),
+                )
                 short = self.runs.run(other, longest=longest)  # lsoda's iteration may not converge in steps so short
             error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
             names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
@@ -238,15 +240,11 @@ class _Search:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
         self._find_rounding(self.last)
         assert self.rounding is not None
-        method = self._choose_other_method()
+        method = choose_other_methods(self.runs, self.method.name)[0]
         setting = self.last.setting if self.refinement.spacing is None else 1.0
         tolerance = max(min(setting, self._bound_comparison()), COMPARISON.least_tolerance)
         gap = self.ruler.measure_gap(self.last.run, self.runs.run(self.scene.by(method, tolerance)))
         return ESTIMATE.disagreement * gap + self.rounding.error
-
-    def _choose_other_method(self) -> str:
-        """A method that errs in another way, for a comparison."""
-        return next(method for method in choose_independent(self.runs) if method != self.method.name)
 
     def _bound_comparison(self) -> float:
         """The tolerance of another method whose error is small beside the target, where it has one so small."""
@@ -295,12 +293,9 @@ class _Search:
         return replace(run, stats=replace(run.stats, **figures))
 
     def _refuse_chaos(self) -> None:
-        """Raise RunError if the motion magnifies rounding far beyond the target.
-
-        The run so far is a hint. It is wrong, and may be unstable where the true motion is not, as a coarse run gains or
-        loses energy: a run to a small tolerance decides. Runs of fixed steps may all end early while they are coarse, and
-        give no hint.
-        """
+        """Raise RunError if the motion magnifies rounding far beyond the target."""
+        # The run so far is a hint: a coarse run gains or loses energy, and may be unstable where the true motion is not. A
+        # run to a small tolerance decides. Runs of fixed steps may all end early while they are coarse, and give no hint.
         method = self.method.name if self.method.shows_rounding else "dop853"
         hopeless, sure = INSTABILITY.hopeless * self.target, self.scene.by(method, INSTABILITY.sure)
         hints = [] if self.refinement.spacing else [self.attempts[1].scene]
