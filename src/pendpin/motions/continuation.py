@@ -63,7 +63,7 @@ class Continuation:
     def piece(self, sample: int, times: Array) -> Run:
         """The motion from a sample of the run at times (m,) in s since the scene's start, its own first. RunError."""
         self._loop.times = times
-        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample], None)
+        piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample])
         if piece.failure is not None:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece

@@ -1,9 +1,7 @@
 """Batches: many runs of scenes of one structure, as arrays, side by side in the processor's vectors.
 
-Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. The equations are
-compiled once, as Taylor series with their numbers as parameters. A case differs from others of its structure in its start
-and in the numbers of its model and effects: run-time parameters of one set of series. What a case gives does not depend on
-its neighbours in the vector.
+Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. Cases of a structure
+differ in starts and in the numbers of models and effects: run-time parameters of one set of Taylor series, compiled once. What a case gives does not depend on its neighbours in the vector.
 """
 
 import math
@@ -109,12 +107,10 @@ class Motions(NamedTuple):
 
 
 class Series:
-    """The compiled series of a scene's structure.
+    """The compiled series of a scene's structure, for several threads. Raises InputError for a scene that they do not take.
 
-    `flips`: sums of angles whose passages are to be found; `level`: where states are to be noted.
-
-    What stays 0 in motions from all `starts` (c, 2, nv), positions and rates, is not integrated: phi in a plane of theta.
-    Several threads may use a Series. Raises InputError for a scene that the Taylor method does not take.
+    `flips`: sums of angles whose passages are to be found; `level`: where states are to be noted. What stays 0 in motions
+    from all `starts` (c, 2, nv), positions and rates, is not integrated: phi in a plane of theta.
     """
 
     def __init__(
@@ -167,18 +163,13 @@ class Series:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
-        numbers, energies = (
-            run_time_parameters(self._recording, values),
-            np.stack(dynamics.energies(q[None], v[None]), 1),
-        )
-        return Cases([dynamics.model], q[None], v[None], np.array([numbers]), np.array([longest]), energies)
+        numbers = np.array([run_time_parameters(self._recording, values)])
+        energies = np.stack(dynamics.energies(q[None], v[None]), 1)
+        return Cases([dynamics.model], q[None], v[None], numbers, np.array([longest]), energies)
 
     def run(self, cases: Cases, times: Array) -> Motions:
-        """The motions of c cases at the times (n,); one that cannot go on is NaN.
-
-        Where one cannot, all of its vector are run again, each alone; so is one whose angles are to be read between the
-        times.
-        """
+        """The motions of c cases at the times (n,); one that cannot go on is NaN."""
+        # Where one cannot, all of its vector are run again, each alone; so is one with angles to be read between the times.
         motions, needed = self._attempt(cases, times, 1)
         again = needed > 1
         if len(cases.q) > 1:
@@ -219,7 +210,7 @@ class Series:
     def cross(self, cases: Cases, count: int, patience: float) -> list[Array]:
         """The states at the first crossings of the level of each of c cases, (k, 1 + 2 nv): t in s since the start, q, v.
 
-        A case has fewer than `count` where it cannot go on, or does not cross the level for so many s.
+        Fewer than `count` of a case that cannot go on, or does not cross the level for so many s.
         """
         states, y = [np.empty((0, 1 + 2 * cases.q.shape[1]))] * len(cases.q), self._pack(cases)
         for series, places in self._vectors(cases):
@@ -244,19 +235,15 @@ class Series:
         return states
 
     def _vectors(self, cases: Cases) -> Iterator[tuple[Any, Indices]]:
-        """Series that no other thread uses, with the parameters of a vector of cases, and their places (width,).
-
-        A copy of the first series, which is compiled here. Cases are taken in the order of their energies, as alike ones
-        take like numbers of steps, or as they come where each has a model of its own; the last vector has copies.
-        """
-        with self._lock:
+        """Series that no other thread uses, with the parameters of a vector of cases, and their places (width,)."""
+        with self._lock:  # a copy of the first series, which is compiled here
             if self._first is None:
                 self._first, self.compile_seconds = wait_for(self._compiled)
             series = self._spare.pop() if self._spare else deepcopy(self._first)
         order = np.arange(len(cases.q))
         if len(order) > self._width and all(model is cases.models[0] for model in cases.models):
-            order = np.argsort(cases.energies.sum(1))
-        try:
+            order = np.argsort(cases.energies.sum(1))  # alike ones take like numbers of steps
+        try:  # the last vector has copies
             for places in np.resize(order, (-(-len(order) // self._width), self._width)):
                 if self.stopped.is_set():
                     break

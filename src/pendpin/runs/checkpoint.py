@@ -3,7 +3,7 @@
 import json
 import os
 import time
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from dataclasses import dataclass, field
 from hashlib import sha256
@@ -55,13 +55,12 @@ class EventState(NamedTuple):
 
 @dataclass(frozen=True, eq=False)
 class RunState:
-    """The motion at the first n output times, and the state with which its integration continues.
+    """The motion at the first n output times, and the state with which its integration continues."""
 
-    All states of a run share one array `room`; its first n rows do not change any more.
-    """
-
-    room: Array  # (output times, columns): q, v, work of the accounts, torques of contacts
-    n: int
+    room: (
+        Array  # (output times, columns): q, v, work of the accounts, torques of contacts; shared by all states of a run
+    )
+    n: int  # whose first n rows do not change any more
     last: SmoothState | EventState
     steps: int = 0
     evaluations: int = 0
@@ -77,25 +76,10 @@ class RunState:
         room[0] = first
         return cls(room, 1, last)
 
-    @property
-    def samples(self) -> Array:
-        """The rows so far, (n, columns)."""
-        return self.room[: self.n]
-
-    @property
-    def complete(self) -> bool:
-        """Whether there is a sample for every output time."""
-        return self.n == len(self.room)
-
     def grown(
-        self,
-        samples: Array,
-        last: SmoothState | EventState,
-        steps: int,
-        evaluations: int,
-        happened: Sequence[Event] | None = None,
+        self, samples: Array, last: SmoothState | EventState, steps: int, evaluations: int, happened: Any = None
     ) -> "RunState":
-        """The state with more samples (k, columns), the counts increased, and what happened if there was an event."""
+        """The state with more samples (k, columns), the counts increased, and the Events that happened, if any did."""
         n = self.n + len(samples)
         self.room[self.n : n] = samples
         self.log[self.logged :] = happened or ()
@@ -105,51 +89,35 @@ class RunState:
 
 @dataclass(frozen=True)
 class Shifts:
-    """Shifts of a motion without events: every few samples, each number of its state by a part of its largest so far.
+    """Shifts of a motion without events: every few samples, each number of its state by a part of its largest so far."""
 
-    All are away from 0, so that they add up. With a size of 0 they only cut the run into parts.
-    """
-
-    size: float  # relative to the largest value
+    size: float  # relative to the largest value, away from 0, so that shifts add up; 0 only cuts the run into parts
     samples: int  # from one shift to the next, at most
 
 
 # --- its file -------------------------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True)
 class Checkpoint:
-    """The file of a run, and how often it is written. Raises InputError for a file that cannot be written."""
+    """The file of one run, written whole or not at all, every so many s of wall time. InputError where it cannot be."""
 
-    path: Path
-    every: float = EVERY  # s of wall time
-
-    def __post_init__(self) -> None:
-        seconds("every", self.every)
-        refuse_targets([self.path], [])
-
-
-class Saver:
-    """The checkpoint of one run, whole or not at all; `run` is what must be the same to continue it (`identity`)."""
-
-    def __init__(self, checkpoint: Checkpoint, run: dict[str, Any]) -> None:
-        self._path, self._every, self._run, self._saved = checkpoint.path, checkpoint.every, run, -np.inf
+    def __init__(self, path: Path, every: float = EVERY) -> None:
+        self.path, self._every, self._saved = path, seconds("every", every), -np.inf
+        refuse_targets([path], [])
+        self.run = dict[str, Any]()  # what must be the same to continue it (`identity`)
 
     def resume(self, first: RunState) -> RunState:
-        """The state in the file, in the shapes of `first`, or `first` where there is none.
-
-        Raises InputError for a file that is damaged, foreign or of another run; nothing in it is executed.
-        """
-        if not os.path.exists(self._path):
+        """The state in the file, in the shapes of `first`, or `first` where there is none. InputError; it runs no code."""
+        if not os.path.exists(self.path):
             return first
-        with open_arrays(self._path, WHAT) as file:
+        with open_arrays(self.path, WHAT) as file:
             meta = json.loads(str(read_array(file, "meta", (), text=True)))
             if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
                 raise ValueError("it is something else, or of another version of pendpin")
-            difference = _difference(meta.get("run"), self._run)
+            difference = _difference(meta.get("run"), self.run)
             state = first if difference else _read(file, first)
         if difference:
-            raise InputError(f"{self._path}: the checkpoint of another run: {difference}; {REMEDY}")
+            raise InputError(f"{self.path}: the checkpoint of another run: {difference}; {REMEDY}")
         return state
 
     @property
@@ -160,19 +128,14 @@ class Saver:
     def save(self, state: RunState) -> None:
         """Write the file. Raises Halted if that fails."""
         counts = np.array([state.steps, state.evaluations, state.events, state.seconds])
-        meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self._run}))
-        arrays: dict[str, Any] = {"samples": state.samples, "counts": counts, "meta": meta}
+        meta = np.array(json.dumps({"checkpoint": FORMAT, "run": self.run}))
+        arrays: dict[str, Any] = {"samples": state.room[: state.n], "counts": counts, "meta": meta}
         arrays |= _arrays_of(state.last) | event_arrays(state.log[: state.logged])
         try:
-            write_whole(self._path, lambda file: np.savez(file, **arrays))
+            write_whole(self.path, lambda file: np.savez(file, **arrays))
         except InputError as error:
             raise Halted(str(error)) from None
         self._saved = time.perf_counter()
-
-    @property
-    def note(self) -> str:
-        """How to continue a halted run."""
-        return _note(self._path)
 
 
 @contextmanager
@@ -183,10 +146,11 @@ def resumable(path: Path | None) -> Iterator[None]:
     except KeyboardInterrupt:
         if path is None or not os.path.exists(path):
             raise
-        raise Interrupted(f"stopped by the user{_note(path)}") from None
+        raise Interrupted(f"stopped by the user{how_to_resume(path)}") from None
 
 
-def _note(path: Path) -> str:
+def how_to_resume(path: Path) -> str:
+    """What is said of a halted run."""
     return f"; {path} holds the run so far; the same command resumes it" if os.path.exists(path) else ""
 
 

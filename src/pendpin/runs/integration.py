@@ -21,7 +21,7 @@ from pendpin.ground.arrays import EPS, Array, Indices, subdivided
 from pendpin.integrators import Memory, Run, Segment, StepPlan, Stop, integrator_for
 from pendpin.integrators.base import SHORTEST
 from pendpin.integrators.fixed import count_equal_steps
-from pendpin.runs.checkpoint import EventState, RunState, Saver, Shifts, SmoothState
+from pendpin.runs.checkpoint import Checkpoint, EventState, RunState, Shifts, SmoothState
 from pendpin.runs.limits import SamplesTooFew, Stalled
 from pendpin.runs.preparation import Prepared
 
@@ -63,10 +63,7 @@ class IntegrationLoop(ABC):
 
     @abstractmethod
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
-        """The state one segment later, and why the run has to end there, or None. The result depends on `done` only.
-
-        Raises RunError or LinAlgError if the segment cannot be integrated.
-        """
+        """The state one segment later, by `done` alone, and why the run has to end there, or None. RunError, LinAlgError."""
 
     def sample(self, t: float, y: Array) -> bool:
         """Evaluate the sampled torques whose instant t in s is; whether there are any. y begins with q, v (2 nv,)."""
@@ -89,7 +86,7 @@ class IntegrationLoop(ABC):
         """The run as far as it was integrated, and why and where it ended early, if it did."""
         for sampled in self.held:
             sampled.finish()
-        nv, end, rows = self.nv, 2 * self.nv + self.accounts, done.samples
+        nv, end, rows = self.nv, 2 * self.nv + self.accounts, done.room[: done.n]
         q, v, work, torque = (
             x.copy() for x in (rows[:, :nv], rows[:, nv : 2 * nv], rows[:, 2 * nv : end], rows[:, end:])
         )
@@ -102,10 +99,7 @@ class IntegrationLoop(ABC):
 
 
 class SmoothLoop(IntegrationLoop):
-    """A scene without contacts. The length of a segment is chosen from the evaluations that the last one took.
-
-    Where angles are read from directions, a segment may end between two output times: it holds so many states and no more.
-    """
+    """A scene without contacts. Where angles are read from directions, a segment may end between two output times."""
 
     def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
         super().__init__(prepared, pace, progress)
@@ -167,10 +161,7 @@ class SmoothLoop(IntegrationLoop):
         return done.grown(rows, next_one, segment.steps, took), segment.failure
 
     def _integrate_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
-        """A segment over `span` (n,), or over its beginning, with more states if angles are read from them.
-
-        Also returns the times (k,) of its states, where output times are among these, and how dense they have to be.
-        """
+        """A segment over the beginning of `span` (n,), the times (k,) of its states, where output times are, and how dense."""
         start, density = np.concatenate([last.y, last.work]), last.density
         if self.engine.on_angles:
             at = np.arange(1, len(span))
@@ -208,12 +199,10 @@ class SmoothLoop(IntegrationLoop):
     def _integrate_shifted(
         self, y: Array, times: Array, at: Indices, first_step: float | None, memory: Memory
     ) -> Segment:
-        """Integrate over `times` (n,), with output times at the places `at` (k,), and the shifts of the run.
-
-        They come at the beginning of a segment, but for the start, and behind every few output times.
-        """
+        """Integrate over `times` (n,), with output times at the places `at` (k,), and the shifts of the run."""
         if self.shifts is None:
             return self._integrate(y, times, first_step, memory)
+        # They come at the beginning of a segment, but for the start, and behind every few output times.
         segment, rows, steps, size = Segment(y[None], 0, memory=memory), [y[None]], 0, len(y) - self.accounts
         cuts = at[self.shifts.samples - 1 :: self.shifts.samples]
         for begin, end in pairwise([0, *cuts[cuts < len(times) - 1], len(times) - 1]):
@@ -256,10 +245,7 @@ class SmoothLoop(IntegrationLoop):
         raise AssertionError
 
     def _one_sided(self, begin: float, end: float) -> Derivative:
-        """The derivative between two times in s; at one that is a corner of the pace, as on this side of it.
-
-        An effect may jump there. What it does on the other side would spoil the order of a method with fixed steps.
-        """
+        """The derivative between two times in s; at a corner of the pace, where effects may jump, as on this side."""
         corners = self.pace.corners
         at_begin, at_end = (corners.searchsorted(t, "left") < corners.searchsorted(t, "right") for t in (begin, end))
         if not (at_begin or at_end):
@@ -270,22 +256,22 @@ class SmoothLoop(IntegrationLoop):
         return lambda dy, t, y: derivative(dy, max(low, min(t, high)), y)
 
 
-def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver | None) -> Run:
+def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, checkpoint: Checkpoint | None = None) -> Run:
     """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
     done, error, stop = loop.begin(q, v), None, None
-    if saver:
-        done = saver.resume(done)
+    if checkpoint:
+        done = checkpoint.resume(done)
 
     def clock() -> float:
         return time.thread_time() - loop.engine.compile_seconds  # which is counted apart
 
     before = done.seconds - clock()
-    while error is None and not done.complete:
+    while error is None and done.n < len(done.room):
         try:
             done, failure = loop.go_on(done)
             error = RunError(failure) if failure else None
-            if error is None and saver and saver.due:
-                saver.save(replace(done, seconds=before + clock()))
+            if error is None and checkpoint and checkpoint.due:
+                checkpoint.save(replace(done, seconds=before + clock()))
         except KeyboardInterrupt:
             error = Interrupted("stopped by the user")
         except np.linalg.LinAlgError as fault:
@@ -293,9 +279,9 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver | N
         except RunError as fault:
             error = fault
     done = replace(done, seconds=before + clock())
-    if saver and (error is None or isinstance(error, Halted)):
+    if checkpoint and (error is None or isinstance(error, Halted)):
         with suppress(Halted):  # the previous save remains
-            saver.save(done)
+            checkpoint.save(done)
     if error is not None and (isinstance(error, Stalled) or not isinstance(error, Halted)) and loop.shifts is None:
         times = loop.times
         try:
@@ -306,11 +292,7 @@ def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, saver: Saver | N
 
 
 def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tuple[RunState, Stop | None]:
-    """The run with the samples that its last segment has lost, and the last state before it stopped, where that is known.
-
-    A run that stalls is integrated again up to where it still advanced. One that fails between two samples is approached
-    in ever smaller parts; a method with a fixed step has a sample there, and too few samples stop nothing.
-    """
+    """The run with the samples that its last segment has lost, and the last state before it stopped, where that is known."""
 
     def integrate(state: RunState) -> RunState:
         failure = None
@@ -322,23 +304,23 @@ def _locate_stop(loop: IntegrationLoop, done: RunState, error: RunError) -> tupl
         return state
 
     def stop_at(state: RunState) -> Stop:
-        return Stop(float(loop.times[state.n - 1]), *np.split(state.samples[-1][: 2 * loop.nv], 2))
+        return Stop(float(loop.times[state.n - 1]), *np.split(state.room[state.n - 1, : 2 * loop.nv], 2))
 
-    if isinstance(error, Stalled):
+    if isinstance(error, Stalled):  # integrated again up to where it still advanced
         if error.t <= done.last.t:
             return done, None
         loop.times = np.append(loop.times[loop.times < error.t], error.t)
         again = integrate(done)
         return (again, None) if again.n < len(loop.times) else (replace(again, n=again.n - 1), stop_at(again))
-    if loop.integrator.step is not None or done.complete or isinstance(error, SamplesTooFew):
-        return done, None
+    if loop.integrator.step is not None or done.n == len(done.room) or isinstance(error, SamplesTooFew):
+        return done, None  # a method with a fixed step has a sample there, and too few samples stop nothing
     end, state, stop = loop.times[done.n], done, None
-    for _ in range(LEVELS):
+    for _ in range(LEVELS):  # approached in ever smaller parts
         loop.times = np.linspace(state.last.t, end, PARTS + 1)
-        state = integrate(RunState.at_start(state.samples[-1], PARTS + 1, state.last))
+        state = integrate(RunState.at_start(state.room[state.n - 1], PARTS + 1, state.last))
         if state.n > 1:
             stop = stop_at(state)
-        if state.complete:
+        if state.n > PARTS:
             break
         end = loop.times[state.n]
     return done, stop

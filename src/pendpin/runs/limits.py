@@ -37,10 +37,7 @@ class Deadline:
             raise Halted(f"it takes over {self.limit:g} s, compiling included")
 
     def wait_for(self, compute: Callable[[], T], long: bool) -> T:
-        """The result of a computation; of a long one that cannot be stopped, such as compiling, only until the deadline.
-
-        Raises Halted if it takes longer. The computation then goes on in a thread, which Python waits for at its end.
-        """
+        """The result of a computation; a long one, as compiling, goes on in a thread at the deadline. Raises Halted then."""
         if self.limit is None or not long:
             return compute()
         try:
@@ -60,14 +57,11 @@ class SamplesTooFew(RunError):
 
 
 class Patience:
-    """A progress callback that raises Halted at the deadline, or Stalled if the rest of the run would take days.
-
-    `reserve` returns the time in s to complete the samples up to a time t; it must be left before the deadline.
-    """
+    """A progress callback that raises Halted at the deadline, or Stalled if the rest of the run would take days."""
 
     def __init__(
         self, duration: float, deadline: Deadline, reserve: Callable[[float], float], progress: ProgressCallback
-    ) -> None:
+    ) -> None:  # `reserve`: s to complete the samples up to a time t, which must be left before the deadline
         self._duration, self._deadline, self._reserve, self._progress = duration, deadline, reserve, progress
         self._marked = np.inf  # until the first call, so that compiling does not count
         self._reached = self._before = 0.0

@@ -27,10 +27,7 @@ known_notes = ThreadCache[tuple[str, ...]](MOST_KEPT)
 
 
 class EnergyBalance:
-    """The work of each kind of effect in one scene.
-
-    `engine` integrates the motion: that of the dynamics; if that is compiled, one whose state holds the work too.
-    """
+    """The work of each kind of effect in one scene; `engine`: the dynamics', if compiled with the work in its state."""
 
     def __init__(self, dynamics: Dynamics) -> None:
         effects, accounts = dynamics.effects, Accounts.of(dynamics.effects, dynamics.potentials)
@@ -71,13 +68,9 @@ class Prepared:
 
     @classmethod
     def of(cls, scene: Scene, energy_balance: bool = False) -> "Prepared":
-        """The scene, bound; as it was prepared for its last run where it may run again.
+        """The scene, bound; as for its last run where it may run again. InputError for a scene that cannot be run."""
 
-        Raises InputError for a scene that cannot be run.
-        """
-
-        def anew() -> Prepared:
-            """Its method and engine chosen, bound again where the method integrates another form of state."""
+        def anew() -> Prepared:  # bound again where the method that is chosen integrates another form of state
             chosen, dynamics = scene, bind_for_run(scene)
             q, v = start_state(dynamics.model, scene.start)
             if dynamics.contacts is not None:
@@ -106,11 +99,9 @@ class Prepared:
         return cls(scene, bound, dynamics, q, v, EnergyBalance(dynamics) if energy_balance else None)
 
     def with_scene(self, scene: Scene) -> "Prepared":
-        """The same model and effects with another setting or start; bound again for another method or engine.
-
-        Sampled torques are bound for each run, as they record its outputs.
-        """
+        """The same model and effects with another setting or start; bound again for another method or engine."""
         same = all(getattr(scene.solver, name) == getattr(self.scene.solver, name) for name in ("method", "engine"))
+        # Sampled torques are bound for each run, as they record its outputs.
         if not same or self.bound.sampled_torques or scene.start.time != self.scene.start.time:
             return Prepared.of(scene, self.balance is not None)
         if scene.start is self.scene.start:
@@ -119,11 +110,6 @@ class Prepared:
         if self.bound.contacts is not None:
             check_start(self.bound.contacts, self.bound.model, q)
         return Prepared._from_start(scene, self.balance is not None, self.bound, q, v)
-
-    @property
-    def compiles(self) -> bool:
-        """Whether the loop of this run compiles something."""
-        return self.dynamics.engine.compiles or self.scene.solver.method == "taylor"
 
     @cached_property
     def timing(self) -> Timing:
@@ -143,11 +129,8 @@ class Prepared:
 
 
 def _runs_again(scene: Scene) -> bool:
-    """Whether what is bound of a scene serves further runs in this thread: all that it holds is the scene's own numbers.
-
-    A function of the user's may change, and so may a file; a torque with `every` records a run.
-    """
-    return (
+    """Whether what is bound of a scene serves further runs in this thread: all that it holds is the scene's own numbers."""
+    return (  # a function of the user's may change, and so may a file; a torque with `every` records a run
         plain_arithmetic(scene.effects)
         and not any(isinstance(effect, Torque) or getattr(effect, "csv", None) for effect in scene.effects)
         and len(build(scene.model).joints) <= MOST_JOINTS
@@ -155,10 +138,7 @@ def _runs_again(scene: Scene) -> bool:
 
 
 def bind_for_run(scene: Scene) -> Dynamics:
-    """The dynamics of a scene; samples are computed in machine code unless the scene names another engine.
-
-    Scenes that differ in their starts and settings alone share them within a thread.
-    """
+    """The dynamics of a scene, which others that differ in start and settings alone share within a thread."""
     try:
         scene.refuse_short_effects()
     except ValueError as error:
@@ -166,7 +146,7 @@ def bind_for_run(scene: Scene) -> Dynamics:
 
     def bound() -> Dynamics:
         dynamics = bind(scene)
-        if scene.solver.engine in MACHINE_CODE:
+        if scene.solver.engine in MACHINE_CODE:  # samples too
             dynamics.use_compiled_samples()
         return dynamics
 

@@ -17,7 +17,7 @@ from pendpin.integrators.choice import notes_on_stiffness
 from pendpin.integrators.fixed import count_whole_steps, largest_step
 from pendpin.model.build import start_state
 from pendpin.model.kinematics import tips as tips_of
-from pendpin.runs.checkpoint import Checkpoint, Saver, Shifts, identity
+from pendpin.runs.checkpoint import Checkpoint, Shifts, how_to_resume, identity
 from pendpin.runs.integration import IntegrationLoop, SmoothLoop, integrate_to_end
 from pendpin.runs.limits import Deadline, Patience
 from pendpin.runs.motion_with_events import LoopWithEvents
@@ -26,9 +26,7 @@ from pendpin.scene import Scene
 from pendpin.trajectory import Derived, RunRecord, Stats, exchanged
 from pendpin.trajectory.parts import ROUNDING
 
-SHORTER = (
-    3.0  # times shorter are the steps of a run for comparison: an error at a corner grows as their square, so it shows
-)
+SHORTER = 3.0  # times shorter steps of a run for comparison: an error at a corner grows as their square, so it shows
 NEAR_POLE = 0.3  # of cos(phi)
 LONG_ENOUGH = 5e-3  # s, of a measurement of the time to complete samples
 SLACK = 1.2  # margin on that time
@@ -41,11 +39,7 @@ ENERGY_ERROR = "the energy is off by over a tenth of the energy exchanged: take 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # what overflows is found, and said
 def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
-    """The scene, ready to be run: bound, its method and engine chosen.
-
-    Raises InputError for a scene that cannot be run; Halted at the deadline, as compiling may take long, with a run of the
-    start alone.
-    """
+    """The scene, bound, its method and engine chosen. InputError; Halted at the deadline, as compiling may take long."""
     compiles = scene.solver.method == "auto" and scene.solver.engine in MACHINE_CODE  # what the choice is made by
     try:
         return deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
@@ -68,38 +62,29 @@ def run_prepared(
 ) -> RunRecord:
     """The motion of a scene at its output times, by its method and tolerance or step.
 
-    Args:
-        prepared: the scene.
-        progress: called with the time reached, s.
-        deadline: of the run with all its samples.
-        checkpoint: a file from which the run continues, and in which it is saved.
-        shifts: of the state during the motion; its energy is then not checked.
-        longest: s, the longest step of a method without a fixed one.
-        anyway: a wrong energy is a note, not an error.
-        pilot: its samples are computed when they are first asked for, and its energy is not checked.
-
-    Raises:
-        InputError: for a scene that its method cannot run.
-        RunError: for a run that ends early; `partial` is the run up to there.
+    `longest`: s, of a step. `anyway`: a wrong energy is a note, not an error; with `shifts` of the state it is not checked.
+    `pilot`: samples are computed when they are first asked for, and the energy is not checked.
+    Raises InputError for a scene that its method cannot run; RunError with the run up to where it ends early.
     """
-    scene, dynamics, saver, reserve = prepared.scene, prepared.dynamics, None, 0.0
+    scene, dynamics, reserve = prepared.scene, prepared.dynamics, 0.0
     if checkpoint:
-        saver = Saver(checkpoint, identity(scene, prepared.balance is not None, dynamics.engine.name))
+        checkpoint.run = identity(scene, prepared.balance is not None, dynamics.engine.name)
     if deadline.limit is not None:
         reserve = SLACK * _measure_completion(prepared)
     reserved = lambda t: reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))  # noqa: E731
     patience = Patience(scene.duration, deadline, reserved, progress)
     try:
-        loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest, shifts), prepared.compiles)
+        compiles = dynamics.engine.compiles or scene.solver.method == "taylor"
+        loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest, shifts), compiles)
     except Halted as error:
-        return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), saver)
-    run = integrate_to_end(loop, prepared.q, prepared.v, saver)
+        return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), checkpoint)
+    run = integrate_to_end(loop, prepared.q, prepared.v, checkpoint)
     if notes := (*prepared.notes, *notes_on_stiffness(scene, run.steps)):
         run = replace(run, notes=notes)
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
-    record = _finish(scene, dynamics, prepared.balance, run, saver, guarded)
+    record = _finish(scene, dynamics, prepared.balance, run, checkpoint, guarded)
     if not anyway or (count := balanced(record)) == len(record.t):
         return record
     note = f"from t = {record.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
@@ -109,13 +94,9 @@ def run_prepared(
 def loop_of(
     prepared: Prepared, progress: ProgressCallback, longest: float = np.inf, shifts: Shifts | None = None
 ) -> IntegrationLoop:
-    """The loop that integrates a scene, with steps up to `longest` in s: with events where the scene has contacts.
-
-    A finite `longest` marks a run for comparison: its steps are also at most a third of those that the effects' pace allows.
-    Raises InputError for a scene that the method cannot run.
-    """
+    """The loop that integrates a scene, with events where it has contacts. InputError for what its method cannot run."""
     pace = prepared.timing.pace
-    if longest < np.inf:
+    if longest < np.inf:  # s, of a run for comparison: its steps are also shorter than the effects' pace allows
         pace = join_paces([pace._replace(shortest=np.asarray(pace.shortest) / SHORTER), Pace.even(longest)])
     kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents
     loop = kind(prepared, pace, progress)
@@ -139,12 +120,14 @@ def _measure_completion(prepared: Prepared) -> float:
 
 
 def _finish(
-    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, saver: Saver | None, guarded: bool = True
+    scene: Scene,
+    dynamics: Dynamics,
+    balance: EnergyBalance | None,
+    run: Run,
+    checkpoint: Checkpoint | None,
+    guarded: bool = True,
 ) -> RunRecord:
-    """The record of a run that reached its end. Else raises RunError with the good part of the run and a remedy.
-
-    `guarded`: the run ends where the energies do not add up.
-    """
+    """The record of a run, `guarded` where it ends once energies do not add up; before its end RunError with a remedy."""
 
     def cut(count: int, why: str) -> Run:  # with the fixed steps up to there; others are not counted by samples
         step, short = scene.solver.step, run.cut(count, why)
@@ -179,8 +162,8 @@ def _finish(
     end = scene.start.time + scene.duration
     stop = record.t[-1] if run.stop is None else scene.start.time + run.stop.t
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
-    more = _remedy(dynamics, run) + (saver.note if saver and isinstance(run.failure, Halted) else "")
-    raise run.failure.said(reason + more, record)
+    resumable = how_to_resume(checkpoint.path) if checkpoint and isinstance(run.failure, Halted) else ""
+    raise run.failure.said(reason + _remedy(dynamics, run) + resumable, record)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
@@ -202,10 +185,7 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
 def fill_in(
     scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, lazily: bool = False
 ) -> RunRecord:
-    """Accelerations, wrenches, energies and tips along the run; the reactions of rods when they are asked for.
-
-    `lazily`: the others too, where no work is integrated; and no scene is recorded.
-    """
+    """Accelerations, wrenches, energies and tips along a run; reactions when asked for, `lazily` all but work."""
     model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
 
     def derive() -> Derived:
@@ -255,7 +235,6 @@ def fill_in(
 def balanced(record: RunRecord) -> int:
     """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
 
-    That is the drift of the total energy if every effect has a potential, and the imbalance if the works are known.
     A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
     """
     so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J

@@ -183,10 +183,8 @@ class _Search:
             except RunError as failure:
                 if isinstance(failure, Halted) or self.refinement.spacing is not None:
                     raise
-                other = self.scene.by(
-                    choose_other_methods(self.runs, self.method.name)[0],
-                    max(self.last.setting, COMPARISON.least_tolerance),
-                )
+                tolerance = max(self.last.setting, COMPARISON.least_tolerance)
+                other = self.scene.by(choose_other_methods(self.runs, self.method.name)[0], tolerance)
                 short = self.runs.run(other, longest=longest)  # lsoda's iteration may not converge in steps so short
             error = np.maximum(error, COMPARISON.short * self.ruler.measure_gap(self.last.run, short))
             names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
