@@ -14,8 +14,7 @@ from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene
 from pendpin.scene import Start as StartRecord
 
-# Of a time, which makes no difference, and q (nv,): the accelerations (nv,), or their derivatives (nv, nv).
-Pull = Callable[[float, Array], Array]
+Pull = Callable[[Array], Array]  # of q (nv,): the accelerations (nv,), or their derivatives (nv, nv)
 REST = 1e-10  # of the largest acceleration seen: what is left at an equilibrium
 UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
@@ -42,15 +41,15 @@ def at_rest(scene: Scene) -> StartRecord:
         rest = hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
         dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
 
-    def pull(_: float, q: Array) -> Array:
+    def pull(q: Array) -> Array:
         return dynamics.acceleration(time, q, np.zeros_like(q))
 
-    size = max(float(np.abs(pull(0.0, x)).max()) for x in (q, q + 0.5))
+    size = max(float(np.abs(pull(x)).max()) for x in (q, q + 0.5))
     if not hangs:
         stiffness = _stiffness(scene)
         rest = _relax(pull, q, dynamics.model, stiffness)
         for _ in range(AGAIN):  # a small change along which an unstable rest is left
-            if stiffness is None or not np.isfinite(slopes := stiffness(0.0, rest)).all():
+            if stiffness is None or not np.isfinite(slopes := stiffness(rest)).all():
                 break
             values, vectors = np.linalg.eig(slopes)
             first = int(np.argmax(np.real(values)))
@@ -59,7 +58,7 @@ def at_rest(scene: Scene) -> StartRecord:
             way = np.real(vectors[:, first])
             rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
     lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
-    if lost or not np.abs(pull(0.0, rest)).max(initial=0.0) <= REST * size:
+    if lost or not np.abs(pull(rest)).max(initial=0.0) <= REST * size:
         raise _no_rest_error(dynamics.model, rest - q)
     contacts, joints = dynamics.contacts, dynamics.model.joints
     if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
@@ -85,26 +84,26 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
 
     calls = 0
 
-    def near(time: float, now: Array) -> Array:
+    def near(_: float, now: Array) -> Array:
         nonlocal calls
         calls += 1
         if calls > MOST or np.abs(now - q)[model.slides].max(initial=0.0) > LOST:
             raise _no_rest_error(model, now - q)
-        return pull(time, now)
+        return pull(now)
 
     def far(_: float, now: Array) -> float:
         return FAR - float(np.abs(now - q)[~model.slides].max(initial=0.0))
 
     far.terminal = True  # type: ignore[attr-defined]
-    options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness, "events": far}
+    options: Any = {"rtol": 1e-6, "atol": 1e-9, "jac": stiffness and (lambda _, q: stiffness(q)), "events": far}
     with np.errstate(all="ignore"):
         rest = solve_ivp(near, (0.0, LONG), q, method="BDF", **options).y[:, -1]
     # The search below may end anywhere where there is no rest: what slides away is named before it.
-    first, last = (np.abs(pull(0.0, x)) for x in (q, rest))
+    first, last = (np.abs(pull(x)) for x in (q, rest))
     if (model.slides & (np.abs(rest - q) > FAR) & (last > AWAY * first.max())).any():
         raise _no_rest_error(model, rest - q)
     try:
-        return root(lambda x: pull(0.0, x), rest, tol=1e-15, jac=stiffness and (lambda x: stiffness(0.0, x))).x
+        return root(pull, rest, tol=1e-15, jac=stiffness).x
     except InputError:  # next to the rest already: squares in the search underflow, and it goes to NaN
         return rest
 
@@ -117,7 +116,7 @@ def _stiffness(scene: Scene) -> Pull | None:
         equations = Variational(scene)
     except (InputError, MissingLibrary):
         return None
-    return lambda _, q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
+    return lambda q: equations.jacobian(0.0, q, np.zeros_like(q)).of_q
 
 
 class Start(StartRecord):

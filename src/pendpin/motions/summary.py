@@ -55,13 +55,10 @@ class Summary(Result, dict[str, Figure]):
 
 
 def summary(run: Any) -> Summary:
-    """The largest swing, when it comes to rest if it does, the extremes of the reactions, periods and energy of a run.
+    """The largest swing, or tilt of a link of a URDF, rest, extremes of the reactions, periods and energy of a run.
 
-    The swing is run["swing"], the angle of the line from the support to the last tip from straight down. A URDF of several
-    links has a largest tilt instead: the largest such angle of a link, from its joint to its tip.
-
-    Extremes are those between the samples too, searched once for all; those of the samples where that would take long, or
-    where the run's scene cannot be built again.
+    Extremes are those between the samples too; those of the samples where that would take long, or where the run's scene
+    cannot be built again.
     """
     if not len(run.t):
         return Summary()

@@ -43,15 +43,12 @@ _ROUNDING = 10 * EPS  # of the state over the number: changes are not integrated
 
 
 class Variations:
-    """A scene whose motion is integrated together with K changes of its state; times are since the scene's start, in s.
+    """A scene whose motion is integrated with its K changes by numbers at key paths; times are since its start, in s.
 
-    The changes are those with the numbers at some key paths. Joints stick and slip by dry friction. At such an event all
-    changes jump (the saltation matrix: M. A. Aizerman, F. R. Gantmacher, Q. J. Mech. Appl. Math. 11 (1958), 498): a
-    neighbour meets it earlier or later and moves on with other accelerations from there. The places `still` of the state
-    (2 nv,) are 0. Use one in each thread.
-
-    Raises InputError for stops, for effects without derivatives, and for keys that are not numbers of the scene;
-    MissingLibrary without llvmlite.
+    Joints stick and slip by dry friction. At such an event all changes jump (the saltation matrix: M. A. Aizerman,
+    F. R. Gantmacher, Q. J. Mech. Appl. Math. 11 (1958), 498): a neighbour meets it earlier or later and moves on with other
+    accelerations from there. The places `still` of the state (2 nv,) are 0. Use one in each thread. Raises InputError for
+    stops, effects without derivatives, and keys that are not numbers of the scene; MissingLibrary without llvmlite.
     """
 
     def __init__(self, scene: Scene, keys: Sequence[str], still: tuple[int, ...] = ()) -> None:
@@ -265,11 +262,9 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
 
 
 def up_to_extreme(run: RunRecord, of: str | None, name: str, sign: float) -> RunRecord:
-    """The samples before the largest (sign 1) or least (-1) value of a quantity, and one at its time.
-
-    The value changes as the quantity does at this time, held fixed (envelope theorem): there its rate is 0, or the time is
-    an end of the run. Raises InputError where it is at an event at which its rate jumps, as its time moves with the event.
-    """
+    """The samples before the largest (sign 1) or least (-1) value of a quantity, and one at its time. InputError."""
+    # The value changes as the quantity does at this time, held fixed (envelope theorem): there its rate is 0, or the time is
+    # an end of the run. At an event at which the rate jumps, its time moves with the event.
     value, t = extreme(run, name, sign)
     if name == "swing" and min(value, np.pi - value) < _KINK:
         raise InputError(f"of: {of} is {value:.6g} rad, and swing has no derivative at 0 and at half a turn")
@@ -295,10 +290,7 @@ def _quantity_and_statistic(run: RunRecord, of: str) -> tuple[str, str]:
 
 
 def _change_of(run: RunRecord, key: str, change: Array, name: str, shortest: float) -> Array:
-    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state; of fourth order beside q and v.
-
-    `shortest` is the time in s on which the effects change.
-    """
+    """The derivative (n,) of a quantity by one number, with that (n, 2 nv) of the state; of fourth order beside q and v."""
     (array, place), nv, scene = run.places[name], len(run.joints), scene_of(run)
     if array in ("q", "v"):
         return change[:, :nv][place] if array == "q" else change[:, nv:][place]

@@ -1,7 +1,8 @@
 """Batches: many runs of scenes of one structure, as arrays, side by side in the processor's vectors.
 
 Starts and numbers go in, states come out, in pieces: for `simulate_many`, for sweeps and for sections. Cases of a structure
-differ in starts and in the numbers of models and effects: run-time parameters of one set of Taylor series, compiled once. What a case gives does not depend on its neighbours in the vector.
+differ in starts and in the numbers of models and effects: run-time parameters of one set of Taylor series, compiled
+once. What a case gives does not depend on its neighbours in the vector.
 """
 
 import math

@@ -161,7 +161,7 @@ class SmoothLoop(IntegrationLoop):
         return done.grown(rows, next_one, segment.steps, took), segment.failure
 
     def _integrate_closely(self, span: Array, last: SmoothState) -> tuple[Segment, Array, Array, float]:
-        """A segment over the beginning of `span` (n,), the times (k,) of its states, where output times are, and how dense."""
+        """A segment over the beginning of `span` (n,), the times (k,) of its states, where output times are, the density."""
         start, density = np.concatenate([last.y, last.work]), last.density
         if self.engine.on_angles:
             at = np.arange(1, len(span))

@@ -157,8 +157,7 @@ class _Bodies(NamedTuple):
 def tree_scale(
     model: Model, field: Array, q: Array, v: Array, a: Array, torque: Array | None = None, external: Array | None = None
 ) -> TreeScale:
-    """The rounding scales of a tree's equations in a field (3,) in W, at q, v, accelerations and torques (n, nv) and
-    wrenches on the bodies (n, nv, 6).
+    """The rounding scales of a tree's equations in a field (3,) in W, at q, v, a and torques (n, nv), wrenches (n, nv, 6).
 
     Each term is the norm of a vector, not the size of a component: where a component vanishes, such as gravity along a
     normal of its own, the rounding of the others is left in it, and each route leaves another.
@@ -186,8 +185,7 @@ def tree_scale(
 
 
 def _scale(bodies: _Bodies, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
-    """The sizes (n, k) at some states q, v, a (n, nv), in a field of this norm in m/s², with forces and moments (n, k, 2)
-    outside."""
+    """The sizes (n, k) at some states q, v, a (n, nv), with the norms of the field, and of forces and moments (n, k, 2)."""
     # Where the bodies are in W: poses of the joints (n, k, 4, 4), their twists and the rates of these in the joints'
     # frames (n, k, 6), linear before angular; the twist of all that a joint moves at unit rate, about W's origin (n, nv, 6).
     pin, rows, (scaled, mass) = pinocchio(), [], in_mass_unit(bodies.pin)
@@ -228,12 +226,9 @@ def _scale(bodies: _Bodies, field: float, states: tuple[Array, Array, Array], to
 def _unit_wrenches(
     bodies: _Bodies, position: Array, rotation: Array, unit_twist: Array, centre: Array
 ) -> tuple[Array, Array]:
-    """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each joint, at rest and without
-    gravity; centres of mass (n, k, 3) in W.
-
-    Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
-    the moment then moved to the joint of the wrench.
-    """
+    """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each, at rest, without gravity."""
+    # Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
+    # the moment then moved to the joint of the wrench. Centres of mass (n, k, 3) are in W.
     below, (v, w) = bodies.below, np.split(unit_twist[:, None], 2, -1)  # (n, 1, nv, 3)
     about_origin = rotation @ bodies.inertia @ transposed(rotation)
     about_origin = about_origin - bodies.mass[:, None, None] * skew(centre) @ skew(centre)
