@@ -69,7 +69,7 @@ class Continuation:
         return piece
 
     def _piece_with_events(self, sample: int, t: Array) -> Run:
-        """A piece at times (m,) up to the next sample, with every time on the side of each event on which it is in the run."""
+        """A piece at times (m,) up to the next sample, with every time on its side of each event of the run."""
         # A piece meets an event when the run met it, but for the error of both. At a time in between, which would be on the
         # wrong side, the state is taken just behind, or before, the event of the piece.
         begin, end = self.run.t[[sample, min(sample + 1, len(self.run.t) - 1)]]

@@ -270,11 +270,6 @@ def small_motions(scene: Scene) -> SmallMotions:
     return SmallMotions(still, q, linear, vibrations(linear))
 
 
-def largest_multiplier(scene: Scene) -> float:
-    """The size of the largest multiplier of the driven motion near the start: above 1 it is unstable."""
-    return float(np.abs(periodic_orbit(scene).multipliers).max())
-
-
 def stable(scene: Scene) -> bool:
     """Whether a driven scene's periodic motion near its start is stable; without a drive, the rest there or near it."""
     if drive_of(scene) is not None:

@@ -249,7 +249,7 @@ def _first_near(samples: int, count: int) -> Indices:
 
 
 def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> Array:
-    """The instants (k,) of sign changes; of a jump, the instant after it (T. R. Chandrupatla, Adv. Eng. Softw. 28 (1997))."""
+    """The instants (k,) of sign changes; of a jump, the instant after it (Chandrupatla, Adv. Eng. Softw. 28 (1997))."""
     # all at once, by inverse quadratic interpolation where it is monotone, or halving
     a, b, fa, fb = (x.copy() for x in (changes.begin, changes.end, changes.before, changes.after))
     share, open_ = fa / (fa - fb), np.ones(len(a), bool)

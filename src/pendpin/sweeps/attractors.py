@@ -113,10 +113,7 @@ def read_attractor(name: str) -> Attractor:
 
 
 def number_attractors(values: Array) -> tuple[Array, list[str]]:
-    """The numbers (...) of the attractors of cases (..., size), from 1 on, and what each is; NaN where there is none.
-
-    Fixed points come first, then cycles by their length, then rotations.
-    """
+    """The numbers (...) of the attractors of cases (..., size), from 1 on, and what each is; NaN where there is none."""
     rows, nv = values.reshape(-1, values.shape[-1]), (values.shape[-1] - 1) // 4
     left, kinds, of = np.isfinite(rows[:, 0]), list[Array](), np.full(len(rows), -1)
     kind, mean = rows[:, : 1 + nv], np.nan_to_num(rows[:, 1 + nv :])
@@ -126,9 +123,9 @@ def number_attractors(values: Array) -> tuple[Array, list[str]]:
         same = left & near & (kind == kind[one]).all(1)
         of[same], left = len(kinds), left & ~same
         kinds.append(rows[one])
-    order = sorted(
-        range(len(kinds)), key=lambda i: (kinds[i][1 : 1 + nv].any(), *np.nan_to_num(np.round(kinds[i], 2)).tolist())
-    )
+    # Fixed points come first, then cycles by their length, then rotations.
+    keys = [(kind[1 : 1 + nv].any(), *np.nan_to_num(np.round(kind, 2)).tolist()) for kind in kinds]
+    order = sorted(range(len(kinds)), key=keys.__getitem__)
     numbers = np.append(np.argsort(order) + 1.0, np.nan)[of]
     numbers[left] = len(kinds) + 1  # not told apart any more
     words = [f"{i}: {_describe(kinds[k], nv)}" for i, k in enumerate(order, 1)]

@@ -80,10 +80,6 @@ class Task:
         batch = Batch(self)
         return batch if batch.series[0].covered else None
 
-    def scene_of(self, row: Array) -> Scene:
-        """The scene with the numbers (keys,) of a case. Raises InputError for a key that names no number."""
-        return set_numbers(self.scene, self.plan.keys, row)
-
     def __reduce__(self) -> tuple[type["Task"], tuple[Any, ...]]:
         """What is sent to another process: what is given, and nothing that follows from it."""
         return Task, (self.scene, self.plan, self.measures, self.units)
@@ -94,11 +90,6 @@ class Block(NamedTuple):
 
     values: Array  # (c, numbers of all measures); NaN where a case could not be run or has none
     why: Array  # (c,) of text: why a case could not be run, "" where it could
-
-    @classmethod
-    def empty(cls, cases: int, numbers: int) -> "Block":
-        """Without any measure yet."""
-        return cls(np.full((cases, numbers), np.nan), np.full(cases, "", dtype=object))
 
 
 def sampled(task: Task) -> Task:
@@ -146,7 +137,7 @@ def typical(task: Task) -> Scene:
     places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
     for row in task.plan.rows(places):
         try:
-            return task.scene_of(row)
+            return set_numbers(task.scene, task.plan.keys, row)
         except InputError as error:
             errors.append(error)
     raise errors[-1]
@@ -173,7 +164,8 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
             raise Interrupted("stopped by the user")
 
     rows = task.plan.rows(np.arange(begin, end))
-    block, done = Block.empty(len(rows), task.columns[-1].stop), np.zeros(len(rows), bool)
+    block = Block(np.full((len(rows), task.columns[-1].stop), np.nan), np.full(len(rows), "", dtype=object))
+    done = np.zeros(len(rows), bool)
     if task.batch:
         for series in task.batch.series:
             series.stopped = stopped
@@ -187,7 +179,7 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
 def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
     try:
-        scene = task.scene_of(row)
+        scene = set_numbers(task.scene, task.plan.keys, row)
         run = looser = run_to_setting(scene, progress=progress)
         if task.two:  # at a tolerance or accuracy 100 times looser, or a step twice as long
             solver = scene.solver
@@ -248,10 +240,7 @@ class Batch:
         return done
 
     def _cases(self, rows: Array) -> tuple[Indices, Cases | None]:
-        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others.
-
-        A number that is 0 makes another structure: its equations lack what it stands for.
-        """
+        """The cases with these numbers (k, keys), and where they are among them; `simulate` has to look at the others."""
         if self._joints is not None:
             states = np.tile(self._state, (len(rows), 1, 1))
             states[:, *self._joints] = rows
@@ -260,7 +249,7 @@ class Batch:
         cases = dict[int, Cases]()
         for place, row in enumerate(rows):
             with suppress(PendpinError):  # simulate says why
-                if case := self.series[0].case(self.task.scene_of(row)):
+                if case := self.series[0].case(set_numbers(self.task.scene, self.task.plan.keys, row)):
                     cases[place] = case
         if not cases:
             return np.array([], int), None
@@ -306,10 +295,7 @@ class Batch:
         return good
 
     def _measure(self, runs: list[Motions], good: Indices, places: Indices, needs_run: Mask, block: Block) -> None:
-        """Put in the measures of the motions `good` (k,) of c cases at `places` (c,), but where `needs_run` is set already.
-
-        It is set (c, measures) where positions and rates at the samples do not tell a measure.
-        """
+        """Put in the measures of motions `good` (k,) of c cases at `places` (c,), or set where it `needs_run` (c, k)."""
         for k, (m, columns) in enumerate(zip(self.task.chosen, self.task.columns, strict=True)):
             if needs_run[:, k].all():
                 continue
@@ -345,8 +331,7 @@ def _turning_at_poles(cases: Cases) -> Mask:
 class Ladder:
     """Accuracy as the target for cases side by side: series from coarse to fine, made by `make` for a tolerance.
 
-    A case is done when the estimate from its last three runs (runs/accuracy/estimate.py) meets the target. The rest is left
-    to the search for one case, which also says why a target cannot be met.
+    A case is done when the estimate from its last three runs meets the target; the rest is left to the search for one case.
     """
 
     def __init__(self, scene: Scene, make: Callable[[float], Series]) -> None:

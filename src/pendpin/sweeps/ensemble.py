@@ -9,7 +9,7 @@ were measured.
 import time
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cached_property, partial
+from functools import partial
 from pathlib import Path
 from threading import Event
 from typing import Any, NamedTuple
@@ -58,7 +58,8 @@ class Ensemble:
     def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
         """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
         q = self.q[starts]
-        flat = kinematics.tips(self._model, kinematics.poses(self._model, q.reshape(-1, q.shape[-1])))
+        model = build(self.scene.model)
+        flat = kinematics.tips(model, kinematics.poses(model, q.reshape(-1, q.shape[-1])))
         return flat.reshape(*q.shape[:2], *flat.shape[1:])
 
     def __repr__(self) -> str:
@@ -68,10 +69,6 @@ class Ensemble:
             f"Ensemble of {amount(k, 'start')}: {amount(n, 'sample')} of {amount(nv, 'joint')}, {self.stats.method}, "
             f"{self.stats.seconds:.3g} s{failed}"
         )
-
-    @cached_property
-    def _model(self) -> Model:
-        return build(self.scene.model)
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
@@ -112,11 +109,8 @@ def simulate_many(
     q, v = _starts(dynamics.model, scene, positions, velocities)
     if workers is not None and (not isinstance(workers, int) or isinstance(workers, bool) or workers < 1):
         raise InputError(f"workers: {shown(workers)} is not a whole number above 0")
-    free = (
-        scene.solver.method == "auto"
-        and not scene.solver.accuracy
-        and taylor_takes(scene, dynamics, False, MOST_JOINTS)
-    )
+    auto = scene.solver.method == "auto" and not scene.solver.accuracy
+    free = auto and taylor_takes(scene, dynamics, False, MOST_JOINTS)
     if free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start is not stiff
         scene = scene.with_solver(method="taylor")
     series, count = None, len(q)
@@ -178,10 +172,7 @@ class _Part(NamedTuple):
 def _run_starts(
     scene: Scene, q: Array, v: Array, series: Series | None, begin: int, end: int, stopped: Event | None = None
 ) -> _Part:
-    """The starts from `begin` to `end` of q, v (k, nv): by `series` side by side where there are any, else one by one.
-
-    Raises Interrupted once `stopped` is set.
-    """
+    """The starts from `begin` to `end` of q, v (k, nv): by `series` side by side, else one by one. Interrupted."""
 
     def look(t: float = 0.0) -> None:
         if stopped and stopped.is_set():

@@ -16,10 +16,9 @@ FAR = 4.0  # times what the rates move a series in an interval: farther it does 
 
 
 def largest(t: Array, x: Array, rate: Array, sizes: bool = False, follows: Mask | None = None) -> tuple[Array, Array]:
-    """The largest values (c,) of c motions, of series x (c, n, m) with rates (c, n, m) per s at times t (n,) in s, and when.
+    """The largest values, or `sizes`, (c,) of c motions: series x and rates (c, n, m) at times t (n,) in s; and when.
 
-    `sizes`: of their sizes. NaN for a motion whose samples do not tell it to EXACT: where the largest value may be, the
-    series do not follow from their rates; or they do not at all, as `follows` (c,) says.
+    NaN where samples do not tell it to EXACT: the series do not follow from their rates there, or as `follows` (c,) says.
     """
     sized, dt = np.abs(x) if sizes else x, np.diff(t)
     places = sized.argmax(1)  # (c, m)
@@ -61,10 +60,7 @@ def _where(mask: Mask) -> tuple[Indices, Indices, Indices]:
 
 
 def _find_turns(t: Array, x: Array, rate: Array, row: Indices, i: Indices, j: Indices) -> tuple[Array, Array, Array]:
-    """The turning points (k,) of series j (k,) of motions `row` (k,) in the intervals behind samples i (k,).
-
-    Their values, when, and what they may be off by.
-    """
+    """Turning points (k,) of series j of motions `row` in the intervals behind samples i: values, times, what is off."""
     near = np.clip(i - POINTS // 2 + 1, 0, len(t) - POINTS)[:, None] + np.arange(POINTS)
     near = np.take_along_axis(near, np.argsort(np.abs(near - i[:, None] - 0.5), 1, kind="stable"), 1)  # both ends first
     near, h = np.ascontiguousarray(near.T), t[i + 1] - t[i]

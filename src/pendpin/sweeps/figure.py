@@ -106,10 +106,7 @@ def doubtful_cells(dataset: Any, name: str) -> Mask:
 
 
 def label(name: str, dataset: Any) -> str:
-    """A measure or a varied number as an axis names it, with its unit: theta_1 (rad), model.rods[0].length (m).
-
-    The attributes long_name and units of the variable may say it otherwise, as in any xarray.Dataset.
-    """
+    """A measure or a varied number as an axis names it, with its unit, unless the attributes long_name and units differ."""
     attributes = dataset[name].attrs
     key = attributes.get("key", name)
     text, unit = attributes.get("long_name", name if key.startswith("start.") else key), attributes.get("units", "")
@@ -183,13 +180,10 @@ def describe_empty_cells(name: str, dataset: Any) -> str:
 
 
 def _colours(arrays: list[Array], kinds: int) -> dict[str, Any]:
-    """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades.
-
-    Numbers of a few kinds have a colour each.
-    """
+    """Perceptual colours over the range of all (m, n): symmetric where they have both signs, logarithmic over decades."""
     from matplotlib.colors import ListedColormap, LogNorm
 
-    if 0 < kinds <= len(COLORS):
+    if 0 < kinds <= len(COLORS):  # numbers of a few kinds have a colour each
         return {"cmap": ListedColormap(COLORS[:kinds]), "vmin": 0.5, "vmax": kinds + 0.5}
     values = np.concatenate([array[np.isfinite(array)].ravel() for array in arrays])
     low, high = (float(values.min()), float(values.max())) if values.size else (0.0, 1.0)

@@ -20,7 +20,7 @@ from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolve, strays
-from pendpin.motions.periodic import drive_of, largest_multiplier, small_motions
+from pendpin.motions.periodic import drive_of, periodic_orbit, small_motions
 from pendpin.motions.periodic import stable as is_stable
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.trajectory import Trajectory
@@ -71,11 +71,6 @@ class Measure:
     def two(self) -> bool:
         """Whether it compares two runs."""
         return self.pair is not None
-
-    @property
-    def meaning(self) -> str:
-        """What it is, in a line."""
-        return ((self.function or self.pair).__doc__ or "").partition("\n")[0]
 
 
 def measure(name_or_function: str | Function) -> Measure:
@@ -204,9 +199,9 @@ FAMILIES = (
 
 def measures_report() -> Report:
     """The measures by name, with their units and what each is."""
-    rows = [(m.name, m.unit, m.meaning) for m in MEASURES.values()]
-    data = [{"measure": m.name, "unit": m.unit, "what": m.meaning} for m in MEASURES.values()]
-    return Report((Table(("measure", "unit", "what"), rows), *FAMILIES), data)
+    head, every = ("measure", "unit", "what"), MEASURES.values()
+    rows = [(m.name, m.unit, ((m.function or m.pair).__doc__ or "").partition("\n")[0]) for m in every]
+    return Report((Table(head, rows), *FAMILIES), [dict(zip(head, row, strict=True)) for row in rows])
 
 
 # --- measures of a whole run ----------------------------------------------------------------------------------------
@@ -223,10 +218,7 @@ def swing(run: Trajectory) -> float:
 
 
 def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
-    """How far the rods of chains are from straight down, over the top too, and at which rate, (c, n, rods) in a plane.
-
-    From angles and rates (c, n, nv); less whole turns at the start. None for a motion in space.
-    """
+    """How far rods (c, n, rods) are from straight down, less whole turns at the start, and their rates; None in space."""
     for moving, still in ((THETA, PHI), (PHI, THETA)):
         if not (q[..., still].any() or v[..., still].any()):
             # the samples of a rod side by side in memory, as what follows looks along them: a third of the time
@@ -240,13 +232,10 @@ def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:
 
 
 def _swing_of_motions(m: Motions) -> Array:
-    """`swing` of each of c motions of a chain, (c,); NaN where samples do not tell it.
-
-    In a plane a rod is as far from straight down as its joints' angles add up to, or has passed over the top.
-    """
+    """`swing` of each of c motions of a chain, (c,); NaN where samples do not tell it."""
     if m.models[0].chain is None:
         return np.full(len(m.q), np.nan)
-    if plane := _turns_in_plane(m.q, m.v):
+    if plane := _turns_in_plane(m.q, m.v):  # the sums of its joints' angles, or it has passed over the top
         below = np.abs(plane[0]).max((1, 2)) < np.pi  # else it is over the top at a sample, no matter how far
         swings = np.full(len(m.q), np.pi)
         if below.any():
@@ -278,17 +267,20 @@ def settling_time(run: Trajectory) -> float:
 
 
 def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
-    """How far the settling time may be off, s: inf where it may not settle at all, 0 where it does not.
-
-    A swing that just reaches, or just misses, the 2 % moves the settling time by half a period, however small the error.
-    So the distances, each of two angles, may be off by as much as both runs ever differ, and by the tolerance at least.
-    """
+    """How far the settling time may be off, s: inf where it may not settle at all, 0 where it does not."""
+    # A swing that just reaches, or just misses, the 2 % moves the settling time by half a period, however small the error.
+    # So the distances, each of two angles, may be off by as much as both runs ever differ, and by the tolerance at least.
     more = resolve(run)
     apart = max(float(np.abs(more.run.q - looser.at(more.run.t).q).max()), run.stats.tolerance or 0.0)
-    early, time, late = (_settled(more, side * 2 * (1 + SETTLED) * apart) for side in (1.0, 0.0, -1.0))
+    return _spread_of_instant(*(_settled(more, side * 2 * (1 + SETTLED) * apart) for side in (1.0, 0.0, -1.0)))
+    return _spread_of_instant(early, time, late)
+
+
+def _spread_of_instant(early: float, instant: float, late: float) -> float:
+    """How far an instant may be off, in s: inf where there may be none, 0 where there is none."""
     if math.isnan(early):
         return 0.0
-    return math.inf if math.isnan(late) else max(time - early, late - time, 0.0)
+    return math.inf if math.isnan(late) else max(instant - early, late - instant, 0.0)
 
 
 def _settled(more: Continuation, wider: float = 0.0) -> float:
@@ -317,23 +309,17 @@ def flip_time(run: Trajectory) -> float:
 
 
 def flip_time_spread(run: Trajectory, looser: Trajectory) -> float:
-    """How far the flip time may be off, s: inf where there may be one or none, 0 where there is none.
-
-    The difference of two flip times may vanish by chance, and says nothing of a top that both runs just miss. So the sums
-    of angles may be off by as much as they have differed so far: a rod may be over the top as soon as it is so near, and
-    is there once it is so far beyond. They are off by the tolerance at least: the first steps of both runs are the same.
-    """
+    """How far the flip time may be off, s: inf where there may be one or none, 0 where there is none."""
+    # The difference of two flip times may vanish by chance, and says nothing of a top that both runs just miss. So the sums
+    # of angles may be off by as much as they have differed so far: a rod may be over the top as soon as it is so near, and
+    # is there once it is so far beyond. They are off by the tolerance at least: the first steps of both runs are the same.
     more = resolve(run)
     t, other = more.run.t, looser.at(more.run.t)
     apart = more.run.q - other.q
     sums = np.stack([apart[:, places].sum(1) for places in accumulated(more.dynamics.model)])
     apart = np.maximum(np.maximum.accumulate(np.abs(sums).max(0)), run.stats.tolerance or 0.0)
-    early, passage, late = (
-        _first_passage(more, lambda at, side=side: side * np.interp(at, t, apart)) for side in (-1.0, 0.0, 1.0)
-    )
-    if math.isnan(early):
-        return 0.0
-    return math.inf if math.isnan(late) else max(passage - early, late - passage, 0.0)
+    beyond = (lambda at, side=side: side * np.interp(at, t, apart) for side in (-1.0, 0.0, 1.0))
+    return _spread_of_instant(*(_first_passage(more, each) for each in beyond))
 
 
 def _first_passage(more: Continuation, beyond: Callable[[Array], Array]) -> float:
@@ -427,27 +413,21 @@ def stable(run: Trajectory) -> float:
 
 def multiplier(run: Trajectory) -> float:
     """The size of the largest multiplier of the driven periodic motion near the start."""
-    return largest_multiplier(Scene(**run.scene))
+    return float(np.abs(periodic_orbit(Scene(**run.scene)).multipliers).max())
 
 
-MEASURES = {
-    "swing": Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
-    "period": Measure("period", "s", period, without="has no period"),
-    "energy_drift": Measure("energy_drift", "", energy_drift),
-    "settling_time": Measure(
-        "settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"
-    ),
-    "flip_time": Measure(
-        *("flip_time", "s", flip_time),
-        spread=flip_time_spread,
-        of_motion=lambda m: m.flips,
-        without="did not turn over",
-        ends=True,
-    ),
-    "lyapunov": Measure("lyapunov", "1/s", lyapunov),
-    "frequency_1": Measure("frequency_1", "rad/s", frequency_1),
-    "damping_1": Measure("damping_1", "", damping_1),
-    "stable": Measure("stable", "", stable),
-    "multiplier": Measure("multiplier", "", multiplier),
-    "divergence": Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
-}
+_FLIPS = {"of_motion": lambda m: m.flips, "without": "did not turn over", "ends": True}
+_EVERY = (
+    Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
+    Measure("period", "s", period, without="has no period"),
+    Measure("energy_drift", "", energy_drift),
+    Measure("settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"),
+    Measure("flip_time", "s", flip_time, spread=flip_time_spread, **_FLIPS),
+    Measure("lyapunov", "1/s", lyapunov),
+    Measure("frequency_1", "rad/s", frequency_1),
+    Measure("damping_1", "", damping_1),
+    Measure("stable", "", stable),
+    Measure("multiplier", "", multiplier),
+    Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
+)
+MEASURES = {m.name: m for m in _EVERY}

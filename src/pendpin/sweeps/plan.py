@@ -30,10 +30,9 @@ Spread = tuple[str, float, float]  # "uniform", low, high; or "normal", mean, st
 
 @dataclass(frozen=True, eq=False)
 class Plan:
-    """The cases of a sweep. `keys` are key paths; `dims` the names and sizes of the dimensions of the result.
+    """The cases of a sweep: a grid has a dimension for each key path, by its short name, with `values[key]` along it.
 
-    A grid has a dimension for each key, by its short name, with `values[key]` along it; anything else has the one
-    dimension "case", and `values[key]` holds a number for each case.
+    Anything else has the one dimension "case", and `values[key]` holds a number for each case.
     """
 
     keys: tuple[str, ...]
@@ -123,7 +122,6 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
         raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
     if seed < 0:
         raise InputError(f"seed: {seed} is not a whole number from 0 on")
-    check_spreads(spreads)
     if method not in METHODS:
         raise InputError(f"sample: {not_one_of(method, METHODS)}")
     if method == "random":
@@ -140,12 +138,17 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
 
 
 def spread_out(spreads: Mapping[str, Spread], unit: Array) -> dict[str, Array]:
-    """The values (n,) of each key from numbers (n, keys) in 0 to 1, by the inverse of its distribution."""
+    """The values (n,) of each key from numbers (n, keys) in 0 to 1, by the inverse of its distribution. InputError."""
     from scipy.stats import norm
 
     unit = np.clip(unit, 2.0**-53, 1 - 2.0**-53)  # so that a normal one stays finite
     columns = {}
     for (key, (kind, one, other)), u in zip(spreads.items(), unit.T, strict=True):
+        if kind not in ("uniform", "normal"):
+            raise InputError(f"vary: {key}: {not_one_of(kind, ('uniform', 'normal'))}")
+        if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
+            right = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
+            raise InputError(f"vary: {key}: {one:g}, {other:g}: {right} are wanted")
         columns[key] = one + u * (other - one) if kind == "uniform" else np.asarray(norm.ppf(u, one, other))
     return columns
 
@@ -235,16 +238,6 @@ def _columns(given: Mapping[str, ArrayLike]) -> dict[str, Array]:
     return columns
 
 
-def check_spreads(spreads: Mapping[str, Spread]) -> None:
-    """Raises InputError for a spread that cannot be."""
-    for key, (kind, one, other) in spreads.items():
-        if kind not in ("uniform", "normal"):
-            raise InputError(f"vary: {key}: {not_one_of(kind, ('uniform', 'normal'))}")
-        if not np.isfinite(other - one) or (one >= other if kind == "uniform" else other <= 0):
-            right = "a lower and a higher number" if kind == "uniform" else "a mean and a standard deviation above 0"
-            raise InputError(f"vary: {key}: {one:g}, {other:g}: {right} are wanted")
-
-
 # --- sobol' indices -------------------------------------------------------------------------------------------------
 
 LEVEL = 0.95  # of the confidence intervals
@@ -263,7 +256,6 @@ def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan
     keys = len(spreads)
     if (cases := count * (keys + 2)) > MOST_CASES:
         raise InputError(f"sobol: {count} base cases make {cases} cases, more than {MOST_CASES}")
-    check_spreads(spreads)
     unit = qmc.Sobol(2 * keys, rng=seed).random(count)
     rows = np.repeat(unit[:, None, :keys], keys + 2, axis=1)  # (count, keys + 2, keys), all of them A
     for i in range(keys):

@@ -1,8 +1,10 @@
 """Which effects a scene needs: what each one changes, and what it costs."""
 
-import time
-from collections.abc import Callable, Iterator
+import timeit
+from collections.abc import Iterator
 from dataclasses import asdict, dataclass
+from functools import partial
+from time import process_time
 
 import numpy as np
 
@@ -27,7 +29,6 @@ MARGIN = 0.1  # of the accuracy: where two runs of the same scene differ by more
 SMALL_DAMPING = 1e-4  # N m s/rad per N m of the heaviest rod's weight times its lever: a good bearing
 LATITUDE = 45.0  # degrees
 CALLS, MANY, REPETITIONS = 20, 100, 9  # of an evaluation from Python, in machine code
-ENOUGH = 0.02  # s, of repetitions
 BUDGET = 0.5  # s of processor time for each of the runs compared, beside compiling
 SAMPLES = 201  # output times at most, at which tips are compared
 
@@ -70,13 +71,10 @@ class EffectsReport(Result):
 
 
 def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -> EffectsReport:
-    """How much every effect of a scene changes the motion, and how much some effects that it lacks would change it:
-    drag, Earth's rotation, viscous joints, the thickness of its rods.
+    """How much every effect of a scene changes the motion, and how much some effects that it lacks would change it.
 
-    The change is the largest distance between the tips with and without the effect during the run, divided by the
-    chain's length. The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth
-    of the accuracy, as in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time.
-    Raises InputError for an accuracy that is not between 0 and 1, and what `simulate` raises.
+    The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth of the accuracy, as
+    in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time. InputError, RunError.
     """
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
@@ -99,7 +97,11 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
         change = float(_measure_distance(compared, base, run).max())
-        added = None if effect is None or isinstance(effect, ContactEffect) else _compute_added_time(run, base, listed)
+        added = None
+        if effect is not None and not isinstance(effect, ContactEffect):  # time of an evaluation, both on one engine
+            engine = min({one.source.solver.engine for one in (base, run)} - {"compiled"}, default="compiled")
+            more, less = (_measure_evaluation(one, engine) for one in ((base, run) if listed else (run, base)))
+            added = max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
         matters = "needed" if listed else "would matter, but is not listed"
         verdict = matters if change > accuracy else "not needed at this accuracy"
         verdict += "" if whole else f" up to {compared.duration:.2g} s"
@@ -116,12 +118,9 @@ def _shorten(scene: Scene, count: int) -> Scene:
 
 def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
     """The scene without each of its effects, and with each of the candidates that it lacks; None: it is not an effect."""
-
-    def with_effects(*effects: Effect) -> Scene:
-        return scene.model_copy(update={"effects": effects})
-
     for i, effect in enumerate(scene.effects):
-        yield effect.kind, True, effect, with_effects(*scene.effects[:i], *scene.effects[i + 1 :])
+        others = *scene.effects[:i], *scene.effects[i + 1 :]
+        yield effect.kind, True, effect, scene.model_copy(update={"effects": others})
     bodies, candidates = bind(scene).model.bodies, list[tuple[str, Effect]]()
     if any(body.radius > 0 for body in bodies):
         candidates.append(("drag in still air", Drag()))
@@ -131,21 +130,13 @@ def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Sce
         candidates.append((f"viscous joints, for example {damping:.2g} N m s/rad", Viscous(coefficient=damping)))
     for name, effect in candidates:
         if effect.kind not in {own.kind for own in scene.effects}:
-            yield name, False, effect, with_effects(*scene.effects, effect)
+            yield name, False, effect, scene.model_copy(update={"effects": (*scene.effects, effect)})
     if isinstance(scene.model, Chain) and any(rod.radius and rod.inertia is None for rod in scene.model.rods):
         thin = tuple(Rod(**rod.model_dump() | {"radius": THINNER * rod.radius}) for rod in scene.model.rods)
         model = Chain(rods=thin, copies=scene.model.copies)
         dragged = any(isinstance(effect, Drag) and effect.diameter is None for effect in scene.effects)
         name = "thickness of the rods, with their drag" if dragged else "thickness of the rods"
         yield name, True, None, scene.model_copy(update={"model": model})
-
-
-def _compute_added_time(other: RunRecord, base: RunRecord, listed: bool) -> float:
-    """What an effect that only one of two runs has adds to the time of an evaluation, both on one engine."""
-    engines = {run.source.solver.engine for run in (base, other)}
-    engine = min(engines - {"compiled"}, default="compiled")
-    more, less = (_measure_evaluation(run, engine) for run in ((base, other) if listed else (other, base)))
-    return max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
 
 
 def _measure_distance(scene: Scene, one: RunRecord, other: RunRecord) -> Array:
@@ -161,16 +152,9 @@ def _measure_evaluation(run: RunRecord, engine: str) -> float:
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
     if isinstance(dynamics.engine, Compiled):
         block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
-        return _measure_least_time(lambda: block.evaluated(*many)) / MANY
+        return (
+            min(timeit.repeat(lambda: block.evaluated(*many), timer=process_time, repeat=REPETITIONS, number=1)) / MANY
+        )
     derivative, _ = dynamics.engine.derivative(lambda t: None)
-    return _measure_least_time(lambda: [derivative(np.empty_like(y), 0.0, y) for _ in range(CALLS)]) / CALLS
-
-
-def _measure_least_time(call: Callable[[], object]) -> float:
-    """The least processor time of some calls, s."""
-    seconds: list[float] = []
-    while len(seconds) < REPETITIONS and sum(seconds) < ENOUGH:
-        begin = time.process_time()
-        call()
-        seconds.append(time.process_time() - begin)
-    return min(seconds)
+    call = partial(derivative, np.empty_like(y), 0.0, y)
+    return min(timeit.repeat(call, timer=process_time, repeat=REPETITIONS, number=CALLS)) / CALLS

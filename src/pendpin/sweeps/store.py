@@ -60,30 +60,26 @@ class Blocks:
 class Store:
     """The results of a sweep in memory, and in a Zarr store where there is a path: made anew, or resumed if it is there.
 
-    Raises InputError where that cannot be.
+    `data` is the xarray.Dataset of it. Raises InputError where that cannot be.
     """
 
     def __init__(self, task: Task, path: Path | None, size: int) -> None:
         self.task, self.path = task, path
         self._group: Any = None  # of the store, where there is one
         with _one_line(path):
-            self._data = _empty(task, Blocks(task.plan.shape, size))
+            self.data = _empty(task, Blocks(task.plan.shape, size))
             if path is not None:
                 if not path.exists():
-                    _create(self._data, path)
+                    _create(self.data, path)
                 there = _read(path)
-                for name, value in self._data.attrs.items():
+                for name, value in self.data.attrs.items():
                     if there.attrs.get(name) != value:
                         change = _change(name, there.attrs.get(name), value)
                         raise InputError(f"it holds another sweep: {change}; {REMEDY}")
                 import zarr
 
-                self._data, self._group = there, zarr.open_group(str(path), mode="r+", zarr_format=3)
-            self.blocks = _blocks_of(self._data)
-
-    def left(self) -> list[int]:
-        """The blocks that are not done."""
-        return _left(self._data)
+                self.data, self._group = there, zarr.open_group(str(path), mode="r+", zarr_format=3)
+            self.blocks = _blocks_of(self.data)
 
     def put(self, block: int, results: Block) -> None:
         """Write the results of a block, then that it is done."""
@@ -95,16 +91,12 @@ class Store:
         }
         with _one_line(self.path):
             for name, part in (parts | {"why": results.why.reshape(shape)}).items():
-                self._data[name].values[region] = part
+                self.data[name].values[region] = part
                 if self._group is not None and (name != "why" or any(results.why)):
                     self._group[name][region] = part
-            done = self._data["done"].values[block] = _checksum(parts.values(), results.why)
+            done = self.data["done"].values[block] = _checksum(parts.values(), results.why)
             if self._group is not None:
                 self._group["done"][block] = done
-
-    def dataset(self) -> Any:
-        """The xarray.Dataset of what is done."""
-        return _finished(self._data)
 
 
 def load(path: Path) -> Any:
@@ -112,7 +104,7 @@ def load(path: Path) -> Any:
     with _one_line(path, "read"):
         if not path.is_dir():
             raise InputError("there is no store of a sweep")
-        return _finished(_read(path))
+        return finished(_read(path))
 
 
 def _empty(task: Task, blocks: Blocks) -> Any:
@@ -163,11 +155,8 @@ def _create(data: Any, path: Path) -> None:
 
 
 def _read(path: Path) -> Any:
-    """All arrays of a store. Raises InputError for a folder that is none in Zarr 3, by its JSON alone.
-
-    No array is opened before: a filter of the formats before Zarr 3, as numcodecs' Pickle, runs code when it reads.
-    """
-    try:
+    """All arrays of a store. Raises InputError for a folder that is none in Zarr 3, by its JSON alone."""
+    try:  # no array is opened before: a filter of the formats before Zarr 3, as numcodecs' Pickle, runs code when it reads
         attributes = json.loads(read_whole(path / "zarr.json", MAX_JSON, "a store's description"))["attributes"]
         layout = attributes["pendpin_sweep"]
     except (InputError, ValueError, LookupError, TypeError):
@@ -186,14 +175,14 @@ def _read(path: Path) -> Any:
         raise InputError(f"the numbers that are varied are damaged; {REMEDY}")
     why = data["why"]
     data["why"] = (why.dims, why.values.astype(object), why.attrs, why.encoding)
-    _left(data)  # sound, before the work begins
+    blocks_left(data)  # sound, before the work begins
     return data
 
 
-def _finished(data: Any) -> Any:
+def finished(data: Any) -> Any:
     """What is done of a sweep; the rest is NaN, with the reason "not run"."""
     data, blocks = data.copy(deep=True), _blocks_of(data)
-    for block in _left(data):
+    for block in blocks_left(data):
         for name in data.attrs["measures"]:
             data[name].values[blocks.region(block)] = np.nan
         data["why"].values[blocks.region(block)] = NOT_RUN
@@ -221,7 +210,7 @@ def _blocks_of(data: Any) -> Blocks:
     return Blocks(data["why"].shape, int(np.prod(data["why"].encoding["chunks"])))
 
 
-def _left(data: Any) -> list[int]:
+def blocks_left(data: Any) -> list[int]:
     """The blocks that are not done, or have not the checksum of their values."""
     blocks, done, why = _blocks_of(data), data["done"].values, data["why"].values
     measures, left = [data[name].values for name in data.attrs["measures"]], []

@@ -16,7 +16,7 @@ from pendpin.sweeps import plan as plans
 from pendpin.sweeps.cases import Task, checked, run_block, sampled
 from pendpin.sweeps.measures import MEASURES, Function
 from pendpin.sweeps.plan import Plan
-from pendpin.sweeps.store import Store
+from pendpin.sweeps.store import Store, blocks_left, finished
 from pendpin.sweeps.workers import EXTRA, cores, in_processes, in_threads, run_all, run_on_cluster
 
 WORKERS_EACH = 8  # processes for each processor, at most
@@ -92,7 +92,7 @@ def sweep(
     if out is not None and new:
         refuse_targets([Path(out)], [])
     results = Store(task, None if out is None else Path(out), _block_size(task, workers or cores()) if new else 1)
-    left, count = results.left(), plan.count
+    left, count = blocks_left(results.data), plan.count
     spans = [results.blocks.span(block) for block in left]
     if dask is not None and spans:
         blocks = run_on_cluster(run_block, Task, (chosen, plan, measures), spans, dask)
@@ -104,11 +104,11 @@ def sweep(
 
     def end_early(done: int, reason: str) -> tuple[str, Any]:
         again = "; the same sweep resumes from there" if results.path else ""
-        return f"{reason} after {done} of {count} cases{again}", results.dataset()
+        return f"{reason} after {done} of {count} cases{again}", finished(results.data)
 
     put, show = (lambda place, block: results.put(left[place], block)), (lambda done: progress(done, count))
     run_all(blocks, spans, count, put, show, end_early)
-    dataset = results.dataset()
+    dataset = finished(results.data)
     own = tuple(f"{m.name}: " for m in task.chosen if callable(m.function) and m.name not in MEASURES)
     if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):
         raise RunError(f"measure: {dataset['why'].values.flat[0]}, in every case", dataset)

@@ -48,8 +48,7 @@ def run_all(
 ) -> None:
     """Put the result of each block as it comes; `progress` is called with the number of finished cases, of `count`.
 
-    Raises Interrupted after Ctrl-C, and RunError where a worker is lost, with the message and the partial result that
-    `end_early` returns for a number of finished cases and a reason.
+    Raises Interrupted after Ctrl-C, RunError where a worker is lost, with what `end_early` returns for cases and a reason.
     """
     done = count - sum(end - begin for begin, end in spans)
     try:
@@ -69,14 +68,11 @@ def run_all(
 def in_threads(
     run: Callable[[int, int, Event], Result], spans: Sequence[Span], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """The results of blocks, in the order of completion, each with the index of its span, from threads of this process.
-
-    Close the iterator to end them: the event that `run` is given is set, and the rest is not begun.
-    """
+    """The results of blocks, in the order of completion, each with the index of its span, from threads of this process."""
     pool, stopped = ThreadPoolExecutor(workers), Event()
     try:
         yield from _results({pool.submit(run, *span, stopped): place for place, span in enumerate(spans)})
-    finally:
+    finally:  # the iterator is closed
         stopped.set()
         pool.shutdown(cancel_futures=True)
 
@@ -84,11 +80,7 @@ def in_threads(
 def in_processes(
     run: Callable[[int, int], Result], spans: Sequence[Span], workers: int
 ) -> Generator[tuple[int, Result], None, None]:
-    """The same from processes of this machine; `run` is sent once to each.
-
-    Close the iterator to end them: they stop at once, as they do where this process is killed. What `run` raises is
-    raised here; RunError where a process dies.
-    """
+    """The same from processes, to which `run` is sent once; closing the iterator ends them. RunError where one dies."""
     packer = optional("cloudpickle", "work in processes", EXTRA) if is_there("cloudpickle") else pickle
     packed = packer.dumps(run)  # by cloudpickle functions of a script too
     context = get_context("spawn")  # heyoka and BLAS have threads, which a fork does not survive
@@ -142,10 +134,7 @@ def _run_span(begin: int, end: int) -> Any:
 def run_on_cluster(
     run: Callable[..., Result], make: Callable[..., Any], given: Sequence[Any], spans: Sequence[Span], address: str
 ) -> Generator[tuple[int, Result], None, None]:
-    """The results of run(make(*given), begin, end) from the workers of a Dask cluster, which has to run already.
-
-    What `make` returns is made once for all; a block of a lost worker is run again by another.
-    """
+    """The results of run(make(*given), begin, end) from a Dask cluster; `make` is called once, lost blocks are run again."""
     with _remote_cluster(address) as client:
         from distributed import wait as wait_for_one
 
