@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
-from pendpin.fitting.fitting import Setting, Solution, change_scene, restart
+from pendpin.fitting.fitting import Setting, Solution, with_scene
 from pendpin.fitting.parameters import replace_checked, substitute
 from pendpin.fitting.prediction import predict
 from pendpin.fitting.problem import search
@@ -64,12 +64,10 @@ class _Model(NamedTuple):
 
 
 def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
-    """The fit with what each part of its model is worth, and what parts that it lacks would be.
-
-    Of the parts that it lacks, the best one that is needed is taken in before the others are compared again, so that
-    none is needed only because it resembles another. The parts that it has are compared beside those taken in: a
-    friction that stood in for drag, or was hidden by it, is seen only then.
-    """
+    """The fit with what each part of its model is worth, and what parts that it lacks would be."""
+    # Of the parts that it lacks, the best one that is needed is taken in before the others are compared again, so that
+    # none is needed only because it resembles another. The parts that it has are compared beside those taken in: a
+    # friction that stood in for drag, or was hidden by it, is seen only then.
 
     def compare(others: Iterable[_Other]) -> list[tuple[Part, _Model]]:  # each fitted from the model that there is
         compared = []
@@ -99,8 +97,7 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
 
 def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
-    setting, p = change_scene(fit.setting, scene, keys), fit.solution.problem
-    problem = restart(setting, p)
+    setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
     return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))

@@ -12,12 +12,11 @@ from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, s
 from pendpin.fitting.guess import (
     Regression,
     bind_regression,
-    first_state,
+    fit_cubics,
     joint_angles,
-    natural_scale,
     nearest_to_guess,
     regress,
-    time_scale,
+    time_to_move,
 )
 from pendpin.fitting.parameters import Free, free_parameters
 from pendpin.fitting.problem import MOST_START_STEPS, Pendulum, Problem, Solved, bind_pendulum, search, solve_starts
@@ -34,6 +33,7 @@ COARSE = 1e-3  # of the sum of squares: what a step gains that still pays before
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
 ROUGHLY = 100.0  # times its size: how far a friction may be from its guess, where a body may be by its size
+UNSEEN = 1e-6  # of the accelerations, by a change of a number by its own size: it does not change them
 OFFSET = 0.01  # rad or m: natural scale of a zero
 NEAR = 0.3  # of the spread of a column: residuals from which whole swings can be searched
 SURE = 0.1  # of the square of these: with less, nobody asks whether the guess itself is nearer
@@ -121,27 +121,17 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     seen, spread = sensor_noise(swings), spread_of(swings)
     least = np.where(spread > RESTS * spread.max(), 1e-12, spread)  # else a column that rests outweighs those that move
     noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, least)
-    pace = time_scale(swings, seen)
+    # The time scale: the time in which the fastest column moves by half its deviation; noise is not a motion.
+    pace = min(time_to_move(swing.t, swing.y[:, k], x) for swing in swings for k, x in enumerate(seen))
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
     if (seen > NOISE_ALONE * spread).all():
         reason = "the columns hold noise, or a motion too fast for them"
         raise InputError(f"data: neighbouring samples differ as much as any two: {reason}")
     swings = thin_out(swings, FINEST * pace)
-    pendulum = bind_pendulum(scene, parameters, sensors, *_span(swings), pace)
+    t = np.concatenate([swing.t for swing in swings])
+    pendulum = bind_pendulum(scene, parameters, sensors, float(t.min()), float(t.max()), pace)
     return Setting(scene, table, parameters, pendulum, swings, pace, noise, tuple(table.columns), robust)
-
-
-def _span(swings: Sequence[Swing]) -> tuple[float, float]:
-    """The first and the last time of some swings, s."""
-    return float(min(swing.t[0] for swing in swings)), float(max(swing.t[-1] for swing in swings))
-
-
-def change_scene(setting: Setting, scene: Scene, free: str | Sequence[str]) -> Setting:
-    """The same data with another scene and other free numbers."""
-    parameters, sensors = free_parameters(scene, free), sensors_of(setting.table, build(scene.model))
-    pendulum = bind_pendulum(scene, parameters, sensors, *_span(setting.swings), setting.pace)
-    return replace(setting, scene=scene, free=parameters, pendulum=pendulum)
 
 
 def fixed_offsets(setting: Setting) -> Array:
@@ -189,9 +179,12 @@ def solve(setting: Setting, progress: Progress) -> Solution:
 
 def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
     """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
-    shift = setting.shift @ offsets
-    states = (first_state(piece, SMOOTHING * setting.pace) for piece in cut_pieces(swings, longest))
-    return np.array([np.concatenate([q - shift, rate]) for q, rate in states]).T
+    shift, starts = setting.shift @ offsets, []
+    for piece in cut_pieces(swings, longest):  # by cubics over the first moments
+        count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pace)).sum(), 5, len(piece.t)))
+        q, rate, _ = fit_cubics(piece, piece.t[:1], np.arange(count)[None])
+        starts.append(np.concatenate([q[0] - shift, rate[0]]))
+    return np.array(starts).T
 
 
 def _pose_problem(setting: Setting) -> Problem:
@@ -218,18 +211,27 @@ def _guess_starts(setting: Setting, problem: Problem, x: Array) -> Array:
     return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
 
 
-def restart(setting: Setting, problem: Problem) -> Problem:
-    """A problem with the equations of a setting, its numbers as the prior, and the data and weights of another."""
-    fresh, p = _pose_problem(setting), problem
+def with_scene(setting: Setting, p: Problem, scene: Scene, free: Sequence[str]) -> tuple[Setting, Problem]:
+    """The same data and weights with another scene, whose numbers are the prior, and other free numbers."""
+    parameters, sensors = free_parameters(scene, free), sensors_of(setting.table, build(scene.model))
+    t = np.concatenate([swing.t for swing in setting.swings])
+    pendulum = bind_pendulum(scene, parameters, sensors, float(t.min()), float(t.max()), setting.pace)
+    setting = replace(setting, scene=scene, free=parameters, pendulum=pendulum)
+    fresh = _pose_problem(setting)
     fresh = replace(fresh, still=np.zeros_like(fresh.still), batch=p.batch, weights=p.weights, share=p.share)
-    return _rescale(setting, fresh, fresh.prior)
+    return setting, _rescale(setting, fresh, fresh.prior)
 
 
 def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
-    """The problem with natural scales at unknowns x (nx,); those that change nothing keep the one they have."""
-    natural, scale = natural_scale(setting.regression, x), problem.scale.copy()
-    scale[: problem.nz] = np.where(natural > 0, natural, scale[: problem.nz])
-    positive = np.pad(setting.free.positive, (0, len(x) - problem.nz))
+    """The problem with natural scales at unknowns x (nx,), which change accelerations by one hundredth, where any do."""
+    nz, scale = problem.nz, problem.scale.copy()
+    a, J = setting.regression.accelerations(x)
+    with np.errstate(all="ignore"):
+        size, slope = np.sqrt(np.nanmean(a**2)) or 1.0, np.sqrt(np.nanmean(J[:, :nz] ** 2, axis=0))
+        unseen = ~(slope * np.where(x[:nz] != 0, np.abs(x[:nz]), 1.0) > UNSEEN * size)
+        natural = np.where(unseen, 0.0, 0.01 * size / np.where(unseen, 1.0, slope))
+    scale[:nz] = np.where(natural > 0, natural, scale[:nz])
+    positive = np.pad(setting.free.positive, (0, len(x) - nz))
     return replace(problem, scale=np.where(positive, np.minimum(scale, MOST_CHANGE), scale))
 
 

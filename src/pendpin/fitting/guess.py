@@ -16,19 +16,13 @@ INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between th
 # Weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free.
 SAME = 1e7
 REACH = 3.0  # natural scales: a step within which accelerations are nearly linear
-UNSEEN = 1e-6  # of the accelerations, by a change of a number by its own size: it does not change them
 FAR_OFF = 1e3  # times the accelerations: an error, or none that is a number
 ENOUGH = 1e-3  # of the sum of squares: what a step gains that still pays
 PULL = 1e-3  # weight of the guess
 STARTS = 12  # of the search for angles, for each sample of tips
 
 
-def time_scale(swings: Sequence[Swing], noise: Array) -> float:
-    """The time in s in which the fastest column moves by half its deviation; noise (columns,) is not a motion."""
-    return min(_time_to_move(swing.t, swing.y[:, k], noise[k]) for swing in swings for k in range(swing.y.shape[1]))
-
-
-def _time_to_move(t: Array, y: Array, noise: float) -> float:
+def time_to_move(t: Array, y: Array, noise: float) -> float:
     """The time in s in which a column y (m,) at t (m,) s moves by half its standard deviation, less its noise."""
     seen = ~np.isnan(y)
     t, y = t[seen], y[seen]
@@ -43,14 +37,7 @@ def _time_to_move(t: Array, y: Array, noise: float) -> float:
     return (t[-1] - t[0]) / 2
 
 
-def first_state(swing: Swing, width: float) -> tuple[Array, Array]:
-    """The columns (columns,) and their rates at a swing's first instant, by cubics over the first 2 `width` s."""
-    count = int(np.clip((swing.t <= swing.t[0] + 2 * width).sum(), 5, len(swing.t)))
-    y, rate, _ = _cubics(swing, swing.t[:1], np.arange(count)[None])
-    return y[0], rate[0]
-
-
-def _cubics(swing: Swing, at: Array, rows: Array) -> tuple[Array, Array, Array]:
+def fit_cubics(swing: Swing, at: Array, rows: Array) -> tuple[Array, Array, Array]:
     """Values, rates and accelerations (N, columns) at instants (N,) by cubics through the samples `rows` (N, W)."""
     s = swing.t[rows] - at[:, None]
     size = np.abs(s).max() or 1.0
@@ -99,7 +86,7 @@ def bind_regression(pendulum: Pendulum, shift: Array, swings: Sequence[Swing], w
         reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
         centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
         t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
-        parts.append((t, *_cubics(swing, t, rows)))
+        parts.append((t, *fit_cubics(swing, t, rows)))
     t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
     some = np.isfinite(states[-1]).all(1)
     return Regression(pendulum, shift, t[some], *(x[some] for x in states))
@@ -137,16 +124,6 @@ def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: 
     whole = ~np.isnan(angles).any(1)
     angles[whole] = np.unwrap((angles[whole] + np.pi) % (2 * np.pi) - np.pi, axis=0)
     return angles
-
-
-def natural_scale(samples: Regression, x: Array) -> Array:
-    """The changes of the search coordinates (nz,) that change accelerations by one hundredth; 0 where none does."""
-    nz = len(samples.pendulum.free.start)
-    a, J = samples.accelerations(x)
-    with np.errstate(all="ignore"):
-        size, slope = np.sqrt(np.nanmean(a**2)) or 1.0, np.sqrt(np.nanmean(J[:, :nz] ** 2, axis=0))
-        unseen = ~(slope * np.where(x[:nz] != 0, np.abs(x[:nz]), 1.0) > UNSEEN * size)
-        return np.where(unseen, 0.0, 0.01 * size / np.where(unseen, 1.0, slope))
 
 
 def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:

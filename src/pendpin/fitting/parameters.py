@@ -22,9 +22,7 @@ _NEGLIGIBLE = 1e-9  # of the largest second moment: the rod is thin
 
 @dataclass(frozen=True, eq=False)
 class Free:
-    """Free numbers and their search coordinates z (nz,): values = transform x(z), z within bounds.
-
-    x is exp(z) where a number is positive, else z.
+    """Free numbers, transform x(z), of search coordinates z (nz,) within bounds; x is exp(z) where it is positive, else z.
 
     A rod's three inertias move through its second moments of mass, none of them negative, so that a real body has
     them; a static friction moves through its excess over the kinetic one.

@@ -301,10 +301,10 @@ def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_ST
 
 
 def search(p: Problem, x: Array, starts: Array, most: int, tolerance: float = 0.0) -> tuple[Array, Solved, Array]:
-    """The best unknowns (nx,) from x and starts (2n, P) in so many steps, the starts there, and the last derivatives.
+    """The best unknowns (nx,) from x and starts (2n, P), the starts there, and what of the derivatives they do not explain.
 
-    Gauss-Newton steps within the bounds and within a box that grows where they succeed. It ends where a step would gain
-    less than `tolerance` of the sum of squares. The derivatives are (P, M columns, nx), less what the starts explain.
+    Gauss-Newton steps, `most` of them, within the bounds and a box that grows where they succeed, until a step would gain
+    less than `tolerance` of the sum of squares.
     """
     at, reach = solve_starts(p, x, starts), LONGEST
     pull = p.hold * (x - p.prior) / p.scale  # of the guess

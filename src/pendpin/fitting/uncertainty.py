@@ -74,10 +74,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     """From residuals r (P, M, columns) and derivatives J (P, M, columns, nx), both less what the starts explain.
 
     starts (P, M, columns, 2n) is a basis of what they explain, `swing` (P,) says which swing a piece is of, t (M, P) in s
-    and `seen` (P, M, columns) when and where there was a sample.
-    A model that is wrong in every swing shows in scores summed with their autocovariances up to a few correlation times
-    (W. Newey, K. West, Econometrica 55 (1987), 703), and in the scatter of swings where there are enough: these count where
-    they are larger than chance makes them. Two standard errors hold 95 % with few samples too (Student).
+    and `seen` (P, M, columns) when and where there was a sample. Two standard errors hold 95 % of few samples too (Student).
     """
     nx, columns = len(scale), starts.shape[-1]
     rows = (J * scale).reshape(-1, nx)
@@ -101,6 +98,9 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
         share = kinds.ratios[best] / (1 + kinds.ratios[best])
         decay, gain, fresh = (x[0] for x in _filters(series, kinds.times[best : best + 1], np.array([share])))
         new[series.rows] = _whiten(parts[0][:, None], decay, gain, fresh)[:, 0]
+    # A model that is wrong in every swing shows in scores summed with their autocovariances up to a few correlation times
+    # (W. Newey, K. West, Econometrica 55 (1987), 703), and in the scatter of swings where there are enough: these count
+    # where they are larger than chance makes them.
     others = [(summed_covariance(scores, lags), BARTLETT * len(series.gap) / (lags + 1))]
     if (many := int(swing.max(initial=0)) + 1) >= FEWEST_SWINGS:
         sums = np.array([scores[swing == k].sum((0, 1)) for k in range(many)])

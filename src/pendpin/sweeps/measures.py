@@ -273,7 +273,6 @@ def settling_time_spread(run: Trajectory, looser: Trajectory) -> float:
     more = resolve(run)
     apart = max(float(np.abs(more.run.q - looser.at(more.run.t).q).max()), run.stats.tolerance or 0.0)
     return _spread_of_instant(*(_settled(more, side * 2 * (1 + SETTLED) * apart) for side in (1.0, 0.0, -1.0)))
-    return _spread_of_instant(early, time, late)
 
 
 def _spread_of_instant(early: float, instant: float, late: float) -> float:
@@ -416,7 +415,7 @@ def multiplier(run: Trajectory) -> float:
     return float(np.abs(periodic_orbit(Scene(**run.scene)).multipliers).max())
 
 
-_FLIPS = {"of_motion": lambda m: m.flips, "without": "did not turn over", "ends": True}
+_FLIPS: dict[str, Any] = {"of_motion": lambda m: m.flips, "without": "did not turn over", "ends": True}
 _EVERY = (
     Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
     Measure("period", "s", period, without="has no period"),
