@@ -65,11 +65,9 @@ class PeriodicOrbit(Result):
 
     def report(self) -> Report:
         """The period and the multipliers."""
-        values = self.multipliers.tolist()
-        rows = [
-            (f"{value.real:.10g} {value.imag:+.10g}i", f"{abs(value):.10g}", f"{error:.1e}")
-            for value, error in zip(values, self.errors, strict=True)
-        ]
+        values, rows = self.multipliers.tolist(), []
+        for value, error in zip(values, self.errors, strict=True):
+            rows.append((f"{value.real:.10g} {value.imag:+.10g}i", f"{abs(value):.10g}", f"{error:.1e}"))
         title = f"Periodic orbit of {self.period:.10g} s, {'stable' if self.stable else 'unstable'}"
         parts = [[value.real, value.imag] for value in values]
         data = {"period": self.period, "multipliers": parts, "errors": self.errors.tolist(), "stable": self.stable}

@@ -153,9 +153,8 @@ class Start(StartRecord):
         inertia = rod.I1 + rod.m * rod.h**2
         nod = rod.I3 / inertia * np.sin(abs(angle)) * np.tan(angle) ** 2
         if nod > NODDING * abs(angle):
-            warnings.warn(
-                Note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"), stacklevel=2
-            )
+            note = f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"
+            warnings.warn(Note(note), stacklevel=2)
         q, rate = np.array([0.0, float(angle)]), np.sqrt(-field[2] * rod.m * rod.h / (inertia * np.cos(angle)))
         along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
         v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]

@@ -83,9 +83,8 @@ class Trajectory(RunRecord):
     def _extreme(self, name: str, sign: float) -> Extreme:
         extreme, count = search.extreme(with_samples(self), name, sign), search.impacts(self)
         if count and place_of(self, name)[0] in ("a", "wrench", EFFORTS, *HingeReactions._fields):  # infinite there
-            say_note(
-                f"{name} is not defined at {amount(count, 'impact')}; the extreme elsewhere is returned", stacklevel=4
-            )
+            reason = f"not defined at {amount(count, 'impact')}; the extreme elsewhere is returned"
+            say_note(f"{name} is {reason}", stacklevel=4)
         return extreme
 
     def extend(self, duration: float) -> Self:

@@ -129,6 +129,7 @@ class Series:
         self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
         self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
         self._own = self._case(self.scene, self.dynamics, parameters.values)
+        self.covered = bool(self._own.longest[0] > 0)  # whether the scene can be run: no effect of it has corners
         self._first: Any = None
         self._spare: list[Any] = []
         self._lock = Lock()
@@ -149,11 +150,6 @@ class Series:
             return None
         case = self._case(scene, dynamics, parameters.values)
         return case if case.longest[0] else None
-
-    @property
-    def covered(self) -> bool:
-        """Whether the scene can be run: no effect of it has corners."""
-        return bool(self._own.longest[0] > 0)
 
     def started(self, q: Array, v: Array) -> Cases:
         """The scene of the series from other starts, q, v (c, nv)."""

@@ -58,9 +58,9 @@ class RunState:
     """The motion at the first n output times, and the state with which its integration continues."""
 
     room: (
-        Array  # (output times, columns): q, v, work of the accounts, torques of contacts; shared by all states of a run
+        Array  # (output times, columns): q, v, work of the accounts, torques of contacts; all states of a run share it
     )
-    n: int  # whose first n rows do not change any more
+    n: int  # its first n rows do not change any more
     last: SmoothState | EventState
     steps: int = 0
     evaluations: int = 0

@@ -87,9 +87,7 @@ class IntegrationLoop(ABC):
         for sampled in self.held:
             sampled.finish()
         nv, end, rows = self.nv, 2 * self.nv + self.accounts, done.room[: done.n]
-        q, v, work, torque = (
-            x.copy() for x in (rows[:, :nv], rows[:, nv : 2 * nv], rows[:, 2 * nv : end], rows[:, end:])
-        )
+        q, v, work, torque = (x.copy() for x in np.split(rows, [nv, 2 * nv, end], 1))
         compiling = self.integrator.compile_seconds + self.engine.compile_seconds
         self.engine.compile_seconds = 0.0  # the next run on this engine compiles nothing
         motion = self.times[: done.n], q, v, torque if torque.shape[1] else None, work
@@ -191,9 +189,8 @@ class SmoothLoop(IntegrationLoop):
         step, intervals = self.integrator.step, np.diff(span)
         parts = np.ceil(np.clip(density * intervals, 1.0, MOST_PARTS)).astype(int)
         if step:
-            parts = np.array(
-                [count_equal_steps(dt, step) if more > 1 else 1 for dt, more in zip(intervals, parts, strict=True)]
-            )
+            pairs = zip(intervals, parts, strict=True)
+            parts = np.array([count_equal_steps(dt, step) if more > 1 else 1 for dt, more in pairs])
         return parts
 
     def _integrate_shifted(

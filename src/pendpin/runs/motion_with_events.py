@@ -1,7 +1,6 @@
 """A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
 from dataclasses import replace
-from functools import cached_property
 
 import numpy as np
 
@@ -29,7 +28,7 @@ class LoopWithEvents(IntegrationLoop):
 
     def __init__(self, prepared: Prepared, pace: Pace, progress: ProgressCallback) -> None:
         super().__init__(prepared, pace, progress)
-        integrator, contacts, self._calls = self.integrator, self.dynamics.contacts, 0
+        integrator, contacts, self.calls = self.integrator, self.dynamics.contacts, 0
         assert contacts is not None
         assert isinstance(integrator, Adaptive)  # others are refused where they are chosen
         self._block, self._method = integrator.compiled_block(self.engine, self.progress), integrator
@@ -60,7 +59,8 @@ class LoopWithEvents(IntegrationLoop):
         t, y, mode, at_once, _ = last
         self.recall(last)
         self.progress(t)
-        times, before = self.times[done.n :][:SAMPLES_A_SEGMENT], self._evaluations()
+        times, counted = self.times[done.n :][:SAMPLES_A_SEGMENT], self._block or self
+        before = counted.calls
         if times[0] <= t + instant(t, float(times[-1]) - t):  # at the instant of an event
             return done.grown(self._rows(y[None], times[:1], mode), last, 0, 0), None
         corner, fall = int(self.pace.corners.searchsorted(t, "right")), None
@@ -95,10 +95,7 @@ class LoopWithEvents(IntegrationLoop):
             except (RunError, np.linalg.LinAlgError) as error:
                 failure = str(error)
         following = EventState(float(segment.t), y, mode, at_once, self.records)
-        return done.grown(rows, following, segment.steps, self._evaluations() - before, happened), failure
-
-    def _evaluations(self) -> int:
-        return self._block.calls if self._block else self._calls
+        return done.grown(rows, following, segment.steps, counted.calls - before, happened), failure
 
     @property
     def scales(self) -> Scales:
@@ -112,21 +109,15 @@ class LoopWithEvents(IntegrationLoop):
             return AtRest(longest)
         if self._block:
             self.contacts.enter(mode)
-        sizes, rate = self._sizes
+        scales, rate = self.scales, float((self.scales.rate / self.scales.position).max())  # of the motion, 1/s
+        work = np.full(self.accounts, (scales.torque * scales.position).max())
+        size = np.concatenate([scales.position, scales.rate, work])  # of order one for each number of the state
+        sizes = StateScales(size, np.ones(len(size), bool))
         if fall is not None:
-            size = np.concatenate([fall.scales.position, fall.scales.rate, sizes.size[2 * self.nv :]])
-            relative = sizes.relative.copy()
-            relative[: self.nv] = ~fall.joints
+            relative = np.append(~fall.joints, np.ones(len(size) - self.nv, bool))
+            size = np.concatenate([fall.scales.position, fall.scales.rate, work])
             sizes, rate = StateScales(size, relative), max(rate, 1.0 / fall.shortest)
         return self._method.stepper(sizes, self._method.first_step(rate), longest, self._derivative(mode))
-
-    @cached_property
-    def _sizes(self) -> tuple[StateScales, float]:
-        """What is of order one for each number of the state (size,), and the rate of the motion in 1/s."""
-        scales = self.scales
-        work = np.full(self.accounts, (scales.torque * scales.position).max())
-        size = np.concatenate([scales.position, scales.rate, work])
-        return StateScales(size, np.ones(len(size), bool)), float((scales.rate / scales.position).max())
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
         """Positions and rates (nv,) of a state y (size,)."""
@@ -152,8 +143,8 @@ class LoopWithEvents(IntegrationLoop):
         rubs = balance is not None and contacts.friction(np.zeros(nv), mode).any()
 
         def derivative(dy: Array, t: float, y: Array) -> None:
-            self._calls += 1
-            if not self._calls % CALLBACK_EVERY:
+            self.calls += 1
+            if not self.calls % CALLBACK_EVERY:
                 self.progress(t)
             dy[:nv] = v = y[nv : 2 * nv]
             dy[nv : 2 * nv], _ = contacts.accelerate(t, y[:nv], v, mode)

@@ -195,9 +195,8 @@ def fill_in(
         for i in range(0, len(run.t), size):
             a, wrench, poses, kinetic = dynamics.sample(*(x[i : i + size] for x in states))
             parts.append((a, wrench, kinetic, dynamics.potentials_at(q[i : i + size], poses), tips_of(model, poses)))
-        a, wrench, kinetic, potentials, tips = (
-            parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
-        )
+        whole = parts[0] if len(parts) == 1 else map(np.concatenate, zip(*parts, strict=True))
+        a, wrench, kinetic, potentials, tips = whole
         works.update({} if balance is None else balance.close(run.work, potentials))
         return Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench))
 

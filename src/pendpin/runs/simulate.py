@@ -31,9 +31,8 @@ def run_to_setting(
     if anyway:
         raise InputError("anyway: a run with a wrong energy cannot meet an accuracy; give a tolerance or a step")
     if checkpoint:
-        raise InputError(
-            "checkpoint: an accuracy needs several runs, which a checkpoint cannot hold; give a tolerance or a step"
-        )
+        reason = "an accuracy needs several runs, which a checkpoint cannot hold; give a tolerance or a step"
+        raise InputError(f"checkpoint: {reason}")
     return run_to_accuracy(scene, energy_balance, progress, deadline)
 
 

@@ -6,7 +6,6 @@ where the results are read.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -142,11 +141,3 @@ def _describe(row: Array, nv: int) -> str:
         return f"cycle of {n} periods"
     places = np.where(np.isnan(sin), cos, np.arctan2(np.round(sin, 6), cos)) + 0.0
     return f"fixed point at ({', '.join(f'{x:.3g}' for x in places)})"
-
-
-def with_numbers(data: Any) -> Any:
-    """The xarray.Dataset of a sweep with the numbers of attractors in place of what is stored of them."""
-    if NAME in data and PART in data[NAME].dims:
-        numbers, words = number_attractors(data[NAME].values)
-        data[NAME] = (data[NAME].dims[:-1], numbers, {KINDS: words})
-    return data

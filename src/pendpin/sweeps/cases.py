@@ -118,9 +118,8 @@ def checked(task: Task) -> Task:
     lengths = dict[str, int]()
     for dimension, length in (pair for m in task.chosen for pair in m.dims):
         if lengths.setdefault(dimension, length) != length or dimension in varied or dimension in RESERVED:
-            raise InputError(
-                f"measure: two dimensions are called {dimension}; give one of them another name, or both one length"
-            )
+            remedy = "give one of them another name, or both one length"
+            raise InputError(f"measure: two dimensions are called {dimension}; {remedy}")
     if series := {m.name: m.series for m in task.chosen if m.series}:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
         try:

@@ -153,10 +153,8 @@ def simulate_many(
         )
         return Ensemble(dynamics.model.joints, scene.clock, rows[0], rows[1], stats, scene)
 
-    def end_early(finished: int, reason: str) -> tuple[str, Ensemble]:
-        return f"{reason} after {finished} of {count} starts", ensemble(reason)
-
-    run_all(parts, spans, count, put, progress, end_early)
+    stopped = lambda done, reason: (f"{reason} after {done} of {count} starts", ensemble(reason))  # noqa: E731
+    run_all(parts, spans, count, put, progress, stopped)
     return ensemble()
 
 

@@ -40,11 +40,8 @@ def sweep_report(dataset: Any) -> Report:
     counts = {"cases": why.size, "not_run": int((~run).sum()), "failed": reasons.total()}
     waiting = f"; {counts['not_run']} not run yet" if counts["not_run"] else ""
     words = [f"  attractor {kind}: {cases} cases" for kind, cases in kinds]
-    words += [
-        f"  {name}: {m['none']} of {run.sum()} cases did not settle"
-        for name, m in measures.items()
-        if name == ATTRACTOR and m["none"]
-    ]
+    if lost := measures.get(ATTRACTOR, {}).get("none"):
+        words.append(f"  {ATTRACTOR}: {lost} of {run.sum()} cases did not settle")
     words += [f"{counts['cases']} cases; {counts['failed']} could not be run{waiting}"]
     words += [f"  {times} x {reason}" for reason, times in reasons.most_common(MOST_REASONS)]
     if len(reasons) > MOST_REASONS:
@@ -69,15 +66,11 @@ def draw_map(dataset: Any, measure: str | None = None) -> Any:
     if len(dims) == 2:
         return _maps(name, dims, dataset, [(values.values, doubtful, "")])
     if len(dims) == 3 and values.shape[0] <= MOST_PANELS:
-        panels = [
-            (values.values[i], doubtful[i], f"{label(dims[0], dataset)} = {x:.4g}")
-            for i, x in enumerate(dataset[dims[0]].values)
-        ]
-        return _maps(name, dims[1:], dataset, panels)
+        titles = (f"{label(dims[0], dataset)} = {x:.4g}" for x in dataset[dims[0]].values)
+        return _maps(name, dims[1:], dataset, list(zip(values.values, doubtful, titles, strict=True)))
     shape = " x ".join(str(n) for n in values.shape)
-    raise InputError(
-        f"a sweep of {shape} cases has no figure: up to three dimensions, the first of up to {MOST_PANELS}"
-    )
+    few = f"up to three dimensions, the first of up to {MOST_PANELS}"
+    raise InputError(f"a sweep of {shape} cases has no figure: {few}")
 
 
 def chosen(dataset: Any, measure: str | None) -> str:

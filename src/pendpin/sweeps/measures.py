@@ -383,10 +383,8 @@ def divergence(run: Trajectory, looser: Trajectory) -> float:
 
 def _divergence_of_motions(motions: Motions, looser: Motions) -> Array:
     """`divergence` of each of the c runs, (c,)."""
-    ends = (
-        evaluate_each(lambda model, q: tips(model, poses(model, q)), m.models, m.q[:, -1:]) for m in (motions, looser)
-    )
-    return _tips_apart(*(tips_at_end[:, 0] for tips_at_end in ends))
+    tips_of = lambda model, q: tips(model, poses(model, q))  # noqa: E731
+    return _tips_apart(*(evaluate_each(tips_of, m.models, m.q[:, -1:])[:, 0] for m in (motions, looser)))
 
 
 def _tips_apart(one: Array, other: Array) -> Array:

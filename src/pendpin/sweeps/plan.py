@@ -87,9 +87,8 @@ def short_names(keys: Sequence[str]) -> list[str]:
     names: list[str] = []
     for i, own in enumerate(parts):
         tails = ["_".join(own[-count:]) for count in range(1, len(own) + 1)]
-        others = {
-            "_".join(other[-count:]) for other in parts[:i] + parts[i + 1 :] for count in range(1, len(other) + 1)
-        }
+        rest = parts[:i] + parts[i + 1 :]
+        others = {"_".join(other[-count:]) for other in rest for count in range(1, len(other) + 1)}
         free = (name for name in tails if name.isidentifier() and name not in {*others, *RESERVED, *names})
         names.append(next(free, f"varied_{i + 1}"))
     return names
@@ -274,9 +273,8 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
 
     y = np.asarray(values, float)
     if not np.isfinite(y).all():
-        raise InputError(
-            f"sobol: {int((~np.isfinite(y)).sum())} of {y.size} cases have no value; narrow what is varied"
-        )
+        none = int((~np.isfinite(y)).sum())
+        raise InputError(f"sobol: {none} of {y.size} cases have no value; narrow what is varied")
     if np.ptp(y) == 0:
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
     columns = y.reshape(-1, len(spreads) + 2).T  # (keys + 2, base cases)

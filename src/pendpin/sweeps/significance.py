@@ -111,9 +111,8 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
 
 def _shorten(scene: Scene, count: int) -> Scene:
     """The scene up to the last of this number of output times, at least to the first."""
-    return scene.with_solver(samples=max(count, 1)).model_copy(
-        update={"duration": float(scene.times[max(count - 1, 0)])}
-    )
+    count = max(count, 1)
+    return scene.with_solver(samples=count).model_copy(update={"duration": float(scene.times[count - 1])})
 
 
 def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:
@@ -151,10 +150,8 @@ def _measure_evaluation(run: RunRecord, engine: str) -> float:
     dynamics = bind(run.source.with_solver(engine=engine))
     y = dynamics.engine.pack(*start_state(dynamics.model, run.source.start))
     if isinstance(dynamics.engine, Compiled):
-        block, many = dynamics.engine.block(), (np.zeros(MANY), np.tile(y, (MANY, 1)))
-        return (
-            min(timeit.repeat(lambda: block.evaluated(*many), timer=process_time, repeat=REPETITIONS, number=1)) / MANY
-        )
+        call = partial(dynamics.engine.block().evaluated, np.zeros(MANY), np.tile(y, (MANY, 1)))
+        return min(timeit.repeat(call, timer=process_time, repeat=REPETITIONS, number=1)) / MANY
     derivative, _ = dynamics.engine.derivative(lambda t: None)
     call = partial(derivative, np.empty_like(y), 0.0, y)
     return min(timeit.repeat(call, timer=process_time, repeat=REPETITIONS, number=CALLS)) / CALLS

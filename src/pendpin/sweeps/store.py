@@ -20,7 +20,8 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
-from pendpin.sweeps.attractors import with_numbers
+from pendpin.sweeps.attractors import KINDS, PART, number_attractors
+from pendpin.sweeps.attractors import NAME as ATTRACTOR
 from pendpin.sweeps.cases import Block, Task
 from pendpin.sweeps.plan import CASE, Plan, short_names
 from pendpin.sweeps.workers import versions
@@ -46,9 +47,8 @@ class Blocks:
     def region(self, block: int) -> tuple[slice, ...]:
         """Where a block is, as slices of the dimensions."""
         places = np.unravel_index(block, self.grid)
-        return tuple(
-            slice(int(i) * c, min((int(i) + 1) * c, n)) for i, c, n in zip(places, self.chunks, self.shape, strict=True)
-        )
+        sizes = zip(places, self.chunks, self.shape, strict=True)
+        return tuple(slice(int(i) * c, min((int(i) + 1) * c, n)) for i, c, n in sizes)
 
     def span(self, block: int) -> tuple[int, int]:
         """The first case of a block, and the one behind its last, in C order."""
@@ -186,7 +186,13 @@ def finished(data: Any) -> Any:
         for name in data.attrs["measures"]:
             data[name].values[blocks.region(block)] = np.nan
         data["why"].values[blocks.region(block)] = NOT_RUN
-    return with_numbers(data[[*data.attrs["measures"], "why"]].drop_encoding())
+    data = data[[*data.attrs["measures"], "why"]].drop_encoding()
+    if (
+        ATTRACTOR in data and PART in data[ATTRACTOR].dims
+    ):  # the numbers of attractors in place of what is stored of them
+        numbers, kinds = number_attractors(data[ATTRACTOR].values)
+        data[ATTRACTOR] = (data[ATTRACTOR].dims[:-1], numbers, {KINDS: kinds})
+    return data
 
 
 def write_table(dataset: Any, path: Path) -> Path:

@@ -79,9 +79,8 @@ def sweep(
     task = checked(sampled(Task(chosen, plan, measures)))
     most = WORKERS_EACH * cores()
     if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
-        raise InputError(
-            f"workers: {shown(workers)} is not a count from 1 to {most}, {WORKERS_EACH} for each processor"
-        )
+        right = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
+        raise InputError(f"workers: {shown(workers)} is not {right}")
     if dask is not None and not isinstance(dask, str):
         raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
     if workers is not None and dask is not None:

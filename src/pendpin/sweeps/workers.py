@@ -186,10 +186,8 @@ def _remote_cluster(address: str) -> Iterator[Any]:
         for worker, theirs in by_worker.items():
             for name, version in ours.items():
                 if theirs.get(name) != version:
-                    there, remedy = theirs.get(name) or "not at all", "install the same versions"
-                    raise InputError(
-                        f"dask: the worker {worker} has {name} {there}, and this process {version}: {remedy}"
-                    )
+                    there = f"has {name} {theirs.get(name) or 'not at all'}, and this process {version}"
+                    raise InputError(f"dask: the worker {worker} {there}: install the same versions")
         yield client
 
 

@@ -122,9 +122,7 @@ def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> di
 HAND_ROUTES: dict[str, HandRoute] = {
     "newton-euler": lambda *given: newton_euler.solve(*given)._asdict(),
     "balances": lambda *given: balances.solve(*given)._asdict(),
-    "lagrange": lambda *given: dict(
-        zip(("theta_dd", "phi_dd"), np.moveaxis(lagrange.accelerations(*given), -1, 0), strict=True)
-    ),
+    "lagrange": lambda *given: dict(zip(("theta_dd", "phi_dd"), lagrange.accelerations(*given).T, strict=True)),
 }
 
 

@@ -121,7 +121,6 @@ class Ruler:
     model: Model
     length: float  # m
     places: Indices  # (k,), of the samples
-    _marks: dict[int, tuple[RunRecord, Array]] = field(default_factory=dict)  # of runs that were compared, by identity
 
     def measure_gap(self, one: RunRecord, other: RunRecord) -> Array:
         """The largest distance of marks so far, over the length, (k,); inf after the end of a run."""
@@ -144,9 +143,7 @@ class Ruler:
 
     def marks(self, run: RunRecord) -> Array:
         """The marks of a run at the places that it reaches, (k or less, bodies, 3) m in W."""
-        if id(run) not in self._marks:
-            self._marks[id(run)] = run, marks_at(self.model, run.q[self.places[self.places < len(run.t)]])
-        return self._marks[id(run)][1]
+        return marks_at(self.model, run.q[self.places[self.places < len(run.t)]])
 
 
 def choose_places(count: int) -> Indices:
