@@ -42,8 +42,6 @@ OTHER_UNIT = 30.0  # times slower or faster than the guesses: no better guess me
 MOST_WEIGHT = 10.0  # between the best and the worst explained piece
 NOISE_ALONE = 0.95  # of the spread of every column: noise in which nothing can be seen to move
 
-Progress = Callable[[str], None]
-
 
 @dataclass(frozen=True, eq=False)
 class Setting:
@@ -144,7 +142,7 @@ def fixed_offsets(setting: Setting) -> Array:
     return np.array([offsets.get(name, 0.0) * setting.table.in_si(name)[0] for name in setting.columns])
 
 
-def solve(setting: Setting, progress: Progress) -> Solution:
+def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     """The unknowns that explain the data best: by equation error, by short pieces, then by whole swings."""
     problem = _pose_problem(setting)
     progress("a start by equation error")

@@ -24,7 +24,6 @@ from pendpin.trajectory import Event, event_arrays, read_array, read_events
 
 FORMAT = 4  # of the file: another one is refused, as its arrays would be misread
 EVERY = 5.0  # s of wall time between two saves, unless another is given
-LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the numbers of a run depend
 REMEDY = "delete it or name another file"
 WHAT = f"a checkpoint that pendpin saved ({REMEDY})"
 
@@ -161,9 +160,13 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
         for key in table.keys() & {"path", "csv"}:
             if os.path.isfile(str(table[key])):
                 table[key] = "sha256 " + sha256(Path(table[key]).read_bytes()).hexdigest()[:32]
-    versions = {"pendpin": VERSION} | installed(*LIBRARIES)
-    whole = {"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions}
+    whole = {"scene": record, "energy_balance": energy_balance, "engine": engine, "versions": versions()}
     return json.loads(json.dumps(whole))
+
+
+def versions() -> dict[str, str | None]:
+    """The versions on which the bits of a result depend."""
+    return {"pendpin": VERSION} | installed("pin", "numpy", "scipy", "CyRK", "heyoka")
 
 
 def _read(file: ArrayFile, first: RunState) -> RunState:

@@ -1,6 +1,7 @@
 """The run of a scene by its solver: prepared once, integrated, completed by wrenches and energies, and checked."""
 
 import time
+from bisect import bisect_left
 from dataclasses import replace
 from functools import partial
 
@@ -45,7 +46,8 @@ def prepare(scene: Scene, energy_balance: bool, deadline: Deadline) -> Prepared:
         return deadline.wait_for(lambda: Prepared.of(scene, energy_balance), compiles)
     except Halted as error:
         dynamics = bind_for_run(scene)
-        _finish(scene, dynamics, None, _start_alone(*start_state(dynamics.model, scene.start), failure=error), None)
+        start = Prepared(scene, dynamics, dynamics, *start_state(dynamics.model, scene.start), None)
+        _finish(start, _start_alone(start, failure=error))
         raise
 
 
@@ -77,14 +79,14 @@ def run_prepared(
         compiles = dynamics.engine.compiles or scene.solver.method == "taylor"
         loop = deadline.wait_for(lambda: loop_of(prepared, patience, longest, shifts), compiles)
     except Halted as error:
-        return _finish(scene, dynamics, None, _start_alone(prepared.q, prepared.v, failure=error), checkpoint)
+        return _finish(replace(prepared, balance=None), _start_alone(prepared, failure=error), checkpoint)
     run = integrate_to_end(loop, prepared.q, prepared.v, checkpoint)
     if notes := (*prepared.notes, *notes_on_stiffness(scene, run.steps)):
         run = replace(run, notes=notes)
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
-        return fill_in(scene, dynamics, prepared.balance, run, lazily=True)
+        return fill_in(scene, dynamics, prepared.balance, run, lazy=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy
-    record = _finish(scene, dynamics, prepared.balance, run, checkpoint, guarded)
+    record = _finish(prepared, run, checkpoint, guarded)
     if not anyway or (count := balanced(record)) == len(record.t):
         return record
     note = f"from t = {record.t[count]:.6g} s on the energy is off by over a tenth of the energy exchanged"
@@ -104,9 +106,10 @@ def loop_of(
     return loop
 
 
-def _start_alone(q: Array, v: Array, count: int = 1, failure: Halted | None = None) -> Run:
-    """The start q, v (nv,) as a run that was not integrated, `count` times."""
-    return replace(Run.at_states(np.zeros(count), np.tile(q, (count, 1)), np.tile(v, (count, 1))), failure=failure)
+def _start_alone(prepared: Prepared, count: int = 1, failure: Halted | None = None) -> Run:
+    """The start as a run that was not integrated, `count` times."""
+    q, v = (np.tile(x, (count, 1)) for x in (prepared.q, prepared.v))
+    return replace(Run.at_states(np.zeros(count), q, v), failure=failure)
 
 
 def _measure_completion(prepared: Prepared) -> float:
@@ -114,19 +117,12 @@ def _measure_completion(prepared: Prepared) -> float:
     count, seconds, most = 0, 0.0, len(prepared.scene.times)
     while seconds < LONG_ENOUGH and count < most:
         count, begin = max(1, 4 * count), time.thread_time()  # other processes make no difference
-        fill_in(prepared.scene, prepared.dynamics, None, _start_alone(prepared.q, prepared.v, count))
+        fill_in(prepared.scene, prepared.dynamics, None, _start_alone(prepared, count))
         seconds = time.thread_time() - begin
     return seconds / count
 
 
-def _finish(
-    scene: Scene,
-    dynamics: Dynamics,
-    balance: EnergyBalance | None,
-    run: Run,
-    checkpoint: Checkpoint | None,
-    guarded: bool = True,
-) -> RunRecord:
+def _finish(prepared: Prepared, run: Run, checkpoint: Checkpoint | None = None, guarded: bool = True) -> RunRecord:
     """The record of a run, `guarded` where it ends once energies do not add up; before its end RunError with a remedy."""
 
     def cut(count: int, why: str) -> Run:  # with the fixed steps up to there; others are not counted by samples
@@ -134,19 +130,19 @@ def _finish(
         steps = run.steps if step is None else min(run.steps, count_whole_steps(scene.times[count - 1], step))
         return replace(short, steps=steps)
 
-    fill = partial(fill_in, scene, dynamics, balance)
+    def fails(count: int, why: str) -> bool:
+        try:
+            fill(run.cut(count, why))
+        except np.linalg.LinAlgError:
+            return True
+        return False
+
+    scene, fill = prepared.scene, partial(fill_in, prepared.scene, prepared.dynamics, prepared.balance)
     try:
         record = fill(run)
     except np.linalg.LinAlgError as error:  # the equations have no solution at a sample: the run ends before it
-        why, good, bad = str(error), 0, len(run.t)
-        while bad - good > 1:
-            middle = (good + bad) // 2
-            try:
-                fill(run.cut(middle, why))
-            except np.linalg.LinAlgError:
-                bad = middle
-            else:
-                good = middle
+        why = str(error)
+        good = bisect_left(range(1, len(run.t)), True, key=lambda count: fails(count, why))
         if good == 0:
             raise InputError(f"start: {why}") from None
         run = cut(good, why)
@@ -163,7 +159,7 @@ def _finish(
     stop = record.t[-1] if run.stop is None else scene.start.time + run.stop.t
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     resumable = how_to_resume(checkpoint.path) if checkpoint and isinstance(run.failure, Halted) else ""
-    raise run.failure.said(reason + _remedy(dynamics, run) + resumable, record)
+    raise run.failure.said(reason + _remedy(prepared.dynamics, run) + resumable, record)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:
@@ -182,10 +178,8 @@ def _remedy(dynamics: Dynamics, run: Run) -> str:
 # --- what a run holds beside positions and rates ---------------------------------------------------------------------
 
 
-def fill_in(
-    scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, lazily: bool = False
-) -> RunRecord:
-    """Accelerations, wrenches, energies and tips along a run; reactions when asked for, `lazily` all but work."""
+def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run: Run, lazy: bool = False) -> RunRecord:
+    """Accelerations, wrenches, energies and tips along a run; reactions when asked for, if `lazy` all but work."""
     model, solver, q, works = dynamics.model, scene.solver, run.q, dict[str, Array]()
 
     def derive() -> Derived:
@@ -200,7 +194,7 @@ def fill_in(
         works.update({} if balance is None else balance.close(run.work, potentials))
         return Derived(a, wrench, kinetic, potentials.sum(1), tips, lambda: reactions(model, q, wrench))
 
-    derived = derive if lazily and balance is None else derive()
+    derived = derive if lazy and balance is None else derive()
     return RunRecord(
         joints=model.joints,
         t=scene.start.time + run.t if solver.times is None else scene.clock[: len(run.t)],
@@ -226,7 +220,7 @@ def fill_in(
         events=tuple(event._replace(t=scene.start.time + event.t) for event in run.happened),
         held=tuple(x.until(float(run.t[-1])) for x in dynamics.sampled_torques if x.recorded),
         work=works,
-        scene={} if lazily else scene.recorded(),
+        scene={} if lazy else scene.recorded(),
         source=scene,
     )
 

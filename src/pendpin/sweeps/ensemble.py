@@ -32,7 +32,6 @@ from pendpin.scene import Scene, Start, chosen_scene
 from pendpin.sweeps.workers import cores, in_processes, in_threads, run_all
 from pendpin.trajectory import Counts
 
-SUMMED = ("steps", "evaluations", "seconds", "compile_seconds")
 MAX_BYTES = 4e9  # of the result
 
 
@@ -138,7 +137,8 @@ def simulate_many(
 
     def ensemble(reason: str = "") -> Ensemble:
         libraries = sorted({(counts.library, counts.version) for counts in took})
-        total: dict[str, Any] = {name: sum(getattr(counts, name) for counts in took) for name in SUMMED}
+        summed = "steps", "evaluations", "seconds", "compile_seconds"
+        total: dict[str, Any] = {name: sum(getattr(counts, name) for counts in took) for name in summed}
         if series is not None:
             total["compile_seconds"] += series.compile_seconds
         stats = EnsembleStats(

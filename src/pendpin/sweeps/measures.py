@@ -35,7 +35,6 @@ from pendpin.trajectory.columns import DRIFT
 
 SETTLED = 0.02  # of the largest distance from the final state: the usual two per cent
 UNSETTLED = 0.9  # of the run: what settles later may not have settled
-PERIOD_LEVEL = 0.0  # rad: a period ends where the first joint's angle rises through it
 SPREAD = ".spread"
 # sin²(angle / 2) of a swing: nearer to the top its rounding hides the angle, to 1e-8 rad at the top itself
 BELOW = 0.999
@@ -249,7 +248,7 @@ def _swing_of_motions(m: Motions) -> Array:
 
 def period(run: Trajectory) -> float:
     """The mean time between two rises of the first joint's angle through 0, s; NaN with fewer than two."""
-    rises = run.crossings(run.joints[0], level=PERIOD_LEVEL, direction=+1).t
+    rises = run.crossings(run.joints[0], level=0.0, direction=+1).t
     return float((rises[-1] - rises[0]) / (len(rises) - 1)) if len(rises) > 1 else math.nan
 
 

@@ -20,11 +20,11 @@ from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
+from pendpin.runs.checkpoint import versions
 from pendpin.sweeps.attractors import KINDS, PART, number_attractors
 from pendpin.sweeps.attractors import NAME as ATTRACTOR
 from pendpin.sweeps.cases import Block, Task
 from pendpin.sweeps.plan import CASE, Plan, short_names
-from pendpin.sweeps.workers import versions
 
 FORMAT = 3
 MAX_JSON = 100_000_000  # bytes, of a store's own description

@@ -24,8 +24,6 @@ BLOCK_SECONDS = 3.0  # of a block
 FEWEST_BLOCKS = 8  # for each worker, so that none waits long for the last
 LARGEST_BLOCK = 20_000  # cases
 
-Progress = Callable[[int, int], None]  # cases done, cases in all
-
 
 def sweep(
     scene: Scene | str | Path,
@@ -38,7 +36,7 @@ def sweep(
     method: str | None = None,
     tolerance: float | None = None,
     accuracy: float | None = None,
-    progress: Progress = lambda done, count: None,
+    progress: Callable[[int, int], None] = lambda done, count: None,
 ) -> Any:
     """Run a scene with many sets of numbers and measure each run.
 

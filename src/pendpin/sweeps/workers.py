@@ -15,21 +15,20 @@ from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
 from threading import Event, Thread
-from typing import Any, TypeVar
+from typing import Any
 
 from pendpin.errors import InputError, Interrupted, RunError
-from pendpin.ground.libraries import VERSION, installed, is_there, optional
+from pendpin.ground.libraries import is_there, optional
+from pendpin.runs.checkpoint import versions
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
 DEATHS = 100  # of workers, until a block is given up
-CONNECTING = 10  # s
 PATIENCE = 60  # s without a block, or for its result, until it is asked whether workers are left
-GUARD = 'in a script put the call under `if __name__ == "__main__":`'
-DIED = f"a worker process has ended unexpectedly; {GUARD}; if memory ran out, take fewer workers"
-LIBRARIES = ("pin", "numpy", "scipy", "CyRK", "heyoka")  # on which the bits of a result depend
 EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 
-Result = TypeVar("Result")
+Results = Generator[
+    tuple[int, Any], None, None
+]  # of blocks in the order of completion, each with the index of its span
 Span = tuple[int, int]  # the first case of a block, and the one behind its last
 
 
@@ -39,10 +38,10 @@ def cores() -> int:
 
 
 def run_all(
-    results: Generator[tuple[int, Result], None, None],
+    results: Results,
     spans: Sequence[Span],
     count: int,
-    put: Callable[[int, Result], None],
+    put: Callable[[int, Any], None],
     progress: Callable[[int], None],
     end_early: Callable[[int, str], tuple[str, Any]],
 ) -> None:
@@ -65,21 +64,17 @@ def run_all(
         results.close()  # ends what still runs
 
 
-def in_threads(
-    run: Callable[[int, int, Event], Result], spans: Sequence[Span], workers: int
-) -> Generator[tuple[int, Result], None, None]:
-    """The results of blocks, in the order of completion, each with the index of its span, from threads of this process."""
+def in_threads(run: Callable[[int, int, Event], Any], spans: Sequence[Span], workers: int) -> Results:
+    """The results of blocks from threads of this process; closing the iterator sets the event, and begins no more."""
     pool, stopped = ThreadPoolExecutor(workers), Event()
     try:
         yield from _results({pool.submit(run, *span, stopped): place for place, span in enumerate(spans)})
-    finally:  # the iterator is closed
+    finally:
         stopped.set()
         pool.shutdown(cancel_futures=True)
 
 
-def in_processes(
-    run: Callable[[int, int], Result], spans: Sequence[Span], workers: int
-) -> Generator[tuple[int, Result], None, None]:
+def in_processes(run: Callable[[int, int], Any], spans: Sequence[Span], workers: int) -> Results:
     """The same from processes, to which `run` is sent once; closing the iterator ends them. RunError where one dies."""
     packer = optional("cloudpickle", "work in processes", EXTRA) if is_there("cloudpickle") else pickle
     packed = packer.dumps(run)  # by cloudpickle functions of a script too
@@ -95,13 +90,14 @@ def in_processes(
         yield from _results(places)
         pool.shutdown()
     except BrokenProcessPool:
-        raise RunError(DIED) from None
+        remedy = 'in a script put the call under `if __name__ == "__main__":`; if memory ran out, take fewer workers'
+        raise RunError(f"a worker process has ended unexpectedly; {remedy}") from None
     finally:
         open_end.close()  # ends the running processes
         pool.shutdown(cancel_futures=True)
 
 
-def _results(places: dict[Future[Result], int]) -> Generator[tuple[int, Result], None, None]:
+def _results(places: dict[Future[Any], int]) -> Results:
     for done in as_completed(places):
         yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
 
@@ -132,8 +128,8 @@ def _run_span(begin: int, end: int) -> Any:
 
 
 def run_on_cluster(
-    run: Callable[..., Result], make: Callable[..., Any], given: Sequence[Any], spans: Sequence[Span], address: str
-) -> Generator[tuple[int, Result], None, None]:
+    run: Callable[..., Any], make: Callable[..., Any], given: Sequence[Any], spans: Sequence[Span], address: str
+) -> Results:
     """The results of run(make(*given), begin, end) from a Dask cluster; `make` is called once, lost blocks are run again."""
     with _remote_cluster(address) as client:
         from distributed import wait as wait_for_one
@@ -172,7 +168,7 @@ def _remote_cluster(address: str) -> Iterator[Any]:
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("ignore")  # of versions that matter to nobody; ours are checked below
-            client = distributed.Client(address, timeout=CONNECTING)
+            client = distributed.Client(address, timeout=10)  # s
     except (OSError, ValueError, TimeoutError) as error:
         raise InputError(f"dask: no cluster answers at {address}: {error}") from None
     with dask.config.set({"distributed.scheduler.allowed-failures": DEATHS}), client:
@@ -189,8 +185,3 @@ def _remote_cluster(address: str) -> Iterator[Any]:
                     there = f"has {name} {theirs.get(name) or 'not at all'}, and this process {version}"
                     raise InputError(f"dask: the worker {worker} {there}: install the same versions")
         yield client
-
-
-def versions() -> dict[str, str | None]:
-    """The versions on which the bits of a result depend."""
-    return {"pendpin": VERSION} | installed(*LIBRARIES)
