@@ -11,7 +11,6 @@ from pendpin.errors import InputError
 from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, sensors_of, spread_of, thin_out
 from pendpin.fitting.guess import (
     Regression,
-    bind_regression,
     fit_cubics,
     joint_angles,
     nearest_to_guess,
@@ -25,6 +24,7 @@ from pendpin.ground.arrays import Array
 from pendpin.model.build import build
 from pendpin.scene import Data, Scene
 
+MOST_POINTS = 1_000  # of the regression
 FINEST = 0.075  # of the time scale: samples farther apart than this are all used
 SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
@@ -71,8 +71,17 @@ class Setting:
 
     @cached_property
     def regression(self) -> Regression:
-        """The accelerations that the data show, for equation error."""
-        return bind_regression(self.pendulum, self.shift, self.angles, SMOOTHING * self.pace)
+        """The accelerations that the data show, for equation error, by cubics over some samples to either side."""
+        parts, points = [], max(8, MOST_POINTS // len(self.angles))
+        for swing in self.angles:
+            m, width = len(swing.t), SMOOTHING * self.pace
+            reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
+            centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
+            t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
+            parts.append((t, *fit_cubics(swing, t, rows)))
+        t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
+        some = np.isfinite(states[-1]).all(1)
+        return Regression(self.pendulum, self.shift, t[some], *(x[some] for x in states))
 
     @cached_property
     def slowness(self) -> float:

@@ -11,7 +11,6 @@ from pendpin.fitting.problem import Pendulum
 from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model
 
-MOST_POINTS = 1_000  # of the regression
 INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
 # Weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free.
 SAME = 1e7
@@ -76,20 +75,6 @@ class Regression(NamedTuple):
     def measured(self) -> Array:
         """The accelerations (n N,) by local polynomials."""
         return self.acceleration.T.reshape(-1)
-
-
-def bind_regression(pendulum: Pendulum, shift: Array, swings: Sequence[Swing], width: float) -> Regression:
-    """States of swings of joint angles, by cubics over `width` s to either side; shift (n, columns)."""
-    parts, points = [], max(8, MOST_POINTS // len(swings))
-    for swing in swings:
-        m = len(swing.t)
-        reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
-        centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
-        t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
-        parts.append((t, *fit_cubics(swing, t, rows)))
-    t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
-    some = np.isfinite(states[-1]).all(1)
-    return Regression(pendulum, shift, t[some], *(x[some] for x in states))
 
 
 def joint_angles(pendulum: Pendulum, swings: Sequence[Swing], z: Array) -> tuple[Swing, ...]:

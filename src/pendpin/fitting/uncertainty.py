@@ -141,11 +141,6 @@ class Series:
         """The residuals at which a piece begins, but for the first (P - 1,)."""
         return np.flatnonzero(np.diff(self.rows[0])) + 1
 
-    @property
-    def durations(self) -> Array:
-        """The times in s from the first to the last residual of a piece and column (S,)."""
-        return np.add.reduceat(np.where(np.isinf(self.gap), 0.0, self.gap), self.firsts)
-
 
 class Kinds(NamedTuple):
     """T kinds of noise."""
@@ -172,7 +167,8 @@ def series_of(t: Array, seen: Mask) -> Series:
 def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kinds:
     """The kinds of noise that explain residuals r (N,), less what `starts` (N, 2n) and `scores` (N, k) explain."""
     blocks, between = np.column_stack([starts, scores, r]), np.median(series.gap[np.isfinite(series.gap)])
-    times = np.geomspace(SHORTEST * between, LONGEST * series.durations.max(), TIMES)
+    durations = np.add.reduceat(np.where(np.isinf(series.gap), 0.0, series.gap), series.firsts)  # of the S series, s
+    times = np.geomspace(SHORTEST * between, LONGEST * durations.max(), TIMES)
     ratios = np.geomspace(LEAST, MOST, RATIOS)
 
     def compare() -> Kinds:  # those of all pairs of times and ratios that are likely

@@ -221,7 +221,11 @@ def compare(
     except np.linalg.LinAlgError:
         raise InputError("no cross-check: masses or lengths differ too much for a mass matrix in doubles") from None
 
-    states = _States(np.arange(len(q)), q, v, sizes, _places(dynamics))
+    others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
+    places = {"acceleration": list(model.joints), "force": others, "moment": others}
+    places |= {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
+    bound = BOUND * max(1, q.shape[1] / 2)  # for every rod, or two joints, through which rounding errors propagate
+    states = _States(np.arange(len(q)), q, v, sizes, places, bound)
     rows = [row for pair in combinations(answers, 2) for row in _compare_pair(pair, answers, states)]
     if in_50_digits:  # the states at which routes differ most, half of these, and the first ones
         worst = np.zeros(len(q))
@@ -233,9 +237,9 @@ def compare(
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
         answers |= {REFERENCE: dict(recursion_route(dynamics, exact(50))(q[chosen], v[chosen]))}
         sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
-        states = _States(chosen, q[chosen], v[chosen], sizes, states.places)
+        states = _States(chosen, q[chosen], v[chosen], sizes, places, bound)
         rows += [row for name in routes for row in _compare_pair((name, REFERENCE), answers, states)]
-    return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), states.bound)
+    return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), bound)
 
 
 class _States(NamedTuple):
@@ -246,11 +250,7 @@ class _States(NamedTuple):
     v: Array
     sizes: dict[str, Array]  # quantity -> (n, places)
     places: dict[str, list[str]]
-
-    @property
-    def bound(self) -> float:
-        """BOUND for every rod, or two joints, through which rounding errors propagate."""
-        return BOUND * max(1, self.q.shape[1] / 2)
+    bound: float
 
 
 def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[str, Array]:
@@ -263,13 +263,6 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[st
     sizes = dict(zip(keys, np.split(scale.acceleration, len(keys), -1), strict=True))
     sizes |= {name: (scale.force if name.startswith("R") else scale.moment)[:, at] for name in REACTIONS}
     return sizes | {name: np.repeat(getattr(scale, name)[:, others], 3, -1) for name in ("force", "moment")}
-
-
-def _places(dynamics: Dynamics) -> dict[str, list[str]]:
-    model = dynamics.model
-    others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
-    places = {"acceleration": list(model.joints), "force": others, "moment": others}
-    return places | {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
 
 
 def _relative_difference(first: Array, second: Array, size: Array) -> Array:
