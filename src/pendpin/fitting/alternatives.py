@@ -58,7 +58,6 @@ class _Model(NamedTuple):
 
     @property
     def scene(self) -> Scene:
-        """The scene with the fitted numbers in it."""
         values = self.setting.free.values(self.solution.z).tolist()
         return substitute(self.setting.scene, self.setting.free.keys, values, replace_checked)
 

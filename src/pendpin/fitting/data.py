@@ -39,7 +39,6 @@ class Swing(NamedTuple):
         return f"Swing {shown(self.name)}: {amount(len(self.t), 'sample')}"
 
     def part(self, chosen: Any) -> "Swing":
-        """Some of its samples."""
         return self._replace(t=self.t[chosen], y=self.y[chosen], rows=self.rows[chosen])
 
 

@@ -53,7 +53,6 @@ class Pendulum:
 
     @cached_property
     def model(self) -> Model:
-        """The model with the guesses."""
         return build(self.scene.model)
 
     @cached_property
@@ -198,7 +197,6 @@ class Problem:
 
     @property
     def nz(self) -> int:
-        """The number of search coordinates."""
         return len(self.pendulum.free.start)
 
     def split(self, x: Array) -> tuple[Array, Array]:

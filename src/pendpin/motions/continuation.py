@@ -207,7 +207,6 @@ def _intervals_of(run: RunRecord, t: Array) -> Indices:
 
 
 def times_of_events(run: RunRecord) -> Array:
-    """The times (k,) of its events, rising."""
     return np.array([event.t for event in run.events])
 
 

@@ -64,7 +64,6 @@ class PeriodicOrbit(Result):
         return bool((np.abs(self.multipliers) <= 1 + self.errors).all())
 
     def report(self) -> Report:
-        """The period and the multipliers."""
         values, rows = self.multipliers.tolist(), []
         for value, error in zip(values, self.errors, strict=True):
             rows.append((f"{value.real:.10g} {value.imag:+.10g}i", f"{abs(value):.10g}", f"{error:.1e}"))

@@ -63,7 +63,6 @@ class _Pieces(NamedTuple):
     error: Array  # (p,), what the interpolation leaves out
 
     def some(self, which: Mask) -> "_Pieces":
-        """Some of the pieces."""
         return _Pieces(*(x[which] for x in self))
 
     @property
@@ -196,7 +195,6 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
 
 
 def impacts(run: RunRecord) -> int:
-    """How often a joint hit a stop."""
     return sum(event.kind == "stop" for event in run.events)
 
 

@@ -45,7 +45,6 @@ class Summary(Result, dict[str, Figure]):
         self.remark = remark
 
     def report(self) -> Report:
-        """The table."""
         rows = [(name, str(figure)) for name, figure in self.items()]
         rows += [("extremes", self.remark)] if self.remark else []
         data = {name: figure._asdict() for name, figure in self.items()}

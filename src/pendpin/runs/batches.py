@@ -72,7 +72,6 @@ class Cases(NamedTuple):
     energies: Array  # (c, 2) J, kinetic and potential at the start
 
     def some(self, places: Indices) -> "Cases":
-        """Those at these places (k,)."""
         return Cases([self.models[i] for i in places], *(rows[places] for rows in self[1:]))
 
     def pieces(self, samples: int, workers: int = 1) -> list[Indices]:
@@ -251,7 +250,6 @@ class Series:
                 self._spare.append(series)
 
     def _pack(self, cases: Cases) -> Array:
-        """The states (c, size) at the start."""
         if self.engine.on_angles:
             return np.concatenate([cases.q, cases.v], 1)[:, self._places]
         return np.array([self.engine.pack(*start) for start in zip(cases.q, cases.v, strict=True)])

@@ -70,7 +70,6 @@ class Budget:
 
     @property
     def left(self) -> float:
-        """What is left, in s."""
         return self._end - time.process_time()
 
 

@@ -132,7 +132,6 @@ def number_attractors(values: Array) -> tuple[Array, list[str]]:
 
 
 def _describe(row: Array, nv: int) -> str:
-    """What an attractor is, in words."""
     n, turns, (cos, sin, _) = int(row[0]), row[1 : 1 + nv], row[1 + nv :].reshape(3, nv)
     if turns.any():
         each = ", ".join(f"{x:+.0f}" for x in turns)

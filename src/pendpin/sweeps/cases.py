@@ -55,7 +55,6 @@ class Task:
 
     @cached_property
     def chosen(self) -> tuple[Measure, ...]:
-        """The measures."""
         return tuple(fitted(measure(given), self.scene, self.plan.keys) for given in self.measures)
 
     @cached_property
@@ -66,7 +65,6 @@ class Task:
 
     @cached_property
     def two(self) -> bool:
-        """Whether a measure compares two runs."""
         return any(m.two for m in self.chosen)
 
     @cached_property

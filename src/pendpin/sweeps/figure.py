@@ -82,7 +82,6 @@ def chosen(dataset: Any, measure: str | None) -> str:
 
 
 def names_of(dataset: Any) -> list[str]:
-    """The measures of a sweep."""
     return [str(name) for name in dataset.data_vars if name != "why"]
 
 

@@ -63,12 +63,10 @@ class Measure:
 
     @property
     def size(self) -> int:
-        """How many numbers it is."""
         return math.prod(length for _, length in self.dims)
 
     @property
     def two(self) -> bool:
-        """Whether it compares two runs."""
         return self.pair is not None
 
 

@@ -55,7 +55,6 @@ class EffectsReport(Result):
     why: str = ""  # it ends before the scene does
 
     def report(self) -> Report:
-        """What each effect changes and costs."""
         rows = []
         for row in self.rows:
             change = f"{float(f'{100 * row.change:.2g}'):g} %"  # two digits, without an exponent

@@ -34,7 +34,6 @@ class Row:
 
     @property
     def ok(self) -> bool:
-        """Whether it agrees."""
         return self.error <= BOUND
 
     def __str__(self) -> str:
@@ -54,7 +53,6 @@ class Comparison(Result):
         return all(row.ok for row in self.rows)
 
     def report(self) -> Report:
-        """A line for each."""
         fault = None if self.ok else "the functions differ from the scene"
         return Report([str(row) for row in self.rows], [asdict(row) | {"ok": row.ok} for row in self.rows], fault)
 

@@ -122,7 +122,6 @@ class RoundingError:
 
     @property
     def last(self) -> float:
-        """The error at the end."""
         return float(self.error[-1])
 
     def magnified_beyond(self, error: float) -> bool:
@@ -177,7 +176,6 @@ def _scale_growth(growth: Array, run: RunRecord, ruler: Ruler) -> RoundingError:
 
 
 def _count_units(run: RunRecord) -> float:
-    """The units of rounding of a run."""
     return ROUNDING.start_units + ROUNDING.step_units * float(np.sqrt(run.stats.steps))
 
 

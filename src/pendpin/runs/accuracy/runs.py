@@ -97,7 +97,6 @@ class Runs:
         return run
 
     def keep_output_times(self, run: RunRecord) -> RunRecord:
-        """The run at the output times only."""
         solver = self.scene.solver
         at_output_times = run.source.solver.model_copy(update={"samples": solver.samples, "times": solver.times})
         scene = run.source.model_copy(update={"solver": at_output_times})
@@ -105,12 +104,10 @@ class Runs:
 
 
 def are_equal(one: RunRecord, other: RunRecord) -> bool:
-    """Whether two runs have the same steps and results."""
     return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
 
 
 def is_at_rest(run: RunRecord) -> bool:
-    """Whether all rates and accelerations are 0."""
     return not (run.v.any() or run.a.any())
 
 

@@ -104,7 +104,6 @@ class _Search:
 
     @property
     def at_finest(self) -> bool:
-        """Whether there is no finer setting."""
         return self.last.setting <= self.refinement.least
 
     def run(self) -> RunRecord:
@@ -212,7 +211,6 @@ class _Search:
     # --- estimates --------------------------------------------------------------------------------------------------
 
     def _add(self, scene: Scene, setting: float, run: RunRecord) -> None:
-        """One more attempt."""
         before = self.attempts[-1:] or [self.first]
         self.attempts.append(Attempt(scene, setting, run, self.ruler.measure_gap(before[0].run, run)))
 
@@ -284,7 +282,6 @@ class _Search:
     # --- results ----------------------------------------------------------------------------------------------------
 
     def _complete(self, error: float | None) -> RunRecord:
-        """The finest run with its error."""
         run = self.runs.keep_output_times(self.last.run)
         notes = (*run.stats.notes, *self.assumed)
         figures = {"accuracy": self.target, "error": error, "all_seconds": self.runs.seconds, "notes": notes}
