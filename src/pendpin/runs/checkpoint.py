@@ -56,9 +56,7 @@ class EventState(NamedTuple):
 class RunState:
     """The motion at the first n output times, and the state with which its integration continues."""
 
-    room: (
-        Array  # (output times, columns): q, v, work of the accounts, torques of contacts; all states of a run share it
-    )
+    room: Array  # (output times, columns): q, v, work of accounts, torques of contacts; all states of a run share it
     n: int  # its first n rows do not change any more
     last: SmoothState | EventState
     steps: int = 0
