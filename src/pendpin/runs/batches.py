@@ -237,7 +237,7 @@ class Series:
                 self._first, self.compile_seconds = wait_for(self._compiled)
             series = self._spare.pop() if self._spare else deepcopy(self._first)
         order = np.arange(len(cases.q))
-        if len(order) > self._width and all(model is cases.models[0] for model in cases.models):
+        if len(order) > self._width:
             order = np.argsort(cases.energies.sum(1))  # alike ones take like numbers of steps
         try:  # the last vector has copies
             for places in np.resize(order, (-(-len(order) // self._width), self._width)):

@@ -186,8 +186,7 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
                 setting = {"step": 2 * solver.step}
             else:
                 setting = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
-            other = scene.model_copy(update={"solver": solver.with_settings(**setting)})
-            looser = run_to_setting(other, progress=progress)
+            looser = run_to_setting(scene.with_solver(**setting), progress=progress)
         return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
     except Interrupted:
         raise
@@ -230,8 +229,6 @@ class Batch:
         places, cases = self._cases(rows)
         done = np.zeros(len(rows), bool)
         if cases:
-            order = np.argsort(cases.energies.sum(1))  # alike ones take like numbers of steps
-            places, cases = places[order], cases.some(order)
             for piece in cases.pieces(len(self.scene.times)):
                 done[places[piece]] = self._fill_piece(rows, places[piece], cases.some(piece), block)
         return done
