@@ -8,15 +8,8 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError
+from pendpin.fitting import guess
 from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, sensors_of, spread_of, thin_out
-from pendpin.fitting.guess import (
-    Regression,
-    fit_cubics,
-    joint_angles,
-    nearest_to_guess,
-    regress,
-    time_to_move,
-)
 from pendpin.fitting.parameters import Free, free_parameters
 from pendpin.fitting.problem import MOST_START_STEPS, Pendulum, Problem, Solved, bind_pendulum, search, solve_starts
 from pendpin.fitting.uncertainty import CORNER, Certainty, certainty, huber_scale, pseudo_residuals, sensor_noise
@@ -67,10 +60,10 @@ class Setting:
     @cached_property
     def angles(self) -> tuple[Swing, ...]:
         """The swings of the joints that move (n,), from the columns."""
-        return joint_angles(self.pendulum, self.swings, self.free.start)
+        return guess.joint_angles(self.pendulum, self.swings, self.free.start)
 
     @cached_property
-    def regression(self) -> Regression:
+    def regression(self) -> guess.Regression:
         """The accelerations that the data show, for equation error, by cubics over some samples to either side."""
         parts, points = [], max(8, MOST_POINTS // len(self.angles))
         for swing in self.angles:
@@ -78,10 +71,10 @@ class Setting:
             reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
             centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
             t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
-            parts.append((t, *fit_cubics(swing, t, rows)))
+            parts.append((t, *guess.fit_cubics(swing, t, rows)))
         t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
         some = np.isfinite(states[-1]).all(1)
-        return Regression(self.pendulum, self.shift, t[some], *(x[some] for x in states))
+        return guess.Regression(self.pendulum, self.shift, t[some], *(x[some] for x in states))
 
     @cached_property
     def slowness(self) -> float:
@@ -129,7 +122,7 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     least = np.where(spread > RESTS * spread.max(), 1e-12, spread)  # else a column that rests outweighs those that move
     noise = np.full(len(seen), table.noise) if table.noise else np.maximum(seen, least)
     # The time scale: the time in which the fastest column moves by half its deviation; noise is not a motion.
-    pace = min(time_to_move(swing.t, swing.y[:, k], x) for swing in swings for k, x in enumerate(seen))
+    pace = min(guess.time_to_move(swing.t, swing.y[:, k], x) for swing in swings for k, x in enumerate(seen))
     if not np.isfinite(pace):
         raise InputError("data: nothing moves in the columns that are measured")
     if (seen > NOISE_ALONE * spread).all():
@@ -159,7 +152,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
         x = problem.prior
         return _finish(setting, problem, x, solve_starts(problem, x, _guess_starts(setting, problem, x), 0), 0)
-    x = regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
+    x = guess.regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
     whole, starts, misfit = _try_whole_swings(setting, problem, x)
     if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior))[2] < misfit:
         x, (whole, starts, misfit) = problem.prior, other  # noise spoils accelerations first
@@ -179,7 +172,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     sizes = np.where(p.prior != 0, np.abs(p.prior), p.scale)
     sizes[: p.nz] = np.where(setting.free.positive, 1.0, sizes[: p.nz])
     sizes[: p.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
-    x = nearest_to_guess(setting.regression, x, p.prior, sizes, p.scale, p.lower, p.upper)
+    x = guess.nearest_to_guess(setting.regression, x, p.prior, sizes, p.scale, p.lower, p.upper)
     progress("error bars")
     return _finish(setting, p, x, solved)
 
@@ -189,7 +182,7 @@ def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], long
     shift, starts = setting.shift @ offsets, []
     for piece in cut_pieces(swings, longest):  # by cubics over the first moments
         count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pace)).sum(), 5, len(piece.t)))
-        q, rate, _ = fit_cubics(piece, piece.t[:1], np.arange(count)[None])
+        q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
         starts.append(np.concatenate([q[0] - shift, rate[0]]))
     return np.array(starts).T
 

@@ -14,17 +14,7 @@ from pendpin.dynamics.acting import built_in
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import EPS, Array
-from pendpin.runs.accuracy.estimate import (
-    Estimate,
-    Gaps,
-    RoundingError,
-    bound_rounding,
-    estimate_error,
-    list_assumptions,
-    measure_rounding,
-    measure_rounding_of_lost_run,
-    run_first,
-)
+from pendpin.runs.accuracy import estimate
 from pendpin.runs.accuracy.runs import (
     Attempt,
     Refinement,
@@ -88,14 +78,14 @@ class _Search:
         self.refinement: Refinement = choose_refinement(scene, runs)
         self.method = method_of(self.refinement.method)
         first = scene.by(self.method.name, self.refinement.first)
-        run, self.units = run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
+        run, self.units = estimate.run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
         self.first = Attempt(first, self.refinement.first, run)
         self.attempts = [self.first]
         self.ruler = runs.ruler(run)
         self.first_gap: Array | None = None  # (n,), between the first run, which is shifted, and the second
-        self.rounding: RoundingError | None = None
+        self.rounding: estimate.RoundingError | None = None
         self.chaos_denied = False  # whether a run to a small tolerance has shown that finer ones may meet the target
-        self.assumed = list_assumptions(scene.effects)
+        self.assumed = estimate.list_assumptions(scene.effects)
 
     @property
     def last(self) -> Attempt:
@@ -222,15 +212,15 @@ class _Search:
             more = after.run.stats.steps / max(before.run.stats.steps, 1)
         return self.refinement.predict_fall(before.setting, after.setting, more)
 
-    def _estimate(self) -> Estimate:
+    def _estimate(self) -> estimate.Estimate:
         """The estimate from the last three runs; with rounding errors once they are measured."""
         first, second = self.attempts[-2].gap, self.last.gap
         promised = self._predict_fall(-3, -2), self._predict_fall(-2, -1)
-        gaps = Gaps(first, second, promised, self.refinement.pace, self.refinement.scatter)
+        gaps = estimate.Gaps(first, second, promised, self.refinement.pace, self.refinement.scatter)
         negligible = self.target * (ESTIMATE.negligible_at_finest if self.at_finest else ESTIMATE.negligible)
         rounding = np.full(len(first), EPS) if self.rounding is None else self.rounding.error
         safety = INSTABILITY.safety if self._is_unstable() else 1.0
-        return estimate_error(gaps, self.ruler.measure_extent(self.last.run), rounding, negligible, safety)
+        return estimate.estimate_error(gaps, self.ruler.measure_extent(self.last.run), rounding, negligible, safety)
 
     def _compare_methods(self) -> Array:
         """The error (n,) of the last run from its distance to a run of another method, and from rounding."""
@@ -250,9 +240,9 @@ class _Search:
     def _find_rounding(self, base: Attempt) -> None:
         """Bound rounding errors by the shift of the first run, or measure them beside the run `base`."""
         if self.rounding is None and self.first_gap is not None:
-            self.rounding = bound_rounding(self.first_gap, self.units, self.last.run, self.ruler)
+            self.rounding = estimate.bound_rounding(self.first_gap, self.units, self.last.run, self.ruler)
             if self.rounding.last > SEARCH.harmless * self.target:
-                self.rounding = measure_rounding(self.runs, base, self.last, self.target, self.ruler)
+                self.rounding = estimate.measure_rounding(self.runs, base, self.last, self.target, self.ruler)
 
     def _bound_error(self) -> Array:
         """A bound (n,) on the error of the last run from its distance to the one before, where three give no estimate."""
@@ -296,7 +286,7 @@ class _Search:
         hints = [] if self.refinement.spacing else [self.attempts[1].scene]
         for scene in (*hints, sure):
             like = replace(self.last, scene=scene)
-            self.rounding = measure_rounding_of_lost_run(self.runs, like, hopeless, self.ruler)
+            self.rounding = estimate.measure_rounding_of_lost_run(self.runs, like, hopeless, self.ruler)
             if self.rounding.last <= hopeless:
                 self.rounding, self.chaos_denied = None, scene is sure
                 return
@@ -307,7 +297,7 @@ class _Search:
             self._add(scene, setting, self.runs.run(scene))
         raise self._refusal(RunError, self._bound_error(), ROUNDING_GROWS)
 
-    def _explain(self, verdict: Estimate) -> str:
+    def _explain(self, verdict: estimate.Estimate) -> str:
         """Why no other run can meet the target."""
         gaps, stats = verdict.gaps, self.last.run.stats
         if self._rounding_is_too_large():
