@@ -75,11 +75,12 @@ class Budget:
 
 def halting(seconds: float) -> ProgressCallback:
     """A progress callback that raises Halted after so many s of processor time; the first call starts them."""
-    budgets = list[Budget]()
+    end = float("inf")
 
     def look(t: float) -> None:
-        budgets[:] = budgets or [Budget(seconds)]
-        if budgets[0].left < 0:
+        nonlocal end
+        end = min(end, (now := time.process_time()) + seconds)
+        if now > end:
             raise Halted(f"it takes over {seconds:.3g} s")
 
     return look

@@ -179,13 +179,11 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
         scene = set_numbers(task.scene, task.plan.keys, row)
         run = looser = run_to_setting(scene, progress=progress)
         if task.two:  # at a tolerance or accuracy 100 times looser, or a step twice as long
-            solver = scene.solver
-            if solver.accuracy is not None:
-                setting = {"accuracy": min(0.1, LOOSER * solver.accuracy)}
-            elif solver.step is not None:
-                setting = {"step": 2 * solver.step}
+            if scene.solver.step is not None:
+                setting = {"step": 2 * scene.solver.step}
             else:
-                setting = {"tolerance": min(0.1, LOOSER * (solver.tolerance or 0.0))}
+                name = "tolerance" if scene.solver.accuracy is None else "accuracy"
+                setting = {name: min(0.1, LOOSER * (getattr(scene.solver, name) or 0.0))}
             looser = run_to_setting(scene.with_solver(**setting), progress=progress)
         return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
     except Interrupted:

@@ -3,22 +3,17 @@
 Errors fall with a power of the setting, on the whole the promised one, and each is off that law by a factor: with falls
 f1, f2 and the scatter s, e2 <= e1 s / f1 and e3 <= e2 s / f2. The gaps g1 >= e1 - e2 and g2 >= e2 - e3 then give
     e3 <= g2 s / (f2 - s),    e3 <= g1 s / (f1 - s) s / f2,
-and the larger of the two is the estimate: by the second, two runs that agree by accident are no evidence.
-It is valid if the gaps are small compared with the motion, and fall as the order of the method predicts. Runs that agree
-much better than necessary are accepted even if the gaps do not fall. The effect of rounding is not part of the gaps and is
-added. What no run can show is a force of a user's own that acts for less than all steps: notes name what is assumed of it.
+and the larger of the two is the estimate: by the second, two runs that agree by accident are no evidence. It is valid if the
+gaps are small compared with the motion, and fall as the order of the method predicts, unless runs agree much better than
+necessary. What no run can show is a force of a user's own that acts for less than all steps: notes say what is assumed.
 
-The effect of rounding errors of the start, the steps and the accelerations, which the motion may magnify.
-
-A run is shifted by many units of rounding at its start and at later times. Its distance from another run shows how
-much the motion magnifies rounding errors. The later shifts are needed: a rod that falls from near upright returns to it, and
-rounding of its speed at the bottom then matters most. The errors of the steps add up like a random walk. Every later shift
-is away from 0, so that the shifts add up: shifts in random directions may cancel where they count, and the estimate was up
-to 260 times too small then. Mirrored motions get mirrored shifts, and the same estimate.
-
-The first, coarsest run of a search is shifted, by a small part of the target: its distance from the next run is that of
-their integration errors and of the shifts together, a bound that costs nothing. Where it is too large, rounding is measured
-alone.
+Rounding is not part of the gaps and is added. A run is shifted by many units of rounding at its start and later: its
+distance from another run shows how much the motion magnifies rounding errors. The later shifts are needed: a rod that falls
+from near upright returns to it, and rounding of its speed at the bottom then matters most. The errors of the steps add up
+like a random walk. Every later shift is away from 0, so that the shifts add up: shifts in random directions may cancel where
+they count, and the estimate was up to 260 times too small then. Mirrored motions get mirrored shifts, and the same estimate.
+The first, coarsest run of a search is shifted by a small part of the target: its distance from the next run is a bound that
+costs nothing. Where it is too large, rounding is measured alone.
 """
 
 from collections.abc import Sequence
