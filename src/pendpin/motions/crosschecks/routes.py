@@ -140,18 +140,6 @@ class TreeScale(NamedTuple):
     moment: Array  # N m
 
 
-class _Bodies(NamedTuple):
-    """The bodies of a tree."""
-
-    pin: Any
-    parents: tuple[int, ...]
-    below: Array  # (k, k): 1 where body k hangs on joint j, or is moved by it
-    slides: Array  # (k,)
-    mass: Array  # (k,) kg
-    lever: Array  # (k, 3) m, the centre of mass in the joint's frame
-    inertia: Array  # (k, 3, 3) kg m², central
-
-
 def tree_scale(
     model: Model, field: Array, q: Array, v: Array, a: Array, torque: Array | None = None, external: Array | None = None
 ) -> TreeScale:
@@ -165,76 +153,74 @@ def tree_scale(
     it vanishes but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and
     |W M^-1| that on a joint's wrench, with W the wrenches for unit accelerations.
     """
-    pin = with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
-    tree, inertias = tree_of(pin), list(pin.inertias)[1:]
-    slides = np.array([kind == "prismatic" for kind in tree.kinds])
+    bodies = with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
+    torque = np.zeros_like(q) if torque is None else torque
+    external = np.zeros((*q.shape, 6)) if external is None else external
+    size, loads = float(np.linalg.norm(field)), np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1)
+    parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
+    scales = [_scale(bodies, size, (q[i], v[i], a[i]), torque[i], loads[i]) for i in parts]
+    return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
+
+
+def _scale(bodies: Any, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
+    """The sizes (n, k) at some states q, v, a (n, nv), with the norms of the field, and of forces and moments (n, k, 2)."""
+    # Masses (k,), centres of mass in the joints' frames (k, 3), central inertias (k, 3, 3); 1 in `below` (k, k) where body k
+    # hangs on joint j, or is moved by it.
+    tree, inertias = tree_of(bodies), list(bodies.inertias)[1:]
     mass, lever, inertia = (np.array(x) for x in zip(*((i.mass, i.lever, i.inertia) for i in inertias), strict=True))
     below = np.eye(len(tree.parents))
     for child in reversed(range(len(tree.parents))):
         if tree.parents[child] >= 0:
             below[tree.parents[child]] += below[child]
-    bodies = _Bodies(pin, tree.parents, below, slides, mass, lever, inertia)
-    torque = np.zeros_like(q) if torque is None else torque
-    external = np.zeros((*q.shape, 6)) if external is None else external
-    parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
-    loads = (np.linalg.norm(field), torque, np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1))
-    scales = [_scale(bodies, float(loads[0]), (q[i], v[i], a[i]), loads[1][i], loads[2][i]) for i in parts]
-    return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
-
-
-def _scale(bodies: _Bodies, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
-    """The sizes (n, k) at some states q, v, a (n, nv), with the norms of the field, and of forces and moments (n, k, 2)."""
     # Where the bodies are in W: poses of the joints (n, k, 4, 4), their twists and the rates of these in the joints'
     # frames (n, k, 6), linear before angular; the twist of all that a joint moves at unit rate, about W's origin (n, nv, 6).
-    pin, rows, (scaled, mass) = pinocchio(), [], in_mass_unit(bodies.pin)
-    data = pin.Data(bodies.pin)
+    pin, rows, (scaled, mass_unit) = pinocchio(), [], in_mass_unit(bodies)
+    data = pin.Data(bodies)
     for state in zip(*states, strict=True):
-        pin.forwardKinematics(bodies.pin, data, *state)
-        unit = pin.computeJointJacobians(bodies.pin, data, state[0]).reshape(6, -1).T.copy()  # a view of data
-        M = np.triu(pin.crba(scaled, data, state[0])) * mass
+        pin.forwardKinematics(bodies, data, *state)
+        unit = pin.computeJointJacobians(bodies, data, state[0]).reshape(6, -1).T.copy()  # a view of data
+        M = np.triu(pin.crba(scaled, data, state[0])) * mass_unit
         poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
         rows.append((poses[1:], *(np.array(x[1:]) for x in moving), unit, M + np.triu(M, 1).T))
     poses, twist, bend, unit_twist, mass_matrix = (np.array(x) for x in zip(*rows, strict=True))
     position, rotation = poses[..., :3, 3], poses[..., :3, :3]
 
-    below, (linear, omega), (bend, alpha) = bodies.below, *(np.split(x, 2, -1) for x in (twist, bend))
+    (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (twist, bend))
     sizes = [np.linalg.norm(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
-    for child, parent in enumerate(bodies.parents):  # of a body and those it hangs on: rounding goes down the tree
+    for child, parent in enumerate(tree.parents):  # of a body and those it hangs on: rounding goes down the tree
         if parent >= 0:
             for size in sizes:
                 size[:, child] = np.maximum(size[:, child], size[:, parent])
     speed, rate, turning, origin = sizes
     turning = turning + rate**2 + TINY  # 1/s²
-    weight = bodies.mass * (field + origin + turning * np.linalg.norm(bodies.lever, axis=-1)) + loads[..., 0]
-    centre = position + applied(rotation, bodies.lever)
+    weight = mass * (field + origin + turning * np.linalg.norm(lever, axis=-1)) + loads[..., 0]
+    centre = position + applied(rotation, lever)
     reach = np.linalg.norm(centre[:, None] - position[:, :, None], axis=-1)  # (n, joint, body)
-    inertia = np.linalg.norm(bodies.inertia, axis=(-1, -2))
-    spin = inertia * turning + ONE_PRODUCT * bodies.mass * speed**2 + loads[..., 1]
+    spin = np.linalg.norm(inertia, axis=(-1, -2)) * turning + ONE_PRODUCT * mass * speed**2 + loads[..., 1]
     forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
-    at_joint = np.where(bodies.slides, forces, moments) + np.abs(torque) + TINY
+    at_joint = np.where([kind == "prismatic" for kind in tree.kinds], forces, moments) + np.abs(torque) + TINY
     unit = 1 / np.sqrt(np.diagonal(mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
     unit = unit[:, :, None] * unit[:, None, :]
     inverse = unit * np.linalg.inv(unit * mass_matrix)
-    wrenches = _unit_wrenches(bodies, position, rotation, unit_twist, centre)
+    wrenches = _unit_wrenches(below, mass, rotation @ inertia @ transposed(rotation), unit_twist, position, centre)
     through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in wrenches)
     force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
 
 
 def _unit_wrenches(
-    bodies: _Bodies, position: Array, rotation: Array, unit_twist: Array, centre: Array
+    below: Array, mass: Array, inertia: Array, unit_twist: Array, position: Array, centre: Array
 ) -> tuple[Array, Array]:
     """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each, at rest, without gravity."""
     # Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
-    # the moment then moved to the joint of the wrench. Centres of mass (n, k, 3) are in W.
-    below, (v, w) = bodies.below, np.split(unit_twist[:, None], 2, -1)  # (n, 1, nv, 3)
-    about_origin = rotation @ bodies.inertia @ transposed(rotation)
-    about_origin = about_origin - bodies.mass[:, None, None] * skew(centre) @ skew(centre)
-    first, second = below @ (bodies.mass[:, None] * centre), np.einsum("jk,nkab->njab", below, about_origin)
+    # the moment then moved to the joint of the wrench. Inertias, centres of mass and joints are in W.
+    v, w = np.split(unit_twist[:, None], 2, -1)  # (n, 1, nv, 3)
+    about_origin = inertia - mass[:, None, None] * skew(centre) @ skew(centre)
+    first, second = below @ (mass[:, None] * centre), np.einsum("jk,nkab->njab", below, about_origin)
     joints = np.arange(len(below))
     lower = np.where(below > 0, joints, joints[:, None])  # (k, k), of two joints on one branch
     together = ((below + below.T) > 0)[..., None]
-    force = together * ((below @ bodies.mass)[lower][..., None] * v + cross(w, first[:, lower]))
+    force = together * ((below @ mass)[lower][..., None] * v + cross(w, first[:, lower]))
     moment = together * (cross(first[:, lower], v) + applied(second[:, lower], w))
     moment = moment - cross(position[:, :, None], force)
     return np.moveaxis(force, -1, 1), np.moveaxis(moment, -1, 1)
