@@ -12,7 +12,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from threading import Event
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -33,6 +33,9 @@ from pendpin.sweeps.workers import cores, in_processes, in_threads, run_all
 from pendpin.trajectory import Counts
 
 MAX_BYTES = 4e9  # of the result
+
+# Of m starts: positions and rates (2, m, n, nv), NaN from where one ended early; why it did; counts.
+Part = tuple[Array, dict[int, str], list[Counts]]
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -129,11 +132,11 @@ def simulate_many(
     rows = np.full((2, count, len(scene.times), q.shape[1]), np.nan)
     done, failures, took = np.zeros(count, bool), dict[int, str](), list[Counts]()
 
-    def put(place: int, part: _Part) -> None:
-        begin, end = spans[place]
-        rows[:, begin:end], done[begin:end] = part.rows, True
-        failures.update({begin + i: why for i, why in part.failures.items()})
-        took.extend(part.took)
+    def put(place: int, part: Part) -> None:
+        some = slice(*spans[place])
+        rows[:, some], done[some] = part[0], True
+        failures.update(part[1])
+        took.extend(part[2])
 
     def ensemble(reason: str = "") -> Ensemble:
         libraries = sorted({(counts.library, counts.version) for counts in took})
@@ -153,23 +156,15 @@ def simulate_many(
         )
         return Ensemble(dynamics.model.joints, scene.clock, rows[0], rows[1], stats, scene)
 
-    stopped = lambda done, reason: (f"{reason} after {done} of {count} starts", ensemble(reason))  # noqa: E731
-    run_all(parts, spans, count, put, progress, stopped)
+    end_early = lambda done, reason: (f"{reason} after {done} of {count} starts", ensemble(reason))  # noqa: E731
+    run_all(parts, spans, count, put, progress, end_early)
     return ensemble()
-
-
-class _Part(NamedTuple):
-    """What m starts gave."""
-
-    rows: Array  # (2, m, n, nv), positions and rates; NaN from where a start ended early
-    failures: dict[int, str]  # why it did, by its place
-    took: list[Counts]
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
 def _run_starts(
     scene: Scene, q: Array, v: Array, series: Series | None, begin: int, end: int, stopped: Event | None = None
-) -> _Part:
+) -> Part:
     """The starts from `begin` to `end` of q, v (k, nv): by `series` side by side, else one by one. Interrupted."""
 
     def look(t: float = 0.0) -> None:
@@ -177,7 +172,7 @@ def _run_starts(
             raise Interrupted("stopped by the user")
 
     q, v = q[begin:end], v[begin:end]
-    part = _Part(np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), {}, [])
+    rows, failures, took = np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), dict[int, str](), list[Counts]()
     done = np.zeros(len(q), bool)
     if series is not None:
         series.stopped, clock = stopped or Event(), time.thread_time()
@@ -185,10 +180,10 @@ def _run_starts(
         motions = series.run(cases, scene.times)
         seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
         done = ends_well(series.dynamics, cases, motions)
-        part.rows[:, done] = motions.q[done], motions.v[done]
+        rows[:, done] = motions.q[done], motions.v[done]
         how = {"method": "taylor", "tolerance": scene.solver.tolerance, "step": None, "library": "heyoka"}
         counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}
-        part.took.append(Counts(**how, **counts, version=version("heyoka")))
+        took.append(Counts(**how, **counts, version=version("heyoka")))
     for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
         look()
         start = Start(time=scene.start.time, positions=tuple(q[i].tolist()), velocities=tuple(v[i].tolist()))
@@ -197,13 +192,13 @@ def _run_starts(
         except Interrupted:
             raise
         except RunError as error:
-            run, part.failures[i] = error.partial, str(error)
+            run, failures[begin + i] = error.partial, str(error)
         except InputError as error:
-            part.failures[i] = str(error)
+            failures[begin + i] = str(error)
             continue
-        part.rows[:, i, : len(run.t)] = run.q, run.v
-        part.took.append(run.stats)
-    return part
+        rows[:, i, : len(run.t)] = run.q, run.v
+        took.append(run.stats)
+    return rows, failures, took
 
 
 def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayLike) -> list[Array]:
