@@ -291,9 +291,9 @@ class Batch:
         for k, (m, columns) in enumerate(zip(self.task.chosen, self.task.columns, strict=True)):
             if needs_run[:, k].all():
                 continue
-            evaluate, values = m.of_motions if m.two else m.of_motion, None
+            values = None
             with suppress(LookupError):  # a series of something else than an angle
-                values = evaluate(*runs[: 1 + m.two]) if evaluate else None
+                values = m.of_motion(*runs[: 1 + m.two]) if m.of_motion else None
             if values is not None:
                 block.values[places[good], columns] = values.reshape(len(places), -1)[good]
             needs_run[:, k] = np.isnan(values) if m.between and values is not None else values is None

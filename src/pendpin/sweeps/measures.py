@@ -50,24 +50,19 @@ class Measure:
 
     name: str
     unit: str
-    function: Function | None = None
-    pair: Callable[[Trajectory, Trajectory], float] | None = None
+    function: Callable[..., Any]  # of a Trajectory, or of two
+    two: bool = False  # whether it compares two runs, or the Motions of two batches
     spread: Callable[[Trajectory, Trajectory], float] | None = None  # where it is not the difference of both
-    of_motion: Callable[[Motions], Array] | None = None
-    of_motions: Callable[[Motions, Motions], Array] | None = None
+    of_motion: Callable[..., Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
-    between: bool = False  # whether `of_motion` or `of_motions` are NaN where samples do not tell what is between them
+    between: bool = False  # whether `of_motion` is NaN where samples do not tell what is between them
     without: str = "no value"  # what is so of a run that has none
-    ends: bool = False  # whether `of_motion` or `of_motions` looks at the start and the end alone
+    ends: bool = False  # whether `of_motion` looks at the start and the end alone
     dims: tuple[tuple[str, int], ...] = ()  # names and lengths of the dimensions of its values, if it is not one number
 
     @property
     def size(self) -> int:
         return math.prod(length for _, length in self.dims)
-
-    @property
-    def two(self) -> bool:
-        return self.pair is not None
 
 
 def measure(name_or_function: str | Function) -> Measure:
@@ -136,7 +131,7 @@ def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
     """A number or an array, of a run or of a run and a looser one. Raises RunError for a function that fails."""
     one, other = Trajectory.of(run), Trajectory.of(looser)
     try:
-        value = m.pair(one, other) if m.pair else m.function(one) if m.function else math.nan
+        value = m.function(one, other) if m.two else m.function(one)
         if isinstance(value, str):
             raise TypeError(f"it returns the text {shown(value)}, not a number")
         values = np.asarray(value, float)
@@ -152,7 +147,7 @@ def evaluate_measure(m: Measure, run: RunRecord, looser: RunRecord) -> Any:
 def _spread(of: Measure) -> Measure:
     if isinstance(of.function, Attractor):
         raise InputError(f"measure: {of.name}{SPREAD}: the numbers of attractors have no difference")
-    if of.function is None:
+    if of.two:
         raise InputError(f"measure: {of.name}{SPREAD}: {of.name} is a comparison of two runs already")
     function, of_motion = of.function, of.of_motion
     difference = (lambda one, other: np.abs(one - other)) if of.between else _difference
@@ -162,7 +157,7 @@ def _spread(of: Measure) -> Measure:
         return float(_difference(np.array(function(run)), np.array(function(looser))))
 
     how = {"series": of.series, "between": of.between, "ends": of.ends}
-    return Measure(of.name + SPREAD, of.unit, pair=of.spread or pair, of_motions=both, **how)
+    return Measure(of.name + SPREAD, of.unit, of.spread or pair, True, of_motion=both, **how)
 
 
 def _difference(one: Array, other: Array) -> Array:
@@ -197,7 +192,7 @@ FAMILIES = (
 def measures_report() -> Report:
     """The measures by name, with their units and what each is."""
     head, every = ("measure", "unit", "what"), MEASURES.values()
-    rows = [(m.name, m.unit, ((m.function or m.pair).__doc__ or "").partition("\n")[0]) for m in every]
+    rows = [(m.name, m.unit, (m.function.__doc__ or "").partition("\n")[0]) for m in every]
     return Report((Table(head, rows), *FAMILIES), [dict(zip(head, row, strict=True)) for row in rows])
 
 
@@ -411,17 +406,19 @@ def multiplier(run: Trajectory) -> float:
 
 
 _FLIPS: dict[str, Any] = {"of_motion": lambda m: m.flips, "without": "did not turn over", "ends": True}
-_EVERY = (
-    Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
-    Measure("period", "s", period, without="has no period"),
-    Measure("energy_drift", "", energy_drift),
-    Measure("settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"),
-    Measure("flip_time", "s", flip_time, spread=flip_time_spread, **_FLIPS),
-    Measure("lyapunov", "1/s", lyapunov),
-    Measure("frequency_1", "rad/s", frequency_1),
-    Measure("damping_1", "", damping_1),
-    Measure("stable", "", stable),
-    Measure("multiplier", "", multiplier),
-    Measure("divergence", "", pair=divergence, of_motions=_divergence_of_motions, ends=True),
-)
-MEASURES = {m.name: m for m in _EVERY}
+MEASURES = {
+    m.name: m
+    for m in (
+        Measure("swing", "rad", swing, of_motion=_swing_of_motions, between=True),
+        Measure("period", "s", period, without="has no period"),
+        Measure("energy_drift", "", energy_drift),
+        Measure("settling_time", "s", settling_time, spread=settling_time_spread, without="did not settle"),
+        Measure("flip_time", "s", flip_time, spread=flip_time_spread, **_FLIPS),
+        Measure("lyapunov", "1/s", lyapunov),
+        Measure("frequency_1", "rad/s", frequency_1),
+        Measure("damping_1", "", damping_1),
+        Measure("stable", "", stable),
+        Measure("multiplier", "", multiplier),
+        Measure("divergence", "", divergence, two=True, of_motion=_divergence_of_motions, ends=True),
+    )
+}

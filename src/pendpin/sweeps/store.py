@@ -36,7 +36,7 @@ class Blocks:
     """How the cases are cut: block i is the cases from i * size on, whole rows of the trailing dimensions."""
 
     def __init__(self, shape: tuple[int, ...], size: int) -> None:
-        self.shape, self.count = shape, int(np.prod(shape))
+        self.shape = shape
         trailing = np.cumprod([1, *shape[::-1]])[::-1]  # cases behind one place of each dimension, and of all
         axis = int(np.argmax(trailing[1:] <= max(size, 1)))  # the first whose single places are small enough
         along = max(1, min(shape[axis], size // int(trailing[axis + 1])))

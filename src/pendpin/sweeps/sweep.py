@@ -106,7 +106,7 @@ def sweep(
     put, show = (lambda place, block: results.put(left[place], block)), (lambda done: progress(done, count))
     run_all(blocks, spans, count, put, show, end_early)
     dataset = finished(results.data)
-    own = tuple(f"{m.name}: " for m in task.chosen if callable(m.function) and m.name not in MEASURES)
+    own = tuple(f"{m.name}: " for m in task.chosen if not m.two and m.name not in MEASURES)
     if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):
         raise RunError(f"measure: {dataset['why'].values.flat[0]}, in every case", dataset)
     return dataset
