@@ -8,18 +8,16 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, is_dataclass
 from io import TextIOWrapper
 from math import isfinite
 from pathlib import Path
+from types import SimpleNamespace
 from typing import Any
 
 from pendpin.errors import Halted, Interrupted
 from pendpin.ground.arguments import seconds
 from pendpin.ground.report import Report, Styled, Table
-
-# of what is written
-SUFFIXES = {"run": (".npz", ".csv"), "html": (".html",), "film": (".gif", ".mp4"), "csv": (".csv",)}
 
 
 def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
@@ -27,12 +25,13 @@ def refuse_outputs(read: Iterable[Path | None], **written: Path | None) -> None:
     from pendpin.graphics.style import picture_kind
     from pendpin.ground.files import refuse_other_format, refuse_targets
 
+    suffixes = {"run": (".npz", ".csv"), "html": (".html",), "film": (".gif", ".mp4"), "csv": (".csv",)}
     refuse_targets(filter(None, written.values()), list(filter(None, read)))
     for kind, path in written.items():
         if path and kind == "plot":
             picture_kind(path)
-        elif path and kind in SUFFIXES:
-            refuse_other_format(path, *SUFFIXES[kind])
+        elif path and kind in suffixes:
+            refuse_other_format(path, *suffixes[kind])
 
 
 # --- what the commands print on the terminal ------------------------------------------------------------------------
@@ -113,13 +112,6 @@ DOING = {  # by the functions in which a computation may be long and says nothin
 }
 
 
-@dataclass
-class Work:
-    """What a command is doing."""
-
-    doing: str = "the work"
-
-
 @contextmanager
 def working(what: str, limit: float | None, hidden: bool) -> Iterator[Callable[[str], None]]:
     """A spinner, and an end at the limit; the function that it returns names what is being done."""
@@ -128,9 +120,9 @@ def working(what: str, limit: float | None, hidden: bool) -> Iterator[Callable[[
 
 
 @contextmanager
-def limited(limit: float | None) -> Iterator[Work]:
-    """End what is inside after `limit` s of wall time, None for never. Raises Halted, which says what it was doing."""
-    work, late = Work(), False
+def limited(limit: float | None) -> Iterator[SimpleNamespace]:
+    """End what is inside after `limit` s of wall time, None for never. Raises Halted, which says what it was `doing`."""
+    work, late = SimpleNamespace(doing="the work"), False
     if limit is None:
         yield work
         return
@@ -162,7 +154,7 @@ def limited(limit: float | None) -> Iterator[Work]:
 
 
 @contextmanager
-def waiting(what: str, hidden: bool, work: Work) -> Iterator[Callable[[str], None]]:
+def waiting(what: str, hidden: bool, work: SimpleNamespace) -> Iterator[Callable[[str], None]]:
     """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
     from rich.console import Console
 

@@ -25,7 +25,7 @@ from pendpin.graphics.style import (
 from pendpin.ground.arguments import axes
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import DRIFT, is_chain, named_with_units, unit_of
+from pendpin.trajectory.columns import DRIFT, is_chain, unit_of
 
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
@@ -56,17 +56,18 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
         by_unit = [tuple(name for name in names if units[name] == unit) for unit in dict.fromkeys(units.values())]
         panels, sides = [partial(draw_quantities, names=together) for together in by_unit], ()
     else:
-        panels, sides = panels_of(run), SIDES if is_rope(run) else PATHS
-    if compare and not names:
-        panels = [*panels, draw_distance]
+        panels, sides = panels_of(run) + [draw_distance] * bool(compare), SIDES if is_rope(run) else PATHS
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
     for draw_panel, ax in zip((*panels, *sides), (*axes, *paths), strict=True):
-        draw_runs(draw_panel, ax, runs)
-        if draw_panel is not draw_distance:  # its axis is logarithmic
+        if draw_panel is draw_distance:
+            draw_distance(ax, runs)
+        else:
+            draw_runs(draw_panel, ax, runs)
             ax.locator_params(nbins=TICKS)
+    turns = int((np.diff(np.sign(run.v), axis=0) != 0).sum(axis=0).max(initial=0))  # the most of a joint
     for ax in axes:
         for line in ax.lines:
-            line.set_alpha(FAINT if turns(run) > MOST_TURNS else line.get_alpha())
+            line.set_alpha(FAINT if turns > MOST_TURNS else line.get_alpha())
             line.set_marker("o" if len(run.t) == 1 else line.get_marker())  # no line goes through one sample
         ax.sharex(axes[0])
         ax.tick_params(labelbottom=ax is axes[-1])
@@ -89,8 +90,6 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
 
 def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
     """A panel of the first run, the others dashed on it; the legend says which of them lacks a quantity."""
-    if draw_panel is draw_distance:
-        return draw_distance(ax, runs)
     ax.set_prop_cycle(color=COLORS)
     draw_panel(ax, runs[0])
     if len(runs) > 1 and runs[0].tips.shape[1] == 1:  # colours tell theta from phi, dashes the runs
@@ -110,7 +109,6 @@ def draw_runs(draw_panel: Any, ax: Any, runs: Sequence[RunRecord]) -> None:
         for drawn in {*ax.lines, *ax.collections} - before:
             drawn.set_label("_another run" if drawn.get_label() in names else drawn.get_label())
     ax.set_ylabel(axis)
-    return None
 
 
 def _place(figure: Any, axes: list[Any], paths: list[Any], rows: list[float]) -> None:
@@ -218,11 +216,14 @@ def draw_positions(ax: Any, run: RunRecord) -> None:
         ax.set_ylabel("position (rad)")
         return
     joints = joints_shown(run)
-    names, unit = named_with_units(run, joints)
+    names = [run.joints[joint] for joint in joints]
+    units = [unit_of(run, name) for name in names]
+    if several := len(set(units)) > 1:  # angles and slides: each with its own
+        names = [f"{name} ({unit})" for name, unit in zip(names, units, strict=True)]
     for color, joint, name in zip(COLORS, joints, names, strict=False):
         ax.plot(run.t, run.q[:, joint], label=plain_name(name), color=color)
     _say_left_out(ax, len(joints), len(run.joints), "joints")
-    ax.set_ylabel(with_unit("position", unit))
+    ax.set_ylabel(with_unit("position", "rad or m" if several else units[0]))
 
 
 def draw_forces(ax: Any, run: RunRecord) -> None:
@@ -308,11 +309,6 @@ def joints_shown(run: RunRecord) -> list[int]:
     return sorted(np.argsort(-np.ptp(run.q, axis=0), kind="stable")[:MOST_JOINTS].tolist())
 
 
-def turns(run: RunRecord) -> int:
-    """The largest number of turning points of a joint."""
-    return int((np.diff(np.sign(run.v), axis=0) != 0).sum(axis=0).max(initial=0))
-
-
 # --- the panels of a rope: a chain of so many rods that their angles one by one say little --------------------------
 
 MOST_AS_RODS = 12  # of longer chains the figure is that of a rope
@@ -355,12 +351,14 @@ def draw_largest_tension(ax: Any, run: RunRecord) -> None:
 
 def draw_shapes(ax: Any, run: RunRecord) -> None:
     """The rope at SHAPES instants, in the vertical plane through x or y in which it moves more; to one scale, or wider."""
+    from matplotlib import colormaps
+
     x, y, height = run.tips.max((0, 1), initial=0.0) - run.tips.min((0, 1), initial=0.0)
     across = int(y > x)
     slender = bool(0 < max(x, y) < SLENDER * height)
     rows = np.unique(np.linspace(0, len(run.t) - 1, SHAPES).round().astype(int))
-    for color, row in zip(_colors_of_times(len(rows)), rows, strict=True):
-        points = np.concatenate([np.zeros((1, 3)), run.tips[row]])
+    for color, row in zip(colormaps["viridis"](np.linspace(0.0, 0.9, len(rows))), rows, strict=True):
+        points = np.insert(run.tips[row], 0, 0.0, axis=0)
         ax.plot(points[:, across], points[:, 2], color=color, linewidth=1.4, label=f"{run.t[row]:.4g} s")
         ax.plot(points[-1:, across], points[-1:, 2], "o", color=color, markersize=4)
     ax.plot([0], [0], "+", color=GREY, markersize=9)
@@ -372,23 +370,18 @@ def draw_shapes(ax: Any, run: RunRecord) -> None:
 
 def draw_tension_along(ax: Any, run: RunRecord) -> None:
     """Tension over arc length, at the upper ends of the rods: its range in time; at both ends of the run and at its peak."""
+    from matplotlib import colormaps
+
     R3, ends = run.reactions().R3, run.tips[0]
     lengths = np.linalg.norm(np.diff(ends, axis=0, prepend=0.0), axis=-1)
     s = np.cumsum(lengths) - lengths
     ax.fill_between(s, R3.min(0), R3.max(0), color=COLORS[5], alpha=0.25, linewidth=0, label="at any time")
     peak, last = int(R3.max(1).argmax()), len(R3) - 1
     rows = np.unique([0, last // 2 if peak in (0, last) else peak, last])
-    for color, row in zip(_colors_of_times(len(rows)), rows, strict=True):
+    for color, row in zip(colormaps["viridis"](np.linspace(0.0, 0.9, len(rows))), rows, strict=True):
         ax.plot(s, R3[row], color=color, linewidth=1.4, label=f"{run.t[row]:.4g} s" + ", peak" * bool(row == peak))
     ax.set(xlabel="arc length from the support (m)", ylabel="tension R3 (N)")
     ax.set_title("tension along the rope")
-
-
-def _colors_of_times(count: int) -> Any:
-    """Colours (count, 4) from the first instant to the last, dark to light."""
-    from matplotlib import colormaps
-
-    return colormaps["viridis"](np.linspace(0.0, 0.9, count))
 
 
 PATHS: tuple[Panel, ...] = tuple(partial(draw_path, view=view) for view in VIEWS)  # beside the panels

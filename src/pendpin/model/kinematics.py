@@ -53,14 +53,7 @@ def _chain_poses(frames: Array, chain_tips: Array) -> Array:
 
 def tips(model: Model, link_poses: Array) -> Array:
     """The far ends of the bodies, (n, bodies, 3) m in W, from the poses of their links."""
-    return np.einsum("nrij,rj->nri", link_poses[..., :3, :], _with_ones(model.body_arrays.tip))
-
-
-def _with_ones(points: Array) -> Array:
-    """Points (n, 3) as poses turn and move them, (n, 4)."""
-    out = np.ones((len(points), 4))
-    out[:, :3] = points
-    return out
+    return np.einsum("nrij,rj->nri", link_poses[..., :3, :], np.insert(model.body_arrays.tip, 3, 1.0, axis=1))
 
 
 def _turned(link_poses: Array, vectors: Array) -> Array:
@@ -68,20 +61,22 @@ def _turned(link_poses: Array, vectors: Array) -> Array:
     return np.einsum("nrij,rj->nri", link_poses[..., :3, :3], vectors)
 
 
-def swings(model: Model, link_poses: Array) -> Array:
-    """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none."""
-    tilting = np.array([body.tip.any() for body in model.bodies])
-    if model.chain is None:
-        some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
-        tilting &= np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR
-    angles = _angles_from_down(model, link_poses)[:, tilting]
-    return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
-
-
 def swings_of(run: RunRecord, model: Model | None = None) -> Array:
-    """The same of a run, whose model is built again if none is given. Raises InputError."""
+    """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none.
+
+    The model of the run is built again if none is given. Raises InputError.
+    """
     model = model or model_of(run)
-    return swings_of_chain(run.q) if model.chain is not None else swings(model, poses(model, run.q))
+    if model.chain is not None:
+        return swings_of_chain(run.q)
+
+    def angles_from_down(q: Array) -> Array:
+        x, y, z = np.moveaxis(_turned(poses(model, q), model.body_arrays.tip), -1, 0)
+        return np.arctan2(np.hypot(x, y), -z)
+
+    some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
+    tilting = np.array([body.tip.any() for body in model.bodies]) & (np.ptp(angles_from_down(some), 0) > NEAR)
+    return angles_from_down(run.q)[:, tilting].max(1) if tilting.any() else np.full(len(run.t), np.nan)
 
 
 def swings_of_chain(q: Array) -> Array:
@@ -112,12 +107,6 @@ def tilts_of_chain(q: Array, v: Array) -> tuple[Array, Array]:
         squares[..., k] = np.where(z < 0, (x * x + y * y) / (2 - 2 * z), (1 + z) / 2)
         rates[..., k] = dz / 2
     return squares, rates
-
-
-def _angles_from_down(model: Model, link_poses: Array) -> Array:
-    """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
-    x, y, z = np.moveaxis(_turned(link_poses, model.body_arrays.tip), -1, 0)
-    return np.arctan2(np.hypot(x, y), -z)
 
 
 def chain_length(model: Model) -> float:
@@ -213,7 +202,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
         orbital = cross(moving.centres, tree.m[:, None] * moving.centre_velocities) * SIGNS
     else:
         placed, (velocity, spin) = poses(model, run.q), _motion_of_bodies(model, run.q, run.v)
-        centres = np.einsum("nrij,rj->nri", placed[..., :3, :], _with_ones(model.body_arrays.com))
+        centres = np.einsum("nrij,rj->nri", placed[..., :3, :], np.insert(model.body_arrays.com, 3, 1.0, axis=1))
         omega, frames = spin * SIGNS, FLIP @ placed[..., :3, :3] @ FLIP
         orbital = cross(centres, tree.m[:, None] * applied(placed[..., :3, :3], velocity))
     turned = np.einsum("nrij,nrj->ni", frames, omega * tree.inertia)
@@ -222,7 +211,7 @@ def spins_and_momentum(run: RunRecord) -> tuple[Array, Array]:
 
 def field_potential(model: Model, link_poses: Array, field: Array) -> Array:
     """Potential energy (n,) in J of the bodies in a uniform field (3,) m/s², W; zero at W's origin."""
-    centres = _with_ones(model.body_arrays.com)
+    centres = np.insert(model.body_arrays.com, 3, 1.0, axis=1)
     weights = -model.body_arrays.mass[:, None, None] * (np.array([*field, 0.0])[:, None] * centres[:, None])
     # Not `@`: BLAS adds up in another order for another number of rows, and a sample's energy must not depend on how many
     # are computed with it (with OpenBLAS 1, 2, 3, 6 and 7 rows of 48 numbers have other bits than among 9).

@@ -1,7 +1,7 @@
 """A model written for others: a chain as a URDF, any model as MJCF or SDF."""
 
-from collections.abc import Iterable, Mapping, Sequence
-from typing import NamedTuple
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,65 +11,72 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.model.bodies import pinocchio, tree_of
 from pendpin.model.build import Model, chain_names
-from pendpin.model.urdf import Element, put
+from pendpin.model.urdf import Element
 from pendpin.scene import Chain
 
 LEAST = "1e-15"  # kg, kg m²: MuJoCo refuses moving bodies with less
 POINT = 1e-12  # of a unit vector or a length in m: what rounding may leave of a translation or a rotation
-_COLORS = {"steel": "0.48 0.53 0.59 1", "copper": "0.85 0.38 0.17 1"}
-_PAYLOAD_RADIUS = 0.03  # of the rod's length, as drawn
+
+
+def _add(parent: Element, tag: str, text: Any = None, **attributes: Any) -> Element:
+    """A new element in another; numbers in its text and attributes are written with every digit."""
+    element = ElementTree.SubElement(parent, tag, {key: _written(value) for key, value in attributes.items()})
+    element.text = None if text is None else _written(text)
+    return element
+
+
+def _written(value: Any) -> str:
+    return value if isinstance(value, str) else " ".join(repr(float(number)) for number in np.ravel(value))
 
 
 def chain_urdf(chain: Chain) -> str:
     """The URDF of rods, along -z: a hinge is a revolute joint, a universal one two with a massless link between."""
     robot = Element("robot", name="chain")
-    ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", boundmass="1e-15", boundinertia="1e-15")
-    for name, rgba in _COLORS.items():
-        ElementTree.SubElement(ElementTree.SubElement(robot, "material", name=name), "color", rgba=rgba)
-    ElementTree.SubElement(robot, "link", name="support")
+    _add(_add(robot, "mujoco"), "compiler", boundmass=LEAST, boundinertia=LEAST)
+    for name, rgba in (("steel", "0.48 0.53 0.59 1"), ("copper", "0.85 0.38 0.17 1")):
+        _add(_add(robot, "material", name=name), "color", rgba=rgba)
+    _add(robot, "link", name="support")
+
+    def hang(name: str, parent: str, child: str, z: float, axis: Sequence[int]) -> Element:
+        """The link `child` on a joint at a height z of its parent."""
+        joint = _add(robot, "joint", name=name, type="revolute")
+        _add(joint, "parent", link=parent)
+        _add(joint, "child", link=child)
+        _add(joint, "origin", xyz=(0, 0, z))
+        _add(joint, "axis", xyz=axis)
+        _add(joint, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
+        return _add(robot, "link", name=child)
+
     names = chain_names(chain.count)
     for rod, above, at, (theta, phi, link) in zip(chain.all_rods, chain.parents, chain.places, names, strict=True):
         parent, z = names[above][2] if above >= 0 else "support", 0.0 - at
         if rod.turns == "universal":
             cross = f"cross{link.removeprefix('rod')}"
-            _joint(robot, theta, parent, cross, z, (-1, 0, 0))
-            _inertial(ElementTree.SubElement(robot, "link", name=cross), 0.0, 0.0, (0.0, 0.0, 0.0))
+            _add_inertial(hang(theta, parent, cross, z, (-1, 0, 0)), 0.0, 0.0, (0.0, 0.0, 0.0))
             parent, z = cross, 0.0
         own, axis = (theta, (-1, 0, 0)) if rod.turns == "x" else (phi, (0, -1, 0))
-        _joint(robot, own, parent, link, z, axis)
-        element = ElementTree.SubElement(robot, "link", name=link)
+        element = hang(own, parent, link, z, axis)
         m, h, *principal = rod.properties
-        _inertial(element, m, -h, principal)
+        _add_inertial(element, m, -h, principal)
         radius = rod.radius or 0.002 * rod.length  # a thin rod is drawn all the same
-        _visual(element, -rod.length / 2, "cylinder", radius=radius, length=rod.length)
+        shapes = [("cylinder", "copper", -rod.length / 2, {"radius": radius, "length": rod.length})]
         if rod.payload:
-            _visual(element, -rod.length, "sphere", radius=rod.payload_radius or _PAYLOAD_RADIUS * rod.length)
+            shapes.append(("sphere", "steel", -rod.length, {"radius": rod.payload_radius or 0.03 * rod.length}))
+        for shape, material, height, sizes in shapes:
+            visual = _add(element, "visual")
+            _add(visual, "origin", xyz=(0, 0, height))
+            _add(_add(visual, "geometry"), shape, **sizes)
+            _add(visual, "material", name=material)
     return _text(robot)
 
 
-def _joint(robot: Element, name: str, parent: str, child: str, z: float, axis: Iterable[float]) -> None:
-    joint = ElementTree.SubElement(robot, "joint", name=name, type="revolute")
-    ElementTree.SubElement(joint, "parent", link=parent)
-    ElementTree.SubElement(joint, "child", link=child)
-    put(ElementTree.SubElement(joint, "origin"), "xyz", (0, 0, z))
-    put(ElementTree.SubElement(joint, "axis"), "xyz", axis)
-    ElementTree.SubElement(joint, "limit", lower="-1e9", upper="1e9", effort="1e9", velocity="1e9")
-
-
-def _inertial(link: Element, mass: float, z: float, principal: Iterable[float]) -> None:
-    inertial = ElementTree.SubElement(link, "inertial")
-    put(ElementTree.SubElement(inertial, "origin"), "xyz", (0, 0, z))
-    put(ElementTree.SubElement(inertial, "mass"), "value", (mass,))
-    values = dict(zip(("ixx", "iyy", "izz"), principal, strict=True)) | {"ixy": 0.0, "ixz": 0.0, "iyz": 0.0}
-    ElementTree.SubElement(inertial, "inertia", {key: repr(float(value)) for key, value in values.items()})
-
-
-def _visual(link: Element, z: float, shape: str, **sizes: float) -> None:
-    visual = ElementTree.SubElement(link, "visual")
-    put(ElementTree.SubElement(visual, "origin"), "xyz", (0, 0, z))
-    geometry = ElementTree.SubElement(visual, "geometry")
-    ElementTree.SubElement(geometry, shape, {key: repr(float(size)) for key, size in sizes.items()})
-    ElementTree.SubElement(visual, "material", name="copper" if shape == "cylinder" else "steel")
+def _add_inertial(link: Element, mass: float, z: float, principal: Sequence[float]) -> None:
+    inertial = _add(link, "inertial")
+    _add(inertial, "origin", xyz=(0, 0, z))
+    _add(inertial, "mass", value=mass)
+    _add(
+        inertial, "inertia", **dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (*principal, 0, 0, 0), strict=True))
+    )
 
 
 # --- a model as MJCF and as SDF, for other engines; URDF is above ---------------------------------------
@@ -108,10 +115,6 @@ def _links(tree: Tree, names: Sequence[str], format_name: str) -> list[_Link]:
     return links
 
 
-def _numbers(values: Iterable[float]) -> str:
-    return " ".join(repr(float(value) + 0.0) for value in np.ravel(np.asarray(values, float)))
-
-
 def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     """The model as MJCF, in a field (3,) m/s², with damping N m s/rad by joint. InputError without a mass."""
     from scipy.spatial.transform import Rotation
@@ -119,27 +122,22 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     tree, names = tree_of(model.pin), model.joints
     links = _links(tree, names, "MJCF")
     root = Element("mujoco", model="pendpin")
-    options = {"angle": "radian", "boundmass": LEAST, "boundinertia": LEAST, "autolimits": "false"}
-    ElementTree.SubElement(root, "compiler", options)
-    flags = ElementTree.SubElement(ElementTree.SubElement(root, "option", gravity=_numbers(gravity)), "flag")
-    flags.set("contact", "disable")
-    places = {-1: ElementTree.SubElement(root, "worldbody")}
+    _add(root, "compiler", angle="radian", boundmass=LEAST, boundinertia=LEAST, autolimits="false")
+    _add(_add(root, "option", gravity=gravity + 0.0), "flag", contact="disable")  # + 0.0 clears the sign of zeros
+    places = {-1: _add(root, "worldbody")}
     for link in links:
-        body = ElementTree.SubElement(places[link.parent], "body", name=f"moved_by_{names[link.body]}")
-        body.set("pos", _numbers(link.r))
-        body.set("quat", _numbers(np.roll(Rotation.from_matrix(link.R).as_quat(), 1)))  # w, x, y, z
-        I = tree.inertias[link.body]  # noqa: E741
-        mass, com = repr(float(tree.masses[link.body])), _numbers(tree.coms[link.body])
-        inertial = ElementTree.SubElement(body, "inertial", pos=com, mass=mass)
+        quaternion = np.roll(Rotation.from_matrix(link.R).as_quat(), 1) + 0.0  # w, x, y, z
+        body = _add(places[link.parent], "body", name=f"moved_by_{names[link.body]}", pos=link.r + 0.0, quat=quaternion)
+        I = tree.inertias[link.body] + 0.0  # noqa: E741
+        inertial = _add(body, "inertial", pos=tree.coms[link.body] + 0.0, mass=tree.masses[link.body])
         if np.count_nonzero(I - np.diag(np.diag(I))):
-            inertial.set("fullinertia", _numbers((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
+            inertial.set("fullinertia", _written((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
         else:
-            inertial.set("diaginertia", _numbers(np.diag(I)))
+            inertial.set("diaginertia", _written(np.diag(I)))
         for joint in link.joints:
             kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
-            hinge = ElementTree.SubElement(body, "joint", name=names[joint], type=kind, axis=_numbers(tree.axes[joint]))
-            if names[joint] in damping:
-                hinge.set("damping", repr(damping[names[joint]]))
+            damped = {"damping": damping[names[joint]]} if names[joint] in damping else {}
+            _add(body, "joint", name=names[joint], type=kind, axis=tree.axes[joint] + 0.0, **damped)
         places[link.body] = body
     return _text(root)
 
@@ -154,33 +152,30 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     tree, names = tree_of(model.pin), model.joints
     links = _links(tree, names, "SDF")
     root = Element("sdf", version="1.9")
-    out = ElementTree.SubElement(root, "model", name="pendpin")
+    out = _add(root, "model", name="pendpin")
     link_of = {-1: "world"} | {link.body: f"moved_by_{names[link.body]}" for link in links}
     for link in links:
-        if np.linalg.eigvalsh(tree.inertias[link.body]).min() <= 0:
+        inertia = tree.inertias[link.body]
+        if np.linalg.eigvalsh(inertia).min() <= 0:
             raise InputError(f"SDF takes no moment of inertia of 0, and joint {names[link.body]} moves such a body")
-        element = ElementTree.SubElement(out, "link", name=link_of[link.body])
-        pose = ElementTree.SubElement(element, "pose")
-        if link.parent >= 0:
-            pose.set("relative_to", link_of[link.parent])
-        pose.text = _numbers([*link.r, *pinocchio().rpy.matrixToRpy(link.R)])
-        inertial = ElementTree.SubElement(element, "inertial")
-        ElementTree.SubElement(inertial, "pose").text = _numbers([*tree.coms[link.body], 0, 0, 0])
-        ElementTree.SubElement(inertial, "mass").text = repr(float(tree.masses[link.body]))
-        inertia = ElementTree.SubElement(inertial, "inertia")
+        element = _add(out, "link", name=link_of[link.body])
+        place = {"relative_to": link_of[link.parent]} if link.parent >= 0 else {}
+        _add(element, "pose", np.array([*link.r, *pinocchio().rpy.matrixToRpy(link.R)]) + 0.0, **place)
+        inertial = _add(element, "inertial")
+        _add(inertial, "pose", np.array([*tree.coms[link.body], 0, 0, 0]) + 0.0)
+        _add(inertial, "mass", tree.masses[link.body])
+        moments = _add(inertial, "inertia")
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
-            cell = ElementTree.SubElement(inertia, f"i{'xyz'[i]}{'xyz'[j]}")
-            cell.text = repr(float(tree.inertias[link.body][i, j]))
-        joint = ElementTree.SubElement(out, "joint", name="__".join(names[joint] for joint in link.joints))
+            _add(moments, f"i{'xyz'[i]}{'xyz'[j]}", inertia[i, j])
+        joint = _add(out, "joint", name="__".join(names[joint] for joint in link.joints))
         joint.set("type", _sdf_kind(tree, link, names, damping))
-        ElementTree.SubElement(joint, "parent").text = link_of[link.parent]
-        ElementTree.SubElement(joint, "child").text = link_of[link.body]
+        _add(joint, "parent", link_of[link.parent])
+        _add(joint, "child", link_of[link.body])
         for i, tag in zip(link.joints, ("axis", "axis2"), strict=False):
-            axis = ElementTree.SubElement(joint, tag)
-            ElementTree.SubElement(axis, "xyz").text = _numbers(tree.axes[i])
+            axis = _add(joint, tag)
+            _add(axis, "xyz", tree.axes[i] + 0.0)
             if names[i] in damping:
-                element = ElementTree.SubElement(ElementTree.SubElement(axis, "dynamics"), "damping")
-                element.text = repr(damping[names[i]])
+                _add(_add(axis, "dynamics"), "damping", damping[names[i]])
     return _text(root)
 
 

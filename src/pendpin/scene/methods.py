@@ -124,11 +124,6 @@ def add_method(method: Method) -> None:
     METHODS[method.name] = method
 
 
-def names() -> tuple[str, ...]:
-    """What a scene may ask for."""
-    return ("auto", *METHODS)
-
-
 def fixed_methods() -> tuple[str, ...]:
     """The names of the methods with a fixed step."""
     return tuple(name for name, method in METHODS.items() if method.setting == "step")
@@ -156,12 +151,13 @@ BESIDE_ACCURACY = "an accuracy is given, from which pendpin finds this number; l
 
 def _refuse_unknown(name: str) -> str:
     if name != "auto" and name not in METHODS:
-        raise PydanticKnownError("literal_error", {"expected": ", ".join(names())})
+        raise PydanticKnownError("literal_error", {"expected": ", ".join(("auto", *METHODS))})
     return name
 
 
+NAMES = ("auto", *METHODS)  # those of pendpin; `add_method` adds others
 MethodName = Annotated[
-    str, Field(strict=True), AfterValidator(_refuse_unknown), WithJsonSchema({"type": "string", "enum": list(names())})
+    str, Field(strict=True), AfterValidator(_refuse_unknown), WithJsonSchema({"type": "string", "enum": [*NAMES]})
 ]
 
 
@@ -173,7 +169,7 @@ class Solver(Record):
     both: pendpin finds the tolerance or step that meets it, and with method "auto" the method too.
     """
 
-    method: MethodName = Field("auto", description=f"{choices(names())} (docs/accuracy.md)")
+    method: MethodName = Field("auto", description=f"{choices(NAMES)} (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
         "auto", description="which equations compute the accelerations: auto, pinocchio, chain, compiled"
     )
@@ -197,14 +193,10 @@ class Solver(Record):
     @field_validator("tolerance")
     @classmethod
     def _tolerance_of(cls, tolerance: float | None, info: ValidationInfo) -> float | None:
-        method = info.data.get("method", "")
-        if info.data.get("accuracy") is not None:
+        method, accurate = info.data.get("method", ""), info.data.get("accuracy") is not None
+        if accurate or method in fixed_methods():
             if tolerance is not None:
-                raise ValueError(BESIDE_ACCURACY)
-            return None
-        if method in fixed_methods():
-            if tolerance is not None:
-                raise ValueError(f"{method} takes a step, not a tolerance")
+                raise ValueError(BESIDE_ACCURACY if accurate else f"{method} takes a step, not a tolerance")
             return None
         least = least_tolerance(method)
         if tolerance is not None and tolerance < least:
@@ -215,9 +207,9 @@ class Solver(Record):
     @classmethod
     def _step_of(cls, step: float | None, info: ValidationInfo) -> float | None:
         method = info.data.get("method", "")
-        if info.data.get("accuracy") is not None and step is not None:
-            raise ValueError(BESIDE_ACCURACY)
         if info.data.get("accuracy") is not None:
+            if step is not None:
+                raise ValueError(BESIDE_ACCURACY)
             return None
         # a tolerance that was refused is the fault; that no step is given follows from it
         if method in fixed_methods() and step is None and "tolerance" in info.data:

@@ -153,10 +153,7 @@ class Chain(Record):
     def places(self) -> tuple[float, ...]:
         """Where the joint of each of all rods is along the rod that it hangs on, m; 0 of those on the world."""
         rods = self.all_rods
-        return tuple(
-            0.0 if above < 0 else rods[above].length if own is None else own
-            for above, own in zip(self.parents, self._given_places, strict=True)
-        )
+        return tuple(0.0 if up < 0 else rods[up].length if at is None else at for _, up, at in self._hung)
 
     @property
     def in_a_row(self) -> bool:
@@ -171,46 +168,38 @@ class Chain(Record):
     @property
     def bearing(self) -> tuple[int, ...]:
         """The entries of `rods` at whose tips others hang; a motion shows their lengths."""
-        entries = [i for i, rod in enumerate(self.rods) for _ in range(rod.copies)] * self.copies
-        at_tips = [k for k, at in enumerate(self._given_places) if at is None]
-        return tuple(sorted({entries[self.parents[k]] for k in at_tips if self.parents[k] >= 0}))
-
-    @property
-    def _given_places(self) -> list[float | None]:
-        """The `at` of each of all rods: that of an entry is its first copy's."""
-        return [at for rod in self.rods for at in (rod.at, *[None] * (rod.copies - 1))] * self.copies
+        return tuple(sorted({self._hung[up][0] for _, up, at in self._hung if at is None and up >= 0}))
 
     @cached_property
     def parents(self) -> tuple[int, ...]:
-        """The place of the rod that each of all rods hangs on, -1 for the world. Raises ValueError where none fits."""
-        if all(rod.hangs_on is None for rod in self.rods):
-            return tuple(range(-1, self.count - 1))
-        parents = list[int]()
-        for place, rod in enumerate(self.rods):
-            first = len(parents)
-            parent = first - 1 if rod.hangs_on is None else self._rod_above(rod.hangs_on, place, first)
+        """The place of the rod that each of all rods hangs on, -1 for the world."""
+        return tuple(parent for _, parent, _ in self._hung)
+
+    @cached_property
+    def _hung(self) -> tuple[tuple[int, int, float | None], ...]:
+        """Of each of all rods its entry in `rods`, its parent and its `at`. Raises ValueError where no parent fits."""
+        named = self.count if any(rod.hangs_on is not None for rod in self.rods) else 0
+        places = {"world": -1} | {f"rod_{i + 1}": i for i in range(named)}
+        rows = list[tuple[int, int, float | None]]()
+        for entry, rod in [*enumerate(self.rods)] * self.copies:
+            first, name, where = len(rows), rod.hangs_on, f"rods[{entry}].hangs_on"
+            parent = first - 1 if name is None else 0 if name == "rod" and first else places.get(name, first)
+            if parent >= first and name not in places:
+                raise ValueError(f"{where}: {not_one_of(name, [*places][: first + 1])}")
+            if parent >= first:
+                other = "itself" if parent == first else f"{name}, which is listed after it"
+                circle = "a rod hangs on one before it; nothing hangs in a circle"
+                raise ValueError(f"{where}: rod_{first + 1} hangs on {other}: {circle}")
             above = first - 1
             while above not in (parent, -1):
-                above = parents[above]
+                above = rows[above][1]
             if above != parent:  # Pinocchio's mass matrix wants the joints of a branch together
                 raise ValueError(
-                    f"rods[{place}].hangs_on: rod_{first + 1} hangs on rod_{parent + 1}, and rod_{first} before it on "
+                    f"{where}: rod_{first + 1} hangs on rod_{parent + 1}, and rod_{first} before it on "
                     f"another branch: list a branch as a whole, all that hangs below rod_{parent + 1} right behind it"
                 )
-            parents += [parent, *range(first, first + rod.copies - 1)]
-        return tuple(parents)
-
-    def _rod_above(self, name: str, place: int, first: int) -> int:
-        """The rod that the one at a place hangs on, by its name; `first` is its number among all rods. Raises ValueError."""
-        names = ["world", *(f"rod_{i + 1}" for i in range(self.count))]
-        number = names.index(name) - 1 if name in names else 0 if name == "rod" else first
-        if number < first:
-            return number
-        where, own = f"rods[{place}].hangs_on", f"rod_{first + 1}"
-        if name not in names:
-            raise ValueError(f"{where}: {not_one_of(name, names[: first + 1])}")
-        other = "itself" if name == own else f"{name}, which is listed after it"
-        raise ValueError(f"{where}: {own} hangs on {other}: a rod hangs on one before it; nothing hangs in a circle")
+            rows += [(entry, parent, rod.at), *((entry, i, None) for i in range(first, first + rod.copies - 1))]
+        return tuple(rows)
 
     @model_validator(mode="after")
     def _hang_together(self) -> Self:
@@ -221,15 +210,13 @@ class Chain(Record):
             raise ValueError(reason)
         if all(rod.hangs_on is None and rod.at is None for rod in self.rods):
             return self
-        lengths, first = [rod.length for rod in self.all_rods], 0
-        for place, rod in enumerate(self.rods):
-            parent, where = self.parents[first], f"rods[{place}].at"
-            first += rod.copies
-            if rod.at is not None and parent < 0:
-                raise ValueError(f"{where}: this rod hangs on the world; at is measured along another rod")
-            if rod.at is not None and rod.at > lengths[parent]:
-                tip = f"the tip of rod_{parent + 1}, at {lengths[parent]:g} m"
-                raise ValueError(f"{where}: {rod.at:g} m is beyond {tip}")
+        rods = self.all_rods
+        for entry, parent, at in self._hung:
+            if at is not None and parent < 0:
+                raise ValueError(f"rods[{entry}].at: this rod hangs on the world; at is measured along another rod")
+            if at is not None and at > rods[parent].length:
+                tip = f"the tip of rod_{parent + 1}, at {rods[parent].length:g} m"
+                raise ValueError(f"rods[{entry}].at: {at:g} m is beyond {tip}")
         return self
 
 

@@ -86,14 +86,10 @@ class Modes(Result):
     @cached_property
     def _groups(self) -> list[list[int]]:
         """The places of the modes, those of one frequency and damping together."""
-
-        def same(one: float, other: float) -> bool:
-            return one == other or bool(abs(one - other) <= EQUAL * max(1.0, abs(one)))
-
-        groups: list[list[int]] = []
-        for i, (omega, ratio) in enumerate(zip(self.omega, self.damping_ratio, strict=True)):
-            first = groups[-1][0] if groups else -1
-            if groups and same(omega, self.omega[first]) and same(ratio, self.damping_ratio[first]):
+        both, groups = np.stack([self.omega, self.damping_ratio], 1).tolist(), list[list[int]]()
+        for i, mode in enumerate(both):
+            pairs = zip(mode, both[groups[-1][0]] if groups else (np.nan, np.nan), strict=True)
+            if all(x == first or abs(x - first) <= EQUAL * max(1.0, abs(x)) for x, first in pairs):
                 groups[-1].append(i)
             else:
                 groups.append([i])

@@ -86,7 +86,7 @@ def swing(run: Any) -> Array:
 
 def unit_of(run: Any, name: str) -> str:
     """The unit of a quantity, "" of the energy drift; that of a joint is not known where the run's URDF is gone."""
-    if _is_drift(name):
+    if str(name) == DRIFT:
         return ""
     part, index = place_of(run, name)
     if part == "wrench":
@@ -100,34 +100,20 @@ def unit_of(run: Any, name: str) -> str:
     return f"{unit} or {slide}" if run.slides is None else slide if run.joints[index[-1]] in run.slides else unit
 
 
-def named_with_units(run: Any, joints: list[int]) -> tuple[tuple[str, ...], str]:
-    """The names of some joints as labels, and the unit of their positions; each with its own where both kinds are there."""
-    names = tuple(run.joints[j] for j in joints)
-    units = [unit_of(run, name) for name in names]
-    if len(set(units)) == 1:
-        return names, units[0]
-    return tuple(f"{name} ({unit})" for name, unit in zip(names, units, strict=True)), "rad or m"
-
-
-def _is_drift(name: Any) -> bool:
-    """Whether a name is that of the energy drift. Raises InputError for what is no name."""
-    if not isinstance(name, str):
-        raise InputError(f"{shown(name)} is not the name of a quantity; to_pandas(*names) makes a table of several")
-    return name == DRIFT
-
-
 def place_of(run: Any, name: str) -> Place:
     """Where a quantity of a run is, by its name. Raises InputError that says which name was probably meant."""
+    if not isinstance(name, str):
+        raise InputError(f"{shown(name)} is not the name of a quantity; to_pandas(*names) makes a table of several")
     places = run.places
-    if str(name).startswith("effort_") and name not in places:  # of each kind of effect and joint; none of a record
+    if name.startswith("effort_") and name not in places:  # of each kind of effect and joint; none of a record
         kinds = getattr(run, "computed_efforts", ())
         places = {f"effort_{k}_{joint}": (EFFORTS, (k, j)) for k in kinds for j, joint in enumerate(run.joints)}
     tips = run.tips.shape[1]
-    if isinstance(name, str) and name not in places and (tips == 1 or name.startswith("tip_")):
+    if name not in places and (tips == 1 or name.startswith("tip_")):
         unnumbered = name.removesuffix(f"_{tips}")  # tip_x_2 of two rods is tip_x, theta_1 of a single rod theta
         name = unnumbered if unnumbered in places else name
     if name not in places:
-        without_works = str(name).startswith("work_") and not run.work
+        without_works = name.startswith("work_") and not run.work
         remedy = "; energy_balance=True (--energy-balance) adds the works"
         hint = remedy if without_works else nearest_or_all(name, tuple(places))
         raise InputError(f"{shown(name)} is not a quantity of this run{hint}")
@@ -136,7 +122,7 @@ def place_of(run: Any, name: str) -> Place:
 
 def column(run: Any, name: Any) -> Array:
     """One quantity of a run by its name, (n,); energy_drift and effort_ of each kind of effect and joint too. InputError."""
-    if _is_drift(name):
+    if str(name) == DRIFT:
         if not run.stats.conservative:
             why = "an effect of this run has no potential; work_ of each effect explains its energy"
             raise InputError(f"energy_drift: {why}")

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from copy import copy
 from dataclasses import dataclass
+from functools import partial
 from importlib import import_module
 from importlib.util import find_spec
 from typing import Any, Literal
@@ -33,8 +34,7 @@ NOT_FINITE = "its state is not finite"
 
 Kind = Literal["tolerance", "step"]
 Look = Callable[[], None]  # at the clock; raises RunError when the time is up
-# A run that is built and not begun: q (nv,) at each output time after the first, and the steps and evaluations so far.
-Prepared = Callable[[Look], Iterator[tuple[Array, int, int]]]
+Rows = Iterator[tuple[Array, int, int]]  # q (nv,) at each output time, and the steps and evaluations so far
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,19 +83,21 @@ class Peer:
     library: str  # with its version
     kind: Kind
     task: PeerTask
-    prepare: Callable[[float], Prepared]
+    start: Callable[[float, Look], Rows]  # with a setting; up to its first row the run is built
 
     def run(self, setting: float, limit: float = LIMIT) -> PeerRun:
         """A run over scene.times with a tolerance, or in equal steps up to a step in s; its failure says what is wrong."""
         if not 0 < setting < math.inf:
             raise InputError(f"{self.name}: {self.kind} {setting:g} is not a positive number")
-        motion, rows, failure = self.prepare(setting), [(self.task.q, 0, 0)], None
-        begin = time.thread_time()
+        failure = None
 
         def look() -> None:
             if time.thread_time() > begin + limit:
                 raise RunError(f"took over {limit:g} s")
 
+        motion = self.start(setting, look)
+        rows = [next(motion)]
+        begin = time.thread_time()
         try:
             rows.extend(motion(look))
         except Exception as error:  # each library has its own
@@ -213,28 +215,24 @@ def mujoco_peers(task: PeerTask) -> Iterator[Peer]:
         mujoco.mj_forward(model, probed)
     task.check("mujoco", probed.qacc[at_v])
 
-    def prepared(name: str, step: float) -> Prepared:
+    def start(name: str, step: float, look: Look) -> Rows:
         stepped, data, count = copy(model), mujoco.MjData(model), count_equal_steps(task.interval, step)
         stepped.opt.integrator = getattr(mujoco.mjtIntegrator, f"mjINT_{name.upper()}")
         stepped.opt.timestep = task.interval / count
         qpos = data.qpos
         qpos[at_q], data.qvel[at_v] = task.q, task.v
+        yield task.q, 0, 0
+        with _mujoco_warnings(mujoco) as said:
+            for taken in count * np.arange(1, len(task.times)):
+                for left in range(count, 0, -STEPS_AT_ONCE):
+                    mujoco.mj_step(stepped, data, min(left, STEPS_AT_ONCE))
+                    if said:
+                        raise RunError(said[0])
+                    look()
+                yield qpos[at_q], int(taken), STAGES[name] * int(taken)
 
-        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
-            with _mujoco_warnings(mujoco) as said:
-                for taken in count * np.arange(1, len(task.times)):
-                    for left in range(count, 0, -STEPS_AT_ONCE):
-                        mujoco.mj_step(stepped, data, min(left, STEPS_AT_ONCE))
-                        if said:
-                            raise RunError(said[0])
-                        look()
-                    yield qpos[at_q], int(taken), STAGES[name] * int(taken)
-
-        return rows
-
-    library = f"mujoco {version('mujoco')}"
     for name in STAGES:
-        yield Peer(f"mujoco {name}", library, "step", task, lambda h, name=name: prepared(name, h))
+        yield Peer(f"mujoco {name}", f"mujoco {version('mujoco')}", "step", task, partial(start, name))
 
 
 def mujoco_model(mujoco: Any, task: PeerTask) -> Any:
@@ -293,7 +291,7 @@ def drake_peers(task: PeerTask) -> Iterator[Peer]:
     set_drake(plant, probed, task, *task.probe[:2])
     task.check("drake", plant.EvalTimeDerivatives(probed).get_generalized_velocity().CopyToVector()[at_v])
 
-    def prepared(scheme: str, kind: Kind, setting: float) -> Prepared:
+    def start(scheme: str, kind: Kind, setting: float, look: Look) -> Rows:
         config = SimulatorConfig(integration_scheme=scheme, publish_every_time_step=False)
         config.use_error_control = kind == "tolerance"
         if kind == "tolerance":
@@ -309,19 +307,16 @@ def drake_peers(task: PeerTask) -> Iterator[Peer]:
             parts = rates.get_generalized_position(), rates.get_generalized_velocity()
             v, a = (float(np.abs(part.CopyToVector()).max()) for part in parts)
             integrator.request_initial_step_size_target(FIRST_TURN / (1 + v + math.sqrt(a)))
-
-        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
-            simulator.set_monitor(lambda context: look())
-            simulator.Initialize()
-            for t in task.times[1:]:
-                simulator.AdvanceTo(t)
-                counts = integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()
-                yield plant.GetPositions(context)[at_q], *counts
-
-        return rows
+        yield task.q, 0, 0
+        simulator.set_monitor(lambda context: look())
+        simulator.Initialize()
+        for t in task.times[1:]:
+            simulator.AdvanceTo(t)
+            counts = integrator.get_num_steps_taken(), integrator.get_num_derivative_evaluations()
+            yield plant.GetPositions(context)[at_q], *counts
 
     for name, how in DRAKE.items():
-        yield Peer(f"drake {name}", f"drake {version('drake')}", how[1], task, lambda x, how=how: prepared(*how, x))
+        yield Peer(f"drake {name}", f"drake {version('drake')}", how[1], task, partial(start, *how))
 
 
 def drake_plant(task: PeerTask) -> Any:
@@ -374,32 +369,27 @@ def scipy_peers(task: PeerTask) -> Iterator[Peer]:
         y[:, places] = q, v
         return y.ravel()
 
-    def right_hand_side(look: Look) -> Callable[[float, Array], Array]:
-        def derivative(t: float, y: Array) -> Array:
-            v = y[nv:]
-            a = aba(model, data, y[:nv], v, none)
-            if not math.isfinite(a @ a):  # SciPy's loops do not end on NaN
-                raise RunError(NOT_FINITE)
-            look()
-            return np.concatenate([v, a])
+    def derivative(t: float, y: Array, look: Look) -> Array:
+        v = y[nv:]
+        a = aba(model, data, y[:nv], v, none)
+        if not math.isfinite(a @ a):  # SciPy's loops do not end on NaN
+            raise RunError(NOT_FINITE)
+        look()
+        return np.concatenate([v, a])
 
-        return derivative
-
-    def prepared(method: str, tolerance: float) -> Prepared:
-        start = state(task.q, task.v)
+    def start(method: str, tolerance: float, look: Look) -> Rows:
+        begin = state(task.q, task.v)
         options: Any = {"method": method, "rtol": max(tolerance, 100 * EPS), "atol": tolerance}  # of rtol the least
+        options |= {"t_eval": task.times, "args": (look,)}
+        yield task.q, 0, 0
+        with warnings.catch_warnings(action="ignore"):  # the failure says it
+            solution = solve_ivp(derivative, task.times[[0, -1]], begin, **options)
+        for q in np.reshape(solution.y, (len(begin), -1))[places].T[1:]:
+            yield q, 0, solution.nfev
+        if not solution.success:
+            raise RunError(solution.message)
 
-        def rows(look: Look) -> Iterator[tuple[Array, int, int]]:
-            with warnings.catch_warnings(action="ignore"):  # the failure says it
-                solution = solve_ivp(right_hand_side(look), task.times[[0, -1]], start, t_eval=task.times, **options)
-            for q in np.reshape(solution.y, (len(start), -1))[places].T[1:]:
-                yield q, 0, solution.nfev
-            if not solution.success:
-                raise RunError(solution.message)
-
-        return rows
-
-    task.check("pinocchio", right_hand_side(lambda: None)(0.0, state(*task.probe[:2]))[nv + places])
+    task.check("pinocchio", derivative(0.0, state(*task.probe[:2]), lambda: None)[nv + places])
     library = f"scipy {version('scipy')}, pin {version('pin')}"
     for method in ("DOP853", "RK45", "LSODA", "Radau"):
-        yield Peer(f"scipy {method.lower()}", library, "tolerance", task, lambda x, method=method: prepared(method, x))
+        yield Peer(f"scipy {method.lower()}", library, "tolerance", task, partial(start, method))

@@ -56,7 +56,7 @@ class HardReport(Claims):
 
     outcomes: tuple[Outcome, ...]
     cases: tuple[Case, ...]
-    stopped: bool = False  # True if the user stopped it before the end
+    stopped: bool = False  # by the user, before the end
 
     @property
     def broken(self) -> tuple[Outcome, ...]:
@@ -70,9 +70,8 @@ class HardReport(Claims):
             measured = "none" if o.measured is None else f"{o.measured:.1e}"
             rows.append((name, o.method, measured, f"{o.bound:.1e}", o.verdict, f"{o.seconds:.2f}"))
         words = [f"{o.case} on {o.method}: {o.failure}" for o in self.outcomes if o.failure]
-        if claims := [o for o in self.outcomes if o.claimed]:
-            count, seconds = amount(len(claims), "claim"), sum(o.seconds for o in claims)
-            words.append(f"{count}, {len(self.broken)} broken, {seconds:.0f} s")
+        if claims := [o.seconds for o in self.outcomes if o.claimed]:
+            words.append(f"{amount(len(claims), 'claim')}, {len(self.broken)} broken, {sum(claims):.0f} s")
         outcomes = [asdict(o) | {"ok": o.ok, "verdict": o.verdict} for o in self.outcomes]
         described = [{name: getattr(case, name) for name in FIELDS} for case in self.cases]
         data = {"ok": not self.broken, "stopped": self.stopped, "outcomes": outcomes, "cases": described}
@@ -88,36 +87,31 @@ def catalogue_report() -> Report:
 
 
 def hard(
-    names: Sequence[str] = (),
-    methods: Sequence[str] | None = None,
-    full: bool = True,
-    peers: bool = False,
-    progress: Progress = lambda what: None,
+    names: Sequence[str] = (), full: bool = True, peers: bool = False, progress: Progress = lambda what: None
 ) -> HardReport:
-    """Run the hard cases with these names, or all of them, on their methods, or only on those of `methods`.
+    """Run the hard cases with these names, or all of them, on their methods.
 
     full=False runs the short forms. With `peers`, other simulators and "auto" run the short forms of the cases in which
     only gravity acts. `progress` is called with the name of the case and method. After Ctrl-C the report holds the
     outcomes so far. Raises InputError for an unknown case, MissingLibrary for a missing simulator.
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
-    run = partial(_run_on_peers if peers else _run, methods=methods, full=full, progress=progress)
+    run = _run_on_peers if peers else partial(_run, full=full)
     if peers:  # the short forms that others can run: measured by their angles, or by tips compared with pendpin's
         simulators.require_libraries()
         direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
         compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
         cases = tuple(sorted([*direct, *compared], key=lambda case: case.group))
-    results, stopped = collect(outcome for case in cases for outcome in run(case))
+    results, stopped = collect(outcome for case in cases for outcome in run(case, progress=progress))
     return HardReport(results, cases, stopped)
 
 
-def _run(case: Case, methods: Sequence[str] | None, full: bool, progress: Progress) -> Iterator[Outcome]:
-    """A case on its methods and beside them, or only on those in `methods`."""
+def _run(case: Case, full: bool, progress: Progress) -> Iterator[Outcome]:
+    """A case on its methods, and beside them."""
     for method in case.methods:
-        if methods is None or method in methods:
-            progress(f"{case.name} on {method}")
-            yield run_case(case, method, full)
-    if case.beside is not None and methods is None:
+        progress(f"{case.name} on {method}")
+        yield run_case(case, method, full)
+    if case.beside is not None:
         progress(f"{case.name}, beside")
         begin = time.process_time()
         beside = case.beside()
@@ -183,7 +177,7 @@ def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
     return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
 
 
-def _run_on_peers(case: Case, progress: Progress, **_: Any) -> Iterator[Outcome]:
+def _run_on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
     """A case on `auto` and on other simulators: the best of some settings, none finer after a run longer than LIMIT."""
     progress(f"{case.name} on auto")
     yield replace(run_case(case, "auto", full=False), claimed=False)

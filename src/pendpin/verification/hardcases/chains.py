@@ -299,11 +299,11 @@ ALIKE = settings(auto=1e-12, rk45=1e-9, radau=1e-9, taylor=1e-16, gauss6=0.01, r
 # --- many turns in conical motion, and many swings ------------------------------------------------------------------
 
 
-def cone(rate: float, turns: int, samples: int = 3) -> Scene:
+def cone(rate: float, turns: int) -> Scene:
     """A thin rod in conical motion at a rate in rad/s: cos(phi) = g / (reduced length rate²)."""
     phi = float(np.arccos(G / (REDUCED * rate**2)))
     v = (-rate * np.tan(phi), 0.0)
-    return scene(THIN, q=(0.0, phi), v=v, duration=2 * np.pi * turns / rate, samples=samples)
+    return scene(THIN, q=(0.0, phi), v=v, duration=2 * np.pi * turns / rate, samples=3)
 
 
 def _spinning(rate: float) -> Case:

@@ -4,23 +4,24 @@ import os
 import platform
 import time
 from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, replace
+from functools import partial
 from pathlib import Path
 
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError, not_one_of, one_line
+from pendpin.errors import Halted, InputError, Interrupted, RunError, not_one_of, one_line
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
 from pendpin.integrators.taylor import seconds_of_compiling, start_compiler
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import marks, poses, scale, tip_distance, tips
+from pendpin.model.kinematics import marks, marks_at, scale, tip_distance
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.simulate import Budget, halting, run_to_setting
 from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods, least_tolerance
-from pendpin.verification import simulators
+from pendpin.verification import attempt, simulators
 from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
@@ -36,43 +37,23 @@ MOST_STEPS = 20  # of a series of steps
 GROWTH = 2.0  # of the time from one setting to the next
 PATIENCE = 5.0  # times the time that a run is worth: one that takes longer is stopped
 
-
-@dataclass(frozen=True)
-class Trial:
-    """One run: its tips, or why there are none."""
-
-    tips: Array | None  # (n, rods, 3) m, W
-    seconds: float
-    steps: int = 0
-    evaluations: int = 0
-    compile_seconds: float = 0.0
-    library: str = ""
-    failure: str | None = None
-    hopeless: bool = False  # whether other settings fail as well
+Measured = tuple[
+    str, Array, float, int, int, float
+]  # library, marks (n, bodies, 3) m, s, steps, evaluations, s of compiling
 
 
 @dataclass(eq=False)
 class Series:
     """One method, or one of another simulator, with the runs made so far."""
 
-    name: str
-    library: str
-    kind: str  # of its settings: "tolerance" or "step"
+    curve: Curve  # what was measured
     settings: Iterator[float]  # from coarse to fine
-    run: Callable[[float, float], Trial]  # with a setting and the s after which it is stopped
-    peer: bool = False
-    points: list[Point] = field(default_factory=list)
-    failures: list[str] = field(default_factory=list)
+    run: Callable[[float, float], Measured]  # with a setting and the s after which it is stopped
     ended: bool = False
-
-    @property
-    def curve(self) -> Curve:
-        """What was measured."""
-        return Curve(self.name, self.library, self.kind, tuple(self.points), tuple(self.failures), self.peer)
 
     def first_at(self, error: float) -> float | None:
         """The least s of a first run that meets an error, compiling included."""
-        return min((point.first_seconds for point in self.points if point.error <= error), default=None)
+        return min((point.first_seconds for point in self.curve.points if point.error <= error), default=None)
 
 
 def cost(
@@ -131,7 +112,7 @@ def cost(
     bench = _prepare_bench(scene, accuracy, thorough, repetitions, budget, progress)
     series = [_series_of_method(bench, method) for method in methods or _suitable_methods(bench)]
     others = [_series_of_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
-    others.sort(key=lambda one: OTHERS.index(one.name.split()[0]))
+    others.sort(key=lambda one: OTHERS.index(one.curve.name.split()[0]))
     contested, interrupted = list[float](), False
     try:
         # from coarse to fine; the time left is shared among the accuracies that can be answered
@@ -181,28 +162,34 @@ class _Bench:
     def refine(self, series: Series, error: float, worth: float, limit: Budget) -> None:
         """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left."""
         while not series.ended and series.first_at(error) is None and limit.left > 0:
-            if series.points and GROWTH * series.points[-1].seconds > worth:  # which the next run takes, about
+            curve = series.curve
+            if curve.points and GROWTH * curve.points[-1].seconds > worth:  # which the next run takes, about
                 return
-            usable = (x for x in series.settings if self.thorough or series.kind == "step" or x <= error * (1 + 1e-9))
+            usable = (x for x in series.settings if self.thorough or curve.kind == "step" or x <= error * (1 + 1e-9))
             if (setting := next(usable, None)) is None:
                 series.ended = True
                 return
-            self.progress(f"{series.name}, {setting:.1e}")
-            trial = series.run(setting, min(PATIENCE * worth, limit.left))
-            series.library = trial.library or series.library
-            series.ended = trial.hopeless or trial.seconds > self.budget
-            if trial.tips is None:
-                series.failures.append(trial.failure or "")
-                if trial.seconds > worth:
+            self.progress(f"{curve.name}, {setting:.1e}")
+            begin, stop = time.thread_time(), min(PATIENCE * worth, limit.left)
+            result, error = attempt(partial(series.run, setting, stop))
+            if result is None:
+                spent = stop if isinstance(error, Halted) else time.thread_time() - begin
+                series.ended = spent > self.budget or not isinstance(
+                    error, RunError
+                )  # then other settings fail as well
+                series.curve = replace(curve, failures=(*curve.failures, one_line(str(error))))
+                if spent > worth:
                     return
                 continue
-            spent, times = trial.seconds, []  # as many repetitions as are worth it; the least time counts
-            while len(times) < self.repetitions and spent < worth:
-                times.append(series.run(setting, PATIENCE * worth).seconds)
+            library, tips, seconds, *counts = result
+            spent, times, series.ended = seconds, [], seconds > self.budget
+            while len(times) < self.repetitions and spent < worth:  # as many as are worth it; the least time counts
+                again, _ = attempt(partial(series.run, setting, PATIENCE * worth))
+                times.append(again[2] if again else PATIENCE * worth)
                 spent += times[-1]
-            off = float(tip_distance(self.known.tips, trial.tips, scale(self.model)).max())  # over the length
-            counts = (trial.steps, trial.evaluations, trial.compile_seconds)
-            series.points.append(Point(setting, off, min(times, default=trial.seconds), *counts))
+            off = float(tip_distance(self.known.tips, tips, scale(self.model)).max())  # over the length
+            point = Point(setting, off, min(times, default=seconds), *counts)
+            series.curve = replace(curve, library=library, points=(*curve.points, point))
 
     def compare(self, series: Iterable[Series], error: float, limit: Budget) -> None:
         """Every series up to one error, as far as it is worth it beside the cheapest of them."""
@@ -257,24 +244,16 @@ def _series_of_method(bench: _Bench, method: str) -> Series:
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
     settings = _settings(bench, fixed, least_tolerance(name), stride)
 
-    def run(setting: float, stop: float) -> Trial:
-        begin, scene = time.thread_time(), bench.scene.by(name, setting)
-        try:
-            scene = scene if name == method else uncompiled(scene)
-            result = run_to_setting(scene, progress=halting(stop))
-        except Interrupted:
-            raise
-        except PendpinError as error:
-            hopeless = not isinstance(error, RunError)
-            seconds = stop if isinstance(error, Halted) else time.thread_time() - begin
-            return Trial(None, seconds, failure=one_line(str(error)), hopeless=hopeless)
-        stats = result.stats
+    def run(setting: float, stop: float) -> Measured:
+        scene = bench.scene.by(name, setting)
+        scene = scene if name == method else uncompiled(scene)
+        result = run_to_setting(scene, progress=halting(stop))
+        stats, tips = result.stats, marks(bench.model, result.tips, result.q)
         compiles = name == "taylor" or "compiled" in stats.engine
         compiling = max(stats.compile_seconds, _compiled_in(scene)) if compiles else 0.0
-        counts = (stats.seconds, stats.steps, stats.evaluations, compiling)
-        return Trial(marks(bench.model, result.tips, result.q), *counts, f"{stats.library} {stats.version}")
+        return f"{stats.library} {stats.version}", tips, stats.seconds, stats.steps, stats.evaluations, compiling
 
-    return Series(method, "", "step" if fixed else "tolerance", settings, run)
+    return Series(Curve(method, "", "step" if fixed else "tolerance"), settings, run)
 
 
 def _compiled_in(scene: Scene) -> float:
@@ -289,14 +268,14 @@ def _compiled_in(scene: Scene) -> float:
 def _series_of_peer(bench: _Bench, peer: Peer) -> Series:
     """The series of a method of another simulator."""
 
-    def run(setting: float, stop: float) -> Trial:
+    def run(setting: float, stop: float) -> Measured:
         result = peer.run(setting, stop)
         if result.failure is not None:
-            return Trial(None, result.seconds, failure=result.failure)
-        positions = marks(bench.model, tips(bench.model, poses(bench.model, result.q)), result.q)
-        return Trial(positions, result.seconds, result.steps, result.evaluations)
+            raise RunError(result.failure)
+        return peer.library, marks_at(bench.model, result.q), result.seconds, result.steps, result.evaluations, 0.0
 
-    return Series(peer.name, peer.library, peer.kind, _settings(bench, peer.kind == "step", 1e-14), run, peer=True)
+    curve = Curve(peer.name, peer.library, peer.kind, peer=True)
+    return Series(curve, _settings(bench, peer.kind == "step", 1e-14), run)
 
 
 def _settings(bench: _Bench, fixed: bool, least: float, stride: int = 1) -> Iterator[float]:

@@ -42,7 +42,7 @@ class Curve:
     name: str
     library: str
     kind: str  # of its settings: "tolerance" or "step"
-    points: tuple[Point, ...]
+    points: tuple[Point, ...] = ()
     failures: tuple[str, ...] = ()  # why runs did not reach the end
     peer: bool = False
 
