@@ -225,7 +225,12 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
         look = {"color": tone, "specular": 0x202020, "shininess": 40, "side": 2}  # both: meshes may be turned about
         material = materials.setdefault(tone, {"uuid": f"color_{tone:06x}", "type": "MeshPhongMaterial"} | look)
         solid = {"type": "Mesh", "geometry": geometries[key]["uuid"], "material": material["uuid"]}
-        matrix = [round(float(x), 9) for x in placement_of(shape).T.flat]
+        placement = shape.placement  # three.js's cylinders lie along y, and its meshes get their scale here
+        if shape.geometry == "cylinder":
+            placement = placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
+        elif shape.geometry == "mesh":
+            placement = placement @ np.diag([*shape.size, 1.0])
+        matrix = [round(float(x), 9) for x in placement.T.flat]
         groups[shape.body].append(solid | {"castShadow": shadows, "matrix": matrix})
     names = {body: f"body_{i}" for i, body in enumerate(bodies)} | {WORLD: "world"}
     children = [{"type": "Group", "uuid": names[b], "name": names[b], "children": x} for b, x in groups.items()]
@@ -236,12 +241,6 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
         "object": {"type": "Group", "uuid": "solids", "name": "solids", "children": children},
     }
 
-
-def placement_of(shape: Shape) -> Array:
-    """The placement (4, 4) of three.js's solid: its cylinders lie along y, its meshes get their scale here."""
-    if shape.geometry == "cylinder":
-        return shape.placement @ np.array([[1, 0, 0, 0], [0, 0, -1, 0], [0, 1, 0, 0], [0, 0, 0, 1]])
-    return shape.placement @ np.diag([*shape.size, 1.0]) if shape.geometry == "mesh" else shape.placement
 
 
 def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:

@@ -160,10 +160,6 @@ def _values(model: Model, values: Values, where: str) -> Array:
     return out
 
 
-def _data_bytes(nv: int) -> float:
-    return DATA_BYTES_PER_CUBE * float(nv) ** 3
-
-
 def chain_names(count: int) -> tuple[tuple[str, str, str], ...]:
     """The names of each rod's joints and link: theta, phi, rod of a single one, else theta_1, phi_1, rod_1, ..."""
     if count == 1:
@@ -194,7 +190,8 @@ def _build_chain(chain: Chain) -> Model:
         inertia = ChainInertia(rod_tree.m, rod_tree.h, lengths, *rod_tree.inertia.T)
     else:
         _refuse_size(len(joints), "model")
-    make_pin = partial(_pin_rods, rod_tree, joints) if _data_bytes(len(joints)) <= MAX_DATA_BYTES else None
+    fits = DATA_BYTES_PER_CUBE * len(joints) ** 3 <= MAX_DATA_BYTES
+    make_pin = partial(_pin_rods, rod_tree, joints) if fits else None
     bodies = rod_bodies(rods, on_joints)
     return Model(joints, make_pin, inertia, on_joints, bodies, findings=tuple(findings), rod_tree=rod_tree)
 
@@ -327,9 +324,9 @@ def _model_of_pin(
 
 
 def _refuse_size(nv: int, where: str) -> None:
-    if _data_bytes(nv) > MAX_DATA_BYTES:
+    if (needed := DATA_BYTES_PER_CUBE * nv**3) > MAX_DATA_BYTES:
         raise InputError(
-            f"{where}: {nv} joints need about {_data_bytes(nv) / 1e9:,.1f} GB in Pinocchio, "
+            f"{where}: {nv} joints need about {needed / 1e9:,.1f} GB in Pinocchio, "
             f"above the limit of {MAX_DATA_BYTES / 1e9:g} GB; only rods on universal joints in a row may be more"
         )
 

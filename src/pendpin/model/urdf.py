@@ -91,7 +91,8 @@ def read_urdf(model: UrdfModel) -> Urdf:
         if len(links) > MAX_LINKS:
             raise InputError(f"it has {len(links)} links; the limit is {MAX_LINKS}")
         for material in robot.findall("material"):
-            _check_color(f"material {shown(material.get('name', ''))}", material)
+            for color in material.findall("color")[:1]:
+                _numbers(f"material {shown(material.get('name', ''))}", color, "rgba", 4, ())
         rods = {name: _read_drawing(f"link {shown(name)}", link) for name, link in links.items()}
         inertias = {name: _read_inertia(f"link {shown(name)}", link) for name, link in links.items()}
         written = {name: _read_joint(name, joint, links) for name, joint in joints.items()}
@@ -256,12 +257,6 @@ def _origin(where: str, element: Element) -> tuple[Array, Array]:
     return np.array(xyz), np.array(rpy)
 
 
-def _check_color(where: str, material: Element | None) -> None:
-    color = None if material is None else material.find("color")
-    if color is not None:
-        _numbers(where, color, "rgba", 4, ())
-
-
 def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
     """The ends (2, 3) m, in the link's frame, and radius of its longest drawn cylinder, capsule or box; None without."""
     rods = []
@@ -279,7 +274,8 @@ def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
             sizes[key] = _numbers(where, shape, key, 3 if shape.tag == "box" else 1)
             if min(sizes[key]) < 0:
                 raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
-        _check_color(f"{where}: visual", visual.find("material"))
+        for color in visual.findall("material/color")[:1]:
+            _numbers(f"{where}: visual", color, "rgba", 4, ())
         radius, length, axis, width = 0.0, 0.0, 2, 0.0
         if shape.tag in {"cylinder", "capsule"}:
             (radius,), (length,) = sizes["radius"], sizes["length"]

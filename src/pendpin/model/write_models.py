@@ -1,7 +1,7 @@
 """A model written for others: a chain as a URDF, any model as MJCF or SDF."""
 
 from collections.abc import Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -82,23 +82,9 @@ def _add_inertial(link: Element, mass: float, z: float, principal: Sequence[floa
 # --- a model as MJCF and as SDF, for other engines; URDF is above ---------------------------------------
 
 
-class _Link(NamedTuple):
-    """What one or two joints at one point move."""
-
-    joints: tuple[int, ...]  # in the order in which they turn
-    parent: int  # the joint that moves what it hangs on; -1 for the world
-    R: Array  # (3, 3), the pose of its frame in the parent's
-    r: Array  # (3,) m
-
-    @property
-    def body(self) -> int:
-        """The joint whose body it is."""
-        return self.joints[-1]
-
-
-def _links(tree: Tree, names: Sequence[str], format_name: str) -> list[_Link]:
-    """The bodies with inertia; a massless one between two joints at a point is part of the next. InputError."""
-    links, above = [], dict[int, int]()
+def _joints_of_bodies(tree: Tree, names: Sequence[str], format_name: str) -> list[tuple[int, ...]]:
+    """The one or two joints, in their order, that move each body at one point: no massless body is left. InputError."""
+    joints, above = [], dict[int, int]()
     for i, parent in enumerate(tree.parents):
         if parent < 0 or tree.kinds[i] != "revolute" or tree.kinds[parent] != "revolute":
             continue
@@ -109,10 +95,8 @@ def _links(tree: Tree, names: Sequence[str], format_name: str) -> list[_Link]:
     for i in (i for i in range(len(tree.parents)) if i not in above.values()):
         if not tree.masses[i] > 0:
             raise InputError(f"{format_name} takes no massless body, and joint {names[i]} moves one")
-        first = above.get(i, i)
-        joints = (first, i) if first != i else (i,)
-        links.append(_Link(joints, tree.parents[first], tree.rotations[first], tree.translations[first]))
-    return links
+        joints.append((above[i], i) if i in above else (i,))
+    return joints
 
 
 def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
@@ -120,25 +104,28 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     from scipy.spatial.transform import Rotation
 
     tree, names = tree_of(model.pin), model.joints
-    links = _links(tree, names, "MJCF")
+    bodies = _joints_of_bodies(tree, names, "MJCF")
     root = Element("mujoco", model="pendpin")
     _add(root, "compiler", angle="radian", boundmass=LEAST, boundinertia=LEAST, autolimits="false")
     _add(_add(root, "option", gravity=gravity + 0.0), "flag", contact="disable")  # + 0.0 clears the sign of zeros
     places = {-1: _add(root, "worldbody")}
-    for link in links:
-        quaternion = np.roll(Rotation.from_matrix(link.R).as_quat(), 1) + 0.0  # w, x, y, z
-        body = _add(places[link.parent], "body", name=f"moved_by_{names[link.body]}", pos=link.r + 0.0, quat=quaternion)
-        I = tree.inertias[link.body] + 0.0  # noqa: E741
-        inertial = _add(body, "inertial", pos=tree.coms[link.body] + 0.0, mass=tree.masses[link.body])
+    for joints in bodies:
+        first, last = joints[0], joints[-1]
+        body = _add(places[tree.parents[first]], "body", name=f"moved_by_{names[last]}")
+        body.set("pos", _written(tree.translations[first] + 0.0))
+        quaternion = Rotation.from_matrix(tree.rotations[first]).as_quat()
+        body.set("quat", _written(np.roll(quaternion, 1) + 0.0))  # w, x, y, z
+        I = tree.inertias[last] + 0.0  # noqa: E741
+        inertial = _add(body, "inertial", pos=tree.coms[last] + 0.0, mass=tree.masses[last])
         if np.count_nonzero(I - np.diag(np.diag(I))):
             inertial.set("fullinertia", _written((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
         else:
             inertial.set("diaginertia", _written(np.diag(I)))
-        for joint in link.joints:
+        for joint in joints:
             kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
             damped = {"damping": damping[names[joint]]} if names[joint] in damping else {}
             _add(body, "joint", name=names[joint], type=kind, axis=tree.axes[joint] + 0.0, **damped)
-        places[link.body] = body
+        places[last] = body
     return _text(root)
 
 
@@ -150,28 +137,30 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     universal joint with two dampings, of which Drake takes one.
     """
     tree, names = tree_of(model.pin), model.joints
-    links = _links(tree, names, "SDF")
+    bodies = _joints_of_bodies(tree, names, "SDF")
     root = Element("sdf", version="1.9")
     out = _add(root, "model", name="pendpin")
-    link_of = {-1: "world"} | {link.body: f"moved_by_{names[link.body]}" for link in links}
-    for link in links:
-        inertia = tree.inertias[link.body]
+    link_of = {-1: "world"} | {last: f"moved_by_{names[last]}" for *_, last in bodies}
+    for joints in bodies:
+        first, last = joints[0], joints[-1]
+        parent, inertia = tree.parents[first], tree.inertias[last]
         if np.linalg.eigvalsh(inertia).min() <= 0:
-            raise InputError(f"SDF takes no moment of inertia of 0, and joint {names[link.body]} moves such a body")
-        element = _add(out, "link", name=link_of[link.body])
-        place = {"relative_to": link_of[link.parent]} if link.parent >= 0 else {}
-        _add(element, "pose", np.array([*link.r, *pinocchio().rpy.matrixToRpy(link.R)]) + 0.0, **place)
+            raise InputError(f"SDF takes no moment of inertia of 0, and joint {names[last]} moves such a body")
+        element = _add(out, "link", name=link_of[last])
+        relative = {"relative_to": link_of[parent]} if parent >= 0 else {}
+        angles = pinocchio().rpy.matrixToRpy(tree.rotations[first])
+        _add(element, "pose", np.array([*tree.translations[first], *angles]) + 0.0, **relative)
         inertial = _add(element, "inertial")
-        _add(inertial, "pose", np.array([*tree.coms[link.body], 0, 0, 0]) + 0.0)
-        _add(inertial, "mass", tree.masses[link.body])
+        _add(inertial, "pose", np.array([*tree.coms[last], 0, 0, 0]) + 0.0)
+        _add(inertial, "mass", tree.masses[last])
         moments = _add(inertial, "inertia")
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             _add(moments, f"i{'xyz'[i]}{'xyz'[j]}", inertia[i, j])
-        joint = _add(out, "joint", name="__".join(names[joint] for joint in link.joints))
-        joint.set("type", _sdf_kind(tree, link, names, damping))
-        _add(joint, "parent", link_of[link.parent])
-        _add(joint, "child", link_of[link.body])
-        for i, tag in zip(link.joints, ("axis", "axis2"), strict=False):
+        joint = _add(out, "joint", name="__".join(names[joint] for joint in joints))
+        joint.set("type", _sdf_kind(tree, joints, names, damping))
+        _add(joint, "parent", link_of[parent])
+        _add(joint, "child", link_of[last])
+        for i, tag in zip(joints, ("axis", "axis2"), strict=False):
             axis = _add(joint, tag)
             _add(axis, "xyz", tree.axes[i] + 0.0)
             if names[i] in damping:
@@ -179,14 +168,14 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     return _text(root)
 
 
-def _sdf_kind(tree: Tree, link: _Link, names: Sequence[str], damping: Mapping[str, float]) -> str:
+def _sdf_kind(tree: Tree, joints: tuple[int, ...], names: Sequence[str], damping: Mapping[str, float]) -> str:
     """SDF's type of joint. Raises InputError for two joints that are no universal one."""
-    if len(link.joints) == 1:
-        return tree.kinds[link.body]
-    if abs(tree.axes[link.joints[0]] @ tree.axes[link.joints[1]]) > POINT:
-        raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[link.body]} are not")
-    if len({damping.get(names[joint], 0.0) for joint in link.joints}) > 1:
-        both = " and ".join(names[joint] for joint in link.joints)
+    if len(joints) == 1:
+        return tree.kinds[joints[0]]
+    if abs(tree.axes[joints[0]] @ tree.axes[joints[1]]) > POINT:
+        raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[joints[1]]} are not")
+    if len({damping.get(names[joint], 0.0) for joint in joints}) > 1:
+        both = " and ".join(names[joint] for joint in joints)
         raise InputError(f"{both} have two dampings, and Drake takes one of SDF's universal joint; MJCF carries both")
     return "universal"
 
