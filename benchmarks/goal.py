@@ -29,7 +29,7 @@ from pendpin import effects as fx
 from pendpin.errors import Halted
 from pendpin.model.build import build
 from pendpin.model.kinematics import chain_length, tip_distance
-from pendpin.scene import fixed_methods, least_tolerance
+from pendpin.scene import fixed_methods, method_of
 from reference_motion import Reference, reference
 from timed_scenes import Timed, timed_case, timed_tips
 
@@ -231,7 +231,7 @@ def _settings(scene: pp.Scene, method: str) -> Iterator[tuple[str, float]]:
         yield from ((method, spacing / count) for count in counts if count * (len(scene.times) - 1) <= MOST)
         return
     for name in ("dop853", "taylor") if method == "auto" else (method,):
-        yield from ((name, 10.0**-k) for k in range(2, 19, 2) if 10.0**-k >= least_tolerance(name))
+        yield from ((name, 10.0**-k) for k in range(2, 19, 2) if 10.0**-k >= method_of(name).least_tolerance)
 
 
 def checked_in_time(case: Timed) -> dict[str, Any]:

@@ -18,17 +18,9 @@ from pendpin.cli.tools import bifurcation, check, cost, doctor, effects, hard, m
 from pendpin.errors import Interrupted, Note, PendpinError, one_line
 from pendpin.ground.libraries import VERSION, abandoned
 
-PLAIN = {  # what newer typers show of a value in the help, and what is shown here
-    "<bool>": "",
-    "<str>": "TEXT",
-    "<list[str]>": "TEXT",
-    "<path>": "PATH",
-    "<list[Path]>": "PATH",
-    "<int>": "INTEGER",
-    "<int range>": "INTEGER",
-    "<float>": "NUMBER",
-    "<float range>": "NUMBER",
-}
+# what newer typers show of a value in the help, and what is shown here
+PLAIN = {"<bool>": "", "<str>": "TEXT", "<list[str]>": "TEXT", "<path>": "PATH", "<list[Path]>": "PATH"}
+PLAIN |= {"<int>": "INTEGER", "<int range>": "INTEGER", "<float>": "NUMBER", "<float range>": "NUMBER"}
 
 
 class PlainHelp:

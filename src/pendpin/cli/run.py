@@ -201,13 +201,13 @@ def new(
 
     A file that the scene names, such as the track of a trolley, is put into the working folder, if it is not there.
     """
-    from pendpin.scene.toml import example_names, example_text, files_of_example
+    from pendpin.scene.toml import example_names, read_example
 
     if listed:
         print("\n".join(example_names()))
         return
-    text = example_text(example)
-    for file in files_of_example(text):  # one of that name stays as it is, and that is said
+    text, files = read_example(example)
+    for file in files:  # one of that name stays as it is, and that is said
         target, content = Path(file.name), file.read_bytes()
         if not target.exists():
             written = write_whole(target, lambda out, content=content: out.write(content))

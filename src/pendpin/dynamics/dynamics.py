@@ -24,7 +24,8 @@ from pendpin.model import kinematics
 from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import Model, build
 from pendpin.model.notes import homes
-from pendpin.scene import METHODS, Form, Scene, chosen_scene, scene_of
+from pendpin.scene import METHODS, Scene, chosen_scene, scene_of
+from pendpin.scene.methods import Form
 from pendpin.trajectory import HingeReactions, Reactions, RunRecord
 
 CONTACTS = "contacts"  # dry friction and stops together

@@ -191,19 +191,14 @@ def labels_of(runs: Sequence[RunRecord]) -> list[str]:
     return [f"run {i + 1}: {label}" for i, label in enumerate(numbers if keys else methods)]
 
 
-def rows_within(run: RunRecord, first: RunRecord) -> Indices:
-    """The samples of a run in the time of another, indices (k,)."""
-    return np.flatnonzero((run.t >= first.t[0]) & (run.t <= first.t[-1]))
-
-
-def distance(run: RunRecord, first: RunRecord) -> Array:
-    """How far the last tips of two runs are apart at the samples of `rows_within`, (k,) in m; by a cubic spline between."""
+def distance(run: RunRecord, first: RunRecord) -> tuple[Indices, Array]:
+    """The samples (k,) of a run in the time of another, and how far their last tips are apart then, m, by a cubic spline."""
     from scipy.interpolate import CubicSpline
 
-    rows = rows_within(run, first)
+    rows = np.flatnonzero((run.t >= first.t[0]) & (run.t <= first.t[-1]))
     t, tip = run.t[rows], run.tips[rows, -1]
     at = np.searchsorted(first.t, t)
     if (first.t[np.minimum(at, len(first.t) - 1)] == t).all():
-        return np.linalg.norm(tip - first.tips[at, -1], axis=-1)
+        return rows, np.linalg.norm(tip - first.tips[at, -1], axis=-1)
     once = np.concatenate([[True], np.diff(first.t) > 0])
-    return np.linalg.norm(tip - CubicSpline(first.t[once], first.tips[once, -1])(t), axis=-1)
+    return rows, np.linalg.norm(tip - CubicSpline(first.t[once], first.tips[once, -1])(t), axis=-1)

@@ -9,19 +9,8 @@ import numpy as np
 
 from pendpin.effects import FrameEffect
 from pendpin.errors import InputError
-from pendpin.graphics.drawing import Runs, distance, labels_of, rows_within, runs_of, smooth
-from pendpin.graphics.style import (
-    BESIDE,
-    BLACK,
-    COLORS,
-    GREY,
-    TIME,
-    new_figure,
-    plain_name,
-    styled,
-    with_unit,
-    write_figure,
-)
+from pendpin.graphics.drawing import Runs, distance, labels_of, runs_of, smooth
+from pendpin.graphics.style import BESIDE, BLACK, COLORS, GREY, new_figure, plain_name, styled, with_unit, write_figure
 from pendpin.ground.arguments import axes
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
@@ -75,7 +64,7 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
         names = ax.get_legend_handles_labels()[1]
         if names and not (len(names) == 1 and ax.get_ylabel().startswith(names[0])):  # what the axis says already
             ax.legend(**BESIDE)
-    axes[-1].set_xlabel(TIME)
+    axes[-1].set_xlabel("time (s)")
     _place(figure, axes, paths, [LOW if panel is draw_drift else ROW for panel in panels])
     # the scene's title, and how it was integrated; of several runs, which is which
     (width, height), stats = figure.get_size_inches(), run.stats
@@ -139,7 +128,7 @@ def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs =
     if axes("ax", ax) is None:
         return draw(run, names, runs[1:])
     draw_runs(partial(draw_quantities, names=names or run.joints[:MOST_JOINTS]), ax, runs)
-    ax.set_xlabel(TIME)
+    ax.set_xlabel("time (s)")
     ax.legend()
     return ax
 
@@ -195,8 +184,8 @@ def draw_distance(ax: Any, runs: Sequence[RunRecord]) -> None:
     """How far the tips of further runs are from that of the first, on a logarithmic axis; 0 is not drawn."""
     first, labels = runs[0], labels_of(runs)
     for dash, label, run in zip(DASHES[1:], labels[1:], runs[1:], strict=False):
-        apart, look = distance(run, first), {"color": BLACK, "linestyle": dash, "label": plain_name(label, 24)}
-        ax.plot(run.t[rows_within(run, first)], np.where(apart > 0, apart, np.nan), **look)
+        (rows, apart), look = distance(run, first), {"linestyle": dash, "label": plain_name(label, 24)}
+        ax.plot(run.t[rows], np.where(apart > 0, apart, np.nan), color=BLACK, **look)
     ax.set_yscale("log")
     low, high = ax.get_ylim()
     if high < 10 * low:  # no power of 10 is in it, and 2.2 x 10^0 would reach the name of the axis

@@ -104,19 +104,12 @@ def contents(drawing: Drawing) -> dict[str, Any]:
     settings += [(path, "visible", False) for path in ("/Grid", "/Axes", *(f"/Lights/{name}" for name in LIGHTS))]
     commands = [{"type": "set_property", "path": path, "property": key, "value": x} for path, key, x in settings]
     commands += [{"type": "set_object", "path": "/pendpin/bodies", "object": solids(drawing, bodies)}]
-    return motion | {
-        "commands": commands,
-        "extent": float(drawing.extent),
-        "leaves": drawing.leaves,
-        "start": float(drawing.t[0]),
-        "joints": joints,
-        "ghosts": ghosts,
-        "notes": drawing.notes,
-    }
+    whole = {"commands": commands, "extent": float(drawing.extent), "leaves": drawing.leaves}
+    whole |= {"start": float(drawing.t[0]), "joints": joints, "ghosts": ghosts, "notes": drawing.notes}
+    return motion | whole
 
 
 def _bodies(drawing: Drawing) -> list[int]:
-    """The bodies that are seen."""
     return sorted({shape.body for shape in drawing.shapes} - {WORLD}) or [0]
 
 
@@ -242,7 +235,6 @@ def solids(drawing: Drawing, bodies: list[int], color: int | None = None) -> dic
     }
 
 
-
 def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
     if shape.geometry == "mesh":
         path = Path(shape.path)
@@ -265,5 +257,4 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
 
 
 def base64_of(data: bytes) -> str:
-    """Bytes as text."""
     return base64.b64encode(data).decode("ascii")

@@ -10,18 +10,7 @@ import numpy as np
 
 from pendpin.effects import FrameEffect, Support
 from pendpin.errors import InputError
-from pendpin.graphics.drawing import (
-    WORLD,
-    Curve,
-    Drawing,
-    Joint,
-    Plot,
-    Quantity,
-    Shape,
-    distance,
-    labels_of,
-    rows_within,
-)
+from pendpin.graphics.drawing import WORLD, Curve, Drawing, Joint, Plot, Quantity, Shape, distance, labels_of
 from pendpin.graphics.figure import is_rope, joints_shown, rods_shown
 from pendpin.graphics.style import BLACK, COLORS
 from pendpin.ground.arrays import Array, across, cross
@@ -198,12 +187,12 @@ def compared_drawing(runs: Sequence[RunRecord]) -> Drawing:
     first, *rest = (replace(drawing_of(run), label=label) for run, label in zip(runs, labels_of(runs), strict=True))
     ghosts = []
     for drawing, run in zip(rest, runs[1:], strict=True):  # in the time of the first, with the distance of the tips
-        rows = rows_within(run, runs[0])
+        rows, apart = distance(run, runs[0])
         cut: dict[str, Any] = {name: getattr(drawing, name)[rows] for name in ("t", "poses", "trail")}
         cut["velocity"] = None if drawing.velocity is None else drawing.velocity[rows]
         cut["shapes"] = tuple(shape for shape in drawing.shapes if shape.body != drawing.support)
         quantities = [quantity._replace(values=quantity.values[rows]) for quantity in drawing.quantities]
-        quantities.append(Quantity("distance", "m", distance(run, runs[0])))
+        quantities.append(Quantity("distance", "m", apart))
         ghosts.append(replace(drawing, **cut, forces=None, moments=None, quantities=tuple(quantities)))
     return replace(first, others=tuple(ghosts), extent=max(drawing.extent for drawing in (first, *rest)))
 

@@ -14,7 +14,6 @@ from pendpin.ground.files import path_of, write_whole
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#000000")
 BLACK = COLORS[-1]
 GREY, PALE, SHADE = "#718096", "#b8c2cf", "#edf2f7"  # notes, curves that matter less, areas behind them
-TIME = "time (s)"
 STYLE: dict[Any, Any] = {
     "text.usetex": False,  # in LaTeX, names of joints would be commands
     "axes.prop_cycle": f"cycler('linestyle', ['-', '--', ':']) * cycler('color', {list(COLORS)})",

@@ -51,7 +51,6 @@ class RodJoint:
 
     @property
     def kind(self) -> JointKind:
-        """How it turns."""
         return "x" if self.phi < 0 else "y" if self.theta < 0 else "universal"
 
     @property
@@ -76,7 +75,6 @@ class WrittenJoint(NamedTuple):
 
     @property
     def limited(self) -> bool:
-        """Whether a limit can act."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
 

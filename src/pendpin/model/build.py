@@ -29,7 +29,7 @@ from pendpin.model.bodies import (
     twist_of,
 )
 from pendpin.model.urdf import content, read_urdf
-from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel, Values
+from pendpin.scene import Chain, PinModel, Rod, Start, UrdfModel
 from pendpin.scene.models import FARTHEST
 
 FLIP = np.diag([1.0, -1.0, -1.0])  # W to the inertial frame I, and a rod's link frame to its body frame B: exact signs
@@ -142,7 +142,7 @@ def start_state(model: Model, start: Start) -> tuple[Array, Array]:
     return q, v
 
 
-def _values(model: Model, values: Values, where: str) -> Array:
+def _values(model: Model, values: dict[str, float] | tuple[float, ...], where: str) -> Array:
     """One number for each joint (nv,) in the scene's unit, from a list or a table by name. Raises InputError."""
     if not isinstance(values, dict):
         if len(values) != len(model.joints):

@@ -139,7 +139,6 @@ class _Builder(ElementTree.TreeBuilder):
     """Refuses a DOCTYPE, where entities would be declared that grow without bound or read files."""
 
     def doctype(self, *_: object) -> None:
-        """Called where there is one."""
         raise InputError("a URDF has no DOCTYPE and no entities; remove them")
 
 

@@ -20,7 +20,7 @@ from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_w
 from pendpin.ground.libraries import VERSION, installed
 from pendpin.integrators import Memory
 from pendpin.scene import Scene
-from pendpin.trajectory import Event, event_arrays, read_array, read_events
+from pendpin.trajectory.parts import Event, event_arrays, read_array, read_events
 
 FORMAT = 4  # of the file: another one is refused, as its arrays would be misread
 EVERY = 5.0  # s of wall time between two saves, unless another is given

@@ -5,26 +5,6 @@ To add a kind of model: a record in models.py, and the function that builds it i
 integration: a field of Solver in methods.py; a method: a record there.
 """
 
-from pendpin.scene.methods import (
-    METHODS,
-    Form,
-    Method,
-    Solver,
-    add_method,
-    event_methods,
-    fixed_methods,
-    least_tolerance,
-    method_of,
-)
-from pendpin.scene.models import AnyModel, Chain, PinModel, Rod, UrdfModel
-from pendpin.scene.scene import (
-    Data,
-    Scene,
-    Start,
-    Values,
-    builtin_scene,
-    chosen_scene,
-    load_scene,
-    scene_of,
-    unit_of_key,
-)
+from pendpin.scene.methods import METHODS, Method, Solver, add_method, event_methods, fixed_methods, method_of
+from pendpin.scene.models import Chain, PinModel, Rod, UrdfModel
+from pendpin.scene.scene import Data, Scene, Start, builtin_scene, chosen_scene, load_scene, scene_of, unit_of_key

@@ -144,7 +144,6 @@ def method_of(name: str) -> Method:
 # --- the settings of a scene ----------------------------------------------------------------------------------------
 
 TOLERANCE = 1e-10  # unless another is given
-LEAST_TOLERANCE = 1e-14  # where the method is still to be chosen
 MAX_SAMPLES = 2_000_000
 BESIDE_ACCURACY = "an accuracy is given, from which pendpin finds this number; leave one of them out"
 
@@ -198,7 +197,7 @@ class Solver(Record):
             if tolerance is not None:
                 raise ValueError(BESIDE_ACCURACY if accurate else f"{method} takes a step, not a tolerance")
             return None
-        least = least_tolerance(method)
+        least = METHODS[method].least_tolerance if method in METHODS else 1e-14  # where it is still to be chosen
         if tolerance is not None and tolerance < least:
             raise PydanticKnownError("greater_than_equal", {"ge": least})
         return TOLERANCE if tolerance is None else tolerance
@@ -243,8 +242,3 @@ class Solver(Record):
             unfit |= {"samples", "times"}
         kept = {name: value for name, value in self.model_dump().items() if value is not None and name not in unfit}
         return type(self)(**(kept | settings))
-
-
-def least_tolerance(method: str) -> float:
-    """The smallest tolerance that a method takes."""
-    return METHODS[method].least_tolerance if method in METHODS else LEAST_TOLERANCE

@@ -100,23 +100,17 @@ def _inline(value: Any) -> Any:
 
 
 def example_names() -> list[str]:
-    """The names of the examples."""
     return sorted(path.stem for path in examples_folder().glob("*.toml"))
 
 
-def example_text(name: str) -> str:
-    """An example scene as text, with its comments. Raises InputError."""
-    names = example_names()
+def read_example(name: str) -> tuple[str, list[Path]]:
+    """An example scene as text, with its comments, and the files that it names. Raises InputError."""
+    names, folder = example_names(), examples_folder()
     if name not in names:
         raise InputError(f"{shown(name)} is not an example{nearest_or_all(name, tuple(names))}")
-    return (examples_folder() / f"{name}.toml").read_text(encoding="utf-8")
-
-
-def files_of_example(text: str) -> list[Path]:
-    """The files that an example names relative to its own."""
-    return [examples_folder() / name for _, name in re.findall(r'(?m)^(csv|path) = "([^"]+)"', text)]
+    text = (folder / f"{name}.toml").read_text(encoding="utf-8")
+    return text, [folder / file for _, file in re.findall(r'(?m)^(csv|path) = "([^"]+)"', text)]
 
 
 def examples_folder() -> Path:
-    """Where they are."""
     return folder_of("examples")

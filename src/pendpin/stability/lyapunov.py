@@ -13,7 +13,7 @@ import numpy as np
 
 from pendpin.dynamics.compiling import staying_zero
 from pendpin.errors import InputError, shown
-from pendpin.graphics.style import BESIDE, PALE, TIME, new_figure, styled
+from pendpin.graphics.style import BESIDE, PALE, new_figure, styled
 from pendpin.ground.arguments import axes, flag
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
@@ -43,7 +43,7 @@ class Lyapunov(Result):
         for i, (series, last) in enumerate(zip(self.history.T, self.exponents, strict=True)):
             ax.plot(self.t, series, label=f"{i + 1}: {last:.3g} /s")
         ax.axhline(0.0, color=PALE, linewidth=0.8, zorder=0)
-        ax.set(xlabel=TIME, ylabel="Lyapunov exponents, estimate so far (1/s)", xscale="log")
+        ax.set(xlabel="time (s)", ylabel="Lyapunov exponents, estimate so far (1/s)", xscale="log")
         ax.legend(**BESIDE)
         return ax
 

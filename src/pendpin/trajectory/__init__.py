@@ -4,17 +4,5 @@ May import: the ground.
 To add a result: a field in record.py, its shape in parts.py, its name and unit in columns.py.
 """
 
-from pendpin.trajectory.parts import (
-    KINDS,
-    Counts,
-    Energy,
-    Event,
-    HingeReactions,
-    Reactions,
-    Stats,
-    event_arrays,
-    exchanged,
-    read_array,
-    read_events,
-)
+from pendpin.trajectory.parts import Counts, Event, HingeReactions, Reactions, Stats, exchanged
 from pendpin.trajectory.record import Derived, RunRecord, joined, samples_of, with_samples

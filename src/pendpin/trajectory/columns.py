@@ -169,12 +169,8 @@ def to_xarray(run: Any) -> Any:
         fixed["swing"] = (("t",), run["swing"], {"units": UNITS["swing"]})
         fixed["angular_momentum"] = (("t", "axis"), run.angular_momentum, {"units": UNITS["angular_momentum"]})
     fixed |= {f"work_{kind}": (("t",), work, {"units": "J"}) for kind, work in run.work.items()}
-    coordinates = {
-        "t": ("t", run.t, {"units": "s"}),
-        "joint": list(run.joints),
-        **{name: list(labels) for name, labels in bodies.items()},
-        "axis": list(AXES),
-        "component": list(WRENCH),
-    }
+    coordinates: dict[str, Any] = {"t": ("t", run.t, {"units": "s"}), "joint": list(run.joints)}
+    coordinates |= {name: list(labels) for name, labels in bodies.items()}
+    coordinates |= {"axis": list(AXES), "component": list(WRENCH)}
     dataset = xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
     return dataset.copy(deep=True)  # the arrays of the run are read-only

@@ -29,6 +29,12 @@ def share(error: Array, scale: Array) -> float:
     return float(error.max() / scale[-1]) if len(error) else 0.0
 
 
+def _ranges_in_words(rods: Any) -> str:
+    """The least and the largest of each reaction of a run, N and N m."""
+    parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
+    return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
+
+
 class Reactions(NamedTuple):
     """Joint reactions on each rod of a universal joint, (n, rods): R1, R2, R3 in N, M3, Mc in N m (docs/python.md)."""
 
@@ -37,9 +43,7 @@ class Reactions(NamedTuple):
     R3: Array
     M3: Array
     Mc: Array
-
-    def __repr__(self) -> str:
-        return ranges_in_words(self)
+    __repr__ = _ranges_in_words
 
 
 class HingeReactions(NamedTuple):
@@ -55,15 +59,7 @@ class HingeReactions(NamedTuple):
     M2: Array
     M3: Array
     Mc: Array
-
-    def __repr__(self) -> str:
-        return ranges_in_words(self)
-
-
-def ranges_in_words(rods: Reactions | HingeReactions) -> str:
-    """The least and the largest of each reaction of a run, N and N m."""
-    parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
-    return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
+    __repr__ = _ranges_in_words
 
 
 def reactions_of(arrays: Mapping[str, Array]) -> Reactions | HingeReactions | None:

@@ -35,7 +35,6 @@ class Claim:
 
     @property
     def verdict(self) -> str:
-        """The outcome in one word."""
         return "ok" if self.ok else "BROKEN"
 
 

@@ -42,7 +42,6 @@ class Outcome(Claim):
 
     @property
     def verdict(self) -> str:
-        """The outcome in one word."""
         if self.left_out:
             return "left out"
         if self.claimed:
@@ -60,7 +59,6 @@ class HardReport(Claims):
 
     @property
     def broken(self) -> tuple[Outcome, ...]:
-        """The claims that did not hold."""
         return tuple(outcome for outcome in self.outcomes if outcome.claimed and not outcome.ok)
 
     def report(self) -> Report:

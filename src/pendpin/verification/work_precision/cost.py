@@ -20,7 +20,7 @@ from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, marks_at, scale, tip_distance
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.simulate import Budget, halting, run_to_setting
-from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods, least_tolerance
+from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods
 from pendpin.verification import attempt, simulators
 from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision import references
@@ -242,7 +242,7 @@ def _series_of_method(bench: _Bench, method: str) -> Series:
     name = method.removesuffix(UNCOMPILED)
     fixed = name in fixed_methods()
     stride = 4 if name == "taylor" and len(bench.model.joints) > SEVERAL_JOINTS else 1
-    settings = _settings(bench, fixed, least_tolerance(name), stride)
+    settings = _settings(bench, fixed, METHODS[name].least_tolerance, stride)
 
     def run(setting: float, stop: float) -> Measured:
         scene = bench.scene.by(name, setting)

@@ -31,7 +31,6 @@ class Point:
 
     @property
     def first_seconds(self) -> float:
-        """Of the first run, compiling included, s."""
         return self.seconds + self.compile_seconds
 
 
@@ -52,7 +51,6 @@ class Curve:
 
     @property
     def compile_seconds(self) -> float:
-        """The longest time of compiling, s."""
         return max((point.compile_seconds for point in self.points), default=0.0)
 
     def point_at(self, error: float) -> Point | None:
@@ -206,7 +204,6 @@ class CostReport(Result):
 
     @property
     def machine_text(self) -> str:
-        """The machine, and the libraries with their versions."""
         return f"{self.machine}; {', '.join(f'{name} {number}' for name, number in self.versions.items())}"
 
     @property
