@@ -10,7 +10,6 @@ from typing import Annotated, Any, NoReturn
 import typer
 from typer.core import TyperCommand, TyperGroup
 
-from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import drop_output, prepare_streams, say
 from pendpin.cli.run import new, plot, reference, run, schema, urdf, view
 from pendpin.cli.sweep import fit, map_, sweep
@@ -128,7 +127,7 @@ def _print_version(is_wanted: bool) -> None:
 @app.callback()
 def options(
     version: Annotated[
-        bool, switch("--version", callback=_print_version, is_eager=True, help="Print the version.")
+        bool, typer.Option("--version", callback=_print_version, is_eager=True, help="Print the version.")
     ] = False,
 ) -> None:
     """The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate."""

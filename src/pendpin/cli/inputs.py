@@ -196,11 +196,6 @@ def print_notes(scene: "Scene", strict: bool) -> None:
 # --- the options that several commands share ------------------------------------------------------------------------
 
 
-def switch(*names: str, **options: Any) -> Any:
-    """An option without a value; newer typers would call it <bool> in the help."""
-    return Option(*names, metavar="", **options)
-
-
 def path(text: str) -> Path:  # older typers show its name as the type in the help
     """The path of a scene file. Raises BadParameter for an empty name, of which Path makes the working folder."""
     if not text:
@@ -219,12 +214,12 @@ Changes = Annotated[
 Lock = Annotated[list[str] | None, Option(metavar="NAME=POSITION", help="Freeze a joint of the URDF; in rad or m.")]
 Mimic = Annotated[str | None, Option(metavar="free|locked", help="Joints of the URDF with <mimic>.")]
 AsWritten = Annotated[
-    bool, switch("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
+    bool, Option("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
 ]
-Strict = Annotated[bool, switch("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
+Strict = Annotated[bool, Option("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
 Method = Annotated[str | None, Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, Option(help="Relative and absolute tolerance of a step.")]
 Accuracy = Annotated[float | None, Option(help="Target accuracy: largest tip error divided by the chain's length.")]
 Plot = Annotated[Path | None, Option(help="Figure: .png, .pdf or .svg.")]
 Limit = Annotated[float | None, Option(min=0, help="Stop after this time in s, and say what it was doing.")]
-Json = Annotated[bool, switch("--json", help="Print JSON instead of a table.")]
+Json = Annotated[bool, Option("--json", help="Print JSON instead of a table.")]

@@ -8,7 +8,6 @@ from typing import Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import Halted, PendpinError, RunError, inside
 from pendpin.ground.files import write_whole
@@ -31,11 +30,11 @@ def run(
     out: Annotated[Path, Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, Option(help="Animation as one HTML page.")] = None,
     plot: inputs.Plot = None,
-    energy_balance: Annotated[bool, switch("--energy-balance", help="Compute the work of every effect.")] = False,
+    energy_balance: Annotated[bool, Option("--energy-balance", help="Compute the work of every effect.")] = False,
     anyway: Annotated[
-        bool, switch("--anyway", help="Continue when the energy goes wrong; a note says from when.")
+        bool, Option("--anyway", help="Continue when the energy goes wrong; a note says from when.")
     ] = False,
-    view: Annotated[bool, switch("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
+    view: Annotated[bool, Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: inputs.Json = False,
 ) -> None:
     """Simulate a scene, save the run, and print its cost and its checks.
@@ -148,7 +147,7 @@ def plot(
 def urdf(
     scene: Annotated[Path | None, Argument(help="Scene file (TOML) of a chain.")] = None,
     out: Annotated[Path | None, Option(help="Where to write the URDF; on the terminal if absent.")] = None,
-    listed: Annotated[bool, switch("--list", help="List the robots that --urdf and model.name know.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the robots that --urdf and model.name know.")] = False,
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
     from pendpin.model.write_models import chain_urdf
@@ -195,7 +194,7 @@ def new(
     example: Annotated[
         str, Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
     ] = "single_rod",
-    listed: Annotated[bool, switch("--list", help="List the examples.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the examples.")] = False,
 ) -> None:
     """Print a commented example scene, to be changed: pendpin new crane > my.toml.
 

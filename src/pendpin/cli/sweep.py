@@ -6,7 +6,6 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
 from pendpin.errors import InputError, PendpinError, inside
 from pendpin.ground.report import Report
@@ -25,7 +24,7 @@ def sweep(
     chosen: inputs.SceneInput,
     vary: Annotated[list[str] | None, Option(help=VARY)] = None,
     measure: Annotated[list[str] | None, Option(help=MEASURE)] = None,
-    listed: Annotated[bool, switch("--list", help="List the measures and run nothing.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the measures and run nothing.")] = False,
     out: Annotated[Path | None, Option(help="Zarr store of the results. If it exists, the sweep continues it.")] = None,
     csv: Annotated[Path | None, Option(help="Table of all cases, for small sweeps.")] = None,
     plot: Annotated[Path | None, Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
@@ -33,7 +32,7 @@ def sweep(
         Path | None, Option(help="CSV of cases: keys in the first line, a case in each further line.")
     ] = None,
     in_pairs: Annotated[
-        bool, switch("--zip", help="Vary all keys together: the first values, the second values, ...")
+        bool, Option("--zip", help="Vary all keys together: the first values, the second values, ...")
     ] = False,
     sample: Annotated[int | None, Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str | None, Option(help="latin, sobol or random; latin if absent.")] = None,
@@ -151,9 +150,9 @@ def fit(
     ] = None,
     explain_residual: Annotated[
         bool,
-        switch("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
+        Option("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
     ] = False,
-    robust: Annotated[bool, switch("--robust", help="Give outliers less weight.")] = False,
+    robust: Annotated[bool, Option("--robust", help="Give outliers less weight.")] = False,
     out: Annotated[Path | None, Option(help="Where to write the fitted scene (TOML).")] = None,
     csv: Annotated[
         Path | None, Option(help="Table of samples: measured, fitted or predicted, residual, interval.")

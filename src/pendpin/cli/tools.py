@@ -8,7 +8,6 @@ from typing import Annotated, Any
 from typer import Argument, BadParameter, Exit, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.inputs import switch
 from pendpin.cli.outputs import limited, print_files, print_report, refuse_outputs, waiting, working
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.files import write_whole
@@ -19,7 +18,7 @@ def check(
     chosen: inputs.SceneInput,
     states: Annotated[int, Option(min=1, max=10_000_000, help="How many random states.")] = 1000,
     seed: Annotated[int, Option(min=0, help="Seed of the random states.")] = 0,
-    every_row: Annotated[bool, switch("--all", help="Print every pair of routes in every quantity too.")] = False,
+    every_row: Annotated[bool, Option("--all", help="Print every pair of routes in every quantity too.")] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
 ) -> None:
@@ -38,9 +37,9 @@ def check(
 
 def hard(
     cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, switch("--list", help="List the cases and run none.")] = False,
-    short: Annotated[bool, switch("--short", help="Run the short forms, as the tests do.")] = False,
-    peers: Annotated[bool, switch("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the cases and run none.")] = False,
+    short: Annotated[bool, Option("--short", help="Run the short forms, as the tests do.")] = False,
+    peers: Annotated[bool, Option("--peers", help="Run the short forms in MuJoCo, Drake and plain SciPy.")] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
 ) -> None:
@@ -63,7 +62,7 @@ def hard(
 
 def validate(
     cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
-    listed: Annotated[bool, switch("--list", help="List the cases with their sources and run none.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the cases with their sources and run none.")] = False,
     methods: Annotated[
         list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
     ] = None,
@@ -102,16 +101,16 @@ def cost(
         list[str] | None, Option(help='Methods, separated by commas: as run takes them, or "dop853 not compiled".')
     ] = None,
     accuracy: Annotated[float, Option(help="Accuracy of interest: tip error divided by the chain's length.")] = 1e-9,
-    peers: Annotated[bool, switch("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
+    peers: Annotated[bool, Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
-        bool, switch("--thorough", help="Measure all methods at all settings, over the full duration.")
+        bool, Option("--thorough", help="Measure all methods at all settings, over the full duration.")
     ] = False,
     budget: Annotated[
         float, Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
     ] = 1.0,
     plot: inputs.Plot = None,
     short: Annotated[
-        bool, switch("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
+        bool, Option("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
     ] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
@@ -186,10 +185,10 @@ def doctor(
 def stability(
     chosen: inputs.SceneInput,
     lyapunov: Annotated[
-        bool, switch("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
+        bool, Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
     ] = False,
     planar: Annotated[
-        bool, switch("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
+        bool, Option("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
     ] = False,
     period: Annotated[float | None, Option(help="Period in s of the motion; that of the drive if absent.")] = None,
     limit: inputs.Limit = None,
@@ -227,7 +226,7 @@ def _conclude(result: Any, plot: Path | None, json: bool) -> None:
 @inputs.on_scene
 def modes(
     chosen: inputs.SceneInput,
-    every: Annotated[bool, switch("--all", help="Print every mode, not the lowest alone.")] = False,
+    every: Annotated[bool, Option("--all", help="Print every mode, not the lowest alone.")] = False,
     plot: inputs.Plot = None,
     html: Annotated[Path | None, Option(help="Animation of a mode as one HTML page.")] = None,
     mode: Annotated[int | None, Option(min=1, help="Which mode the page plays; the lowest, 1, if absent.")] = None,
@@ -260,7 +259,7 @@ def effects(
         float, Option(help="Smallest change that matters: tip distance over the chain's length.")
     ] = 1e-3,
     thorough: Annotated[
-        bool, switch("--thorough", help="Compare over the full duration, however long that takes.")
+        bool, Option("--thorough", help="Compare over the full duration, however long that takes.")
     ] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,

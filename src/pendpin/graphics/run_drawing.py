@@ -43,8 +43,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
     step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
     sides = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))
     after, before = (tips[:, -1] for tips in sides)
-    poses = np.pad(poses, ((0, 0), (0, 1), (0, 0), (0, 0)))
-    poses[:, -1] = np.eye(4)
+    poses = np.insert(poses, poses.shape[1], np.eye(4), axis=1)  # what the bodies hang from
     poses[..., :3, 3] += position[:, None]
     return Drawing(
         title=trajectory.title + ("" if known else ", seen from the support"),

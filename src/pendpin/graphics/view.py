@@ -119,10 +119,8 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     if len(times) > 1:
         times, path = smooth_trail(drawing_of(run), PATH_RATE, PATH_POINTS)
     path = _project(path)
-    all_ends, lines = [_project(ends_of(one)) for one in runs], []
-    for ends in all_ends:  # (n, bodies, 2, 2) as the points of one line (n, 3 bodies, 2) with gaps: bodies are separate
-        gaps = np.full((*ends.shape[:2], 1, 2), np.nan)
-        lines.append(np.concatenate([ends, gaps], axis=2).reshape(len(ends), -1, 2))
+    all_ends = [_project(ends_of(one)) for one in runs]  # (n, bodies, 2, 2); one line (n, 3 bodies, 2) with gaps of each
+    lines = [np.insert(ends, 2, np.nan, axis=2).reshape(len(ends), -1, 2) for ends in all_ends]
 
     points = np.concatenate([*(one.reshape(-1, 2) for one in all_ends), path])
     middle, reach = (points.min(0) + points.max(0)) / 2, 0.55 * max(float(np.ptp(points, axis=0).max()), 1e-9)

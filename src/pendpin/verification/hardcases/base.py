@@ -3,7 +3,7 @@
 import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from functools import cache
+
 from pathlib import Path
 from typing import Any
 
@@ -45,20 +45,16 @@ class Case:
     beside: Callable[[], Mapping[str, float]] | None = None
 
 
-@cache
-def catalogue() -> dict[str, Any]:
-    """The groups, and the texts of all cases, by name or by the name of their family."""
-    return tomllib.loads((Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8"))
-
-
-GROUPS: dict[int, str] = dict(enumerate(catalogue()["groups"], start=1))  # of cases
+# the groups, and the texts of all cases, by name or by the name of their family
+CATALOGUE = tomllib.loads((Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8"))
+GROUPS: dict[int, str] = dict(enumerate(CATALOGUE["groups"], start=1))
 
 
 def case(
     text: str, bound: float, methods: Mapping[str, Settings], measure: Measure, beside: Any = None, **numbers: Any
 ) -> Case:
     """A case with the texts of catalogue.toml under a name, in which {numbers} are filled in."""
-    entry = {"name": text} | catalogue()[text]
+    entry = {"name": text} | CATALOGUE[text]
     texts: dict[str, Any] = {k: part.format(**numbers) if isinstance(part, str) else part for k, part in entry.items()}
     return Case(**texts, bound=bound, methods=methods, measure=measure, beside=beside)
 
