@@ -29,10 +29,10 @@ def share(error: Array, scale: Array) -> float:
     return float(error.max() / scale[-1]) if len(error) else 0.0
 
 
-def _ranges_in_words(rods: Any) -> str:
+def _ranges_in_words(self: Any) -> str:
     """The least and the largest of each reaction of a run, N and N m."""
-    parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in rods._asdict().items())
-    return f"Reactions {rods.R1.shape}: {', '.join(parts)}"
+    parts = (f"{name} {x.min(initial=0):.6g} to {x.max(initial=0):.6g}" for name, x in self._asdict().items())
+    return f"Reactions {self.R1.shape}: {', '.join(parts)}"
 
 
 class Reactions(NamedTuple):

@@ -99,7 +99,7 @@ class Peer:
         rows = [next(motion)]
         begin = time.thread_time()
         try:
-            rows.extend(motion(look))
+            rows.extend(motion)
         except Exception as error:  # each library has its own
             failure = one_line(str(error)) or type(error).__name__
         seconds = time.thread_time() - begin

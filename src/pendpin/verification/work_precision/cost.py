@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, RunError, not_one_of, one_line
+from pendpin.errors import Halted, InputError, Interrupted, RunError, not_one_of
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
@@ -171,24 +171,23 @@ class _Bench:
                 return
             self.progress(f"{curve.name}, {setting:.1e}")
             begin, stop = time.thread_time(), min(PATIENCE * worth, limit.left)
-            result, error = attempt(partial(series.run, setting, stop))
+            result, fault = attempt(partial(series.run, setting, stop))
             if result is None:
-                spent = stop if isinstance(error, Halted) else time.thread_time() - begin
-                series.ended = spent > self.budget or not isinstance(
-                    error, RunError
-                )  # then other settings fail as well
-                series.curve = replace(curve, failures=(*curve.failures, one_line(str(error))))
+                spent = stop if isinstance(fault, Halted) else time.thread_time() - begin
+                hopeless = not isinstance(fault, RunError)  # other settings fail as well
+                series.ended = hopeless or spent > self.budget
+                series.curve = replace(curve, failures=(*curve.failures, str(fault)))
                 if spent > worth:
                     return
                 continue
-            library, tips, seconds, *counts = result
+            library, tips, seconds, steps, evaluations, compiling = result
             spent, times, series.ended = seconds, [], seconds > self.budget
             while len(times) < self.repetitions and spent < worth:  # as many as are worth it; the least time counts
                 again, _ = attempt(partial(series.run, setting, PATIENCE * worth))
                 times.append(again[2] if again else PATIENCE * worth)
                 spent += times[-1]
             off = float(tip_distance(self.known.tips, tips, scale(self.model)).max())  # over the length
-            point = Point(setting, off, min(times, default=seconds), *counts)
+            point = Point(setting, off, min(times, default=seconds), steps, evaluations, compiling)
             series.curve = replace(curve, library=library, points=(*curve.points, point))
 
     def compare(self, series: Iterable[Series], error: float, limit: Budget) -> None:
