@@ -6,6 +6,7 @@ import heyoka as hy
 import numpy as np
 
 import pendpin as pp
+from pendpin.dynamics import parameters
 from pendpin.dynamics.binding import Binding
 from pendpin.effects import Motion, cross
 from pendpin.equations import recursion, trees
@@ -67,7 +68,7 @@ def accelerations(scene: pp.Scene, model: Model, effects: Any, number: Any) -> t
     nv, xp = len(model.joints), Numbers(number)
     y = np.array(hy.make_vars(*(f"y{i}" for i in range(2 * nv))), dtype=object)
     q, v = np.split(y, 2)
-    loads, tree = Binding(model, effects, xp, scene.start.time).loads, _tree(scene.model, xp)
+    loads, tree = Binding(model, effects, scene.start.time, parameters.Numbers(xp)).loads, _tree(scene.model, xp)
     tau = None if loads.torque is None else loads.torque(hy.time, q, v)
     external = None
     if loads.wrench is not None:

@@ -18,8 +18,8 @@ import numpy as np
 import pendpin as pp
 from pendpin import effects as fx
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import external_wrenches, tree_with_numbers
-from pendpin.dynamics.parameters import GIVEN
+from pendpin.dynamics.compiling import BoundTree
+from pendpin.dynamics.parameters import Numbers
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.ground.arguments import number_at
@@ -99,7 +99,7 @@ def steps_for(scene: pp.Scene) -> int:
 def last_state(scene: pp.Scene, steps: int) -> np.ndarray:
     """The last state (2 nv,) of a scene in 50 digits."""
     model = build(scene.model)
-    rates = partial(rates_of_change, scene, model, Binding(model, scene.effects, XP).loads)
+    rates = partial(rates_of_change, BoundTree(Binding(model, scene.effects, numbers=Numbers(XP))))
     y = XP.asarray(np.concatenate(start_state(model, scene.start)))
     h = XP.asarray(DURATION)[()] / steps
     for i in range(steps):
@@ -107,13 +107,12 @@ def last_state(scene: pp.Scene, steps: int) -> np.ndarray:
     return y
 
 
-def rates_of_change(scene: pp.Scene, model, loads, t, y: np.ndarray) -> np.ndarray:
+def rates_of_change(bound: BoundTree, t, y: np.ndarray) -> np.ndarray:
     """The rates (2 nv,) of a state at a time, by the recursion on mpmath's numbers."""
-    q, v = np.split(y, 2)
-    tree = tree_with_numbers(model, GIVEN)
-    external = external_wrenches(model, loads, GIVEN, tree, XP)(t, q, v) if loads.wrench else None
+    (q, v), loads = np.split(y, 2), bound.loads
     tau = loads.torque(t, q, v) if loads.torque else None
-    return np.concatenate([v, accelerations(tree, q, v, XP.asarray(loads.field(t)), tau, external, XP)])
+    field = XP.asarray(loads.field(t))
+    return np.concatenate([v, accelerations(bound.tree, q, v, field, tau, bound.external(t, q, v), XP)])
 
 
 def extrapolated(rates, t, y: np.ndarray, h) -> np.ndarray:

@@ -196,7 +196,7 @@ def test_only_parameters_and_their_products_have_a_truth() -> None:
         p / q,
         2.0 * (p + q),
         tape.record("sin", p),
-        tape.time(),
+        tape.term("time"),
     ):
         with pytest.raises(TypeError, match="may not ask for one"):
             bool(term)

@@ -14,9 +14,9 @@ from effect_cases import EFFECTS, FIVE, MODELS
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import external_wrenches, tree_with_numbers
+from pendpin.dynamics.compiling import BoundTree
 from pendpin.dynamics.derivatives import Variational
-from pendpin.dynamics.parameters import GIVEN
+from pendpin.dynamics.parameters import Numbers
 from pendpin.equations.base import exact
 from pendpin.equations.recursion import accelerations
 from pendpin.model.bodies import with_gravity
@@ -32,11 +32,10 @@ def in_fifty_digits(scene: pp.Scene, t: float, y: np.ndarray) -> np.ndarray:
     """The accelerations (nv,) at y = (q, v), by the recursion on mpmath's numbers."""
     model = build(scene.model)
     q, v = np.split(y, 2)
-    loads = Binding(model, scene.effects, XP).loads
-    tree, time = tree_with_numbers(model, GIVEN), XP.asarray(t)[()]
-    external = external_wrenches(model, loads, GIVEN, tree, XP)(time, q, v) if loads.wrench else None
+    bound = BoundTree(Binding(model, scene.effects, numbers=Numbers(XP)))
+    loads, time = bound.loads, XP.asarray(t)[()]
     tau = loads.torque(time, q, v) if loads.torque else None
-    return accelerations(tree, q, v, XP.asarray(loads.field(time)), tau, external, XP)
+    return accelerations(bound.tree, q, v, XP.asarray(loads.field(time)), tau, bound.external(time, q, v), XP)
 
 
 def difference(scene: pp.Scene, t: float, y: np.ndarray, way: np.ndarray) -> np.ndarray:

@@ -215,12 +215,12 @@ def built_in(effects: Sequence[fx.Effect]) -> bool:
     return all(are_ours) and not any(isinstance(effect, fx.Torque) and effect.every is None for effect in effects)
 
 
-def law(effect: fx.Effect, name: str, xp: Any = np, numbers: Numbers = GIVEN) -> Callable[..., Any]:
+def law(effect: fx.Effect, name: str, numbers: Numbers = GIVEN) -> Callable[..., Any]:
     """A method of an effect, by its name. That of a user's own class gets copies, and what it returns is checked."""
-    method = partial(getattr(numbers.effect(effect), name), xp=xp)
+    method = partial(getattr(numbers.effect(effect), name), xp=numbers.xp)
     if type(effect).__module__.startswith("pendpin."):
         return method
-    what, kind = f"effects: {effect.kind}: its {name}", float if xp is np else object
+    what, kind = f"effects: {effect.kind}: its {name}", float if numbers.xp is np else object
 
     def checked(t: Any, *state: Any) -> Any:
         output = method(t, *map(_copy, state))

@@ -59,10 +59,8 @@ class Binding:
     link that the model lacks, and for a second effect of a kind of which a scene takes one.
     """
 
-    def __init__(
-        self, model: Model, effects: Sequence[Effect], xp: Any = np, start: float = 0.0, numbers: Numbers = GIVEN
-    ) -> None:
-        self.model, self.effects, self.xp, self.start, self.numbers = model, effects, xp, start, numbers
+    def __init__(self, model: Model, effects: Sequence[Effect], start: float = 0.0, numbers: Numbers = GIVEN) -> None:
+        self.model, self.effects, self.start, self.numbers, self.xp = model, effects, start, numbers, numbers.xp
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -105,9 +103,9 @@ class Binding:
 
         def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
             completed = complete(t, motion)
-            forces, moments = zip(*(function(t, completed) for function in wrenches), strict=True)
             if len(wrenches) == 1:
-                return forces[0], moments[0]
+                return wrenches[0](t, completed)
+            forces, moments = zip(*(function(t, completed) for function in wrenches), strict=True)
             return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
 
         return Loads(
@@ -135,7 +133,7 @@ class Binding:
     def law(self, effect: Effect, name: str) -> Callable[..., Any]:
         """A method of an effect, by its name, as a function of the time since the start: late times then lose no digits."""
         moved, early = effect.since(self.start)
-        function = law(moved, name, self.xp, self.numbers)
+        function = law(moved, name, self.numbers)
         if not early:
             return function
         early = self.numbers(early)
@@ -257,21 +255,14 @@ class BoundTorque(Bound):
             torques = partial(torques, each=of_rods.reshape(-1, each.shape[-1]))
         if self._angles is not None:  # the law is of every rod's theta and phi, and some rods have one of them
             angles = self._angles[: 2 if numbers.by_rod else None]
-            return self._named(lambda t, q, v: torques(t, _spread(q, angles), _spread(v, angles))[angles])
+            return self._named(lambda t, *state: torques(t, *(_spread(x, angles, len(angles)) for x in state))[angles])
         if self.effect.on is None:
             return self._named(torques)
         chosen = chosen_joints(model, self.effect.on, self._where)
         if numbers.by_rod:
             share = numbers.joints(np.isin(np.arange(nv), chosen))
             return self._named(lambda t, q, v: share * torques(t, q, v))
-
-        def torque(t: Any, q: Array, v: Array) -> Array:
-            some = torques(t, q[chosen], v[chosen])
-            tau = np.zeros(nv, some.dtype)
-            tau[chosen] = some
-            return tau
-
-        return self._named(torque)
+        return self._named(lambda t, q, v: _spread(torques(t, q[chosen], v[chosen]), chosen, nv))
 
     @cached_property
     def _each(self) -> Array | None:
@@ -298,14 +289,14 @@ class BoundTorque(Bound):
         """That which the effect offers, J."""
         chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
-        of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles))
+        of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles, len(angles)))
         return self._where_offered(lambda q, poses: self.effect.potential(of_law(q), **given))
 
 
-def _spread(x: Array, angles: Array) -> Array:
-    """Numbers (..., nv) of the joints as those of every rod's theta and phi, (..., 2 n): 0 of what a hinge lacks."""
-    out = np.zeros((*x.shape[:-1], len(angles)), x.dtype)
-    out[..., angles] = x
+def _spread(x: Array, places: Array, size: int) -> Array:
+    """Numbers (..., k) at their places among (..., size), 0 elsewhere: as the angle that a hinge lacks."""
+    out = np.zeros((*x.shape[:-1], size), x.dtype)
+    out[..., places] = x
     return out
 
 

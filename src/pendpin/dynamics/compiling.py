@@ -16,17 +16,17 @@ import numpy as np
 from pendpin.dynamics.acting import plain_arithmetic
 from pendpin.dynamics.binding import Accounts, Binding, Powered, State
 from pendpin.dynamics.contacts import Contacts
-from pendpin.dynamics.parameters import Numbers, Parameters, RodParameters, begin_tape, list_parameters
+from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import ContactEffect, Effect, Motion, Torque
-from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, GivenTorque, Loads, Moving, Values
+from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, GivenTorque, Loads, Moving
 from pendpin.engines.machine import llvm
-from pendpin.engines.machine.tape import Recording, Term
+from pendpin.engines.machine.tape import Recording, Tape, Term
 from pendpin.engines.pinocchio import turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, trees
 from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.errors import InputError
-from pendpin.ground.arrays import Array, Indices, Mask, cross
+from pendpin.ground.arrays import Array, Mask, cross
 from pendpin.ground.libraries import ThreadCache
 from pendpin.model.build import SIGNS, Model
 
@@ -55,8 +55,8 @@ class EquationsOfMotion(NamedTuple):
 
     def parameters(self, masks: Sequence[Mask] | None = None) -> Parameters:
         """The parameters of these equations, and their structure, without the equations."""
-        parameters = list_parameters(self.engine.model, self.by_rod, masks)
-        self.right_hand_side(parameters, np)
+        parameters = Parameters(self.engine.model, self.by_rod, masks)
+        self.right_hand_side(parameters)
         return parameters
 
     def record(self, masks: Sequence[Mask] | None = None) -> Recording:
@@ -64,28 +64,23 @@ class EquationsOfMotion(NamedTuple):
 
         Raises InputError for an effect that does not run on symbols.
         """
-        engine, accounts = self.engine, self.accounts
-        tape, numbers, xp = begin_tape(engine.model, self.by_rod, masks)
-        right = self.right_hand_side(numbers, xp)
+        engine, tape = self.engine, Tape()
+        numbers = Parameters(engine.model, self.by_rod, masks, tape)
+        right = self.right_hand_side(numbers)
         rods = engine.chain.n if isinstance(engine, Directions) else 0
-        if isinstance(numbers, RodParameters):
+        inputs = numbers.width * (2 if self.contacts else self.given)
+        if self.by_rod:
             y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
-            results, more = right(tape.time(), y)
+            results, more = right(tape.term("time"), y)
             of_rod, others = results[: len(y)], results[len(y) :]
-            inputs = self.inputs(numbers.width)
             return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
-        nv = len(engine.model.joints)
-        size = len(engine.pack(*np.zeros((2, nv)))) + (len(accounts.kinds) if accounts else 0)
+        size = engine.size + (len(self.accounts.kinds) if self.accounts else 0)
         y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), self.still)
         y[moving] = tape.state(len(moving))
-        results, more = right(tape.time(), y)
+        results, more = right(tape.term("time"), y)
         if self.still:
             results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
-        return Recording(tape, results, more, self.inputs(nv), rods, width=len(moving))
-
-    def inputs(self, joints: int) -> int:
-        """The number of inputs of equations with this number of joints."""
-        return joints * (2 if self.contacts else self.given)
+        return Recording(tape, results, more, inputs, rods, width=len(moving))
 
     def function(self) -> tuple[Function, Parameters]:
         """The equations, known from before if there were some of the same structure, and the values of their parameters."""
@@ -94,24 +89,21 @@ class EquationsOfMotion(NamedTuple):
         parameters = self.parameters()
         return look_up((parameters.structure, self.still), self.record, parameters), parameters
 
-    def right_hand_side(self, numbers: Parameters, xp: Any) -> Right:
+    def right_hand_side(self, numbers: Parameters) -> Right:
         """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; then the work."""
         # A single rod in fields alone goes by the closed form (measured at 12 digits: 15 % less time than the recursion).
-        engine, model = self.engine, self.engine.model
+        engine, model, xp = self.engine, self.engine.model, numbers.xp
         names = () if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies))
         numbers.constant((isinstance(engine, Directions), numbers.by_rod, *names, self.accounts))
-        binding = Binding(model, self.effects, xp, self.start, numbers)
+        binding = Binding(model, self.effects, self.start, numbers)
         loads, powered = binding.loads, self.accounts and binding.powers(self.accounts)
         if isinstance(engine, Directions):
-            return _record_directions(engine, loads, powered, numbers, xp)
+            return _record_directions(engine, loads, powered, numbers)
         assert isinstance(engine, AngleEngine)
         rod = model.rods[0] if len(model.joints) == 2 and len(model.rods) == 1 else None
-        if (
-            rod is None
-            or rod.inertia is None
-            or any((loads.torque, loads.wrench, self.accounts, self.contacts, self.given))
-        ):
-            return self._tree(loads, powered, numbers, xp)
+        more = loads.torque, loads.wrench, self.accounts, self.contacts, self.given
+        if rod is None or rod.inertia is None or any(more):
+            return self._tree(binding, powered, numbers)
         turn = np.array([rod.sign, 1.0])
         for part in (turn, rod.base):
             numbers.constant(part)
@@ -124,22 +116,17 @@ class EquationsOfMotion(NamedTuple):
 
         return right
 
-    def _tree(self, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any) -> Right:
+    def _tree(self, binding: Binding, powered: Powered | None, numbers: Parameters) -> Right:
         """The rates of any tree, by the articulated-body recursion, and the torques (nv,) that hold held joints."""
-        model, accounts, contacts = self.engine.model, self.accounts, self.contacts
-        tree = tree_with_numbers(model, numbers)
-        nv = len(tree.parents)
-        external = external_wrenches(model, loads, numbers, tree, xp)
+        accounts, contacts, loads, xp = self.accounts, self.contacts, binding.loads, numbers.xp
+        bound = BoundTree(binding)
+        tree, nv = bound.tree, numbers.width
         held, ways = [None] * nv, np.zeros(nv)  # which joints are held, and the ways in which others slide
         numbers.constant(self.given)
-        given = [[numbers.input(*([0] if numbers.by_rod else []), i) for i in range(nv)]] if self.given else []
+        given = [numbers.inputs(0)] if self.given else []
         if contacts is not None:
-            holding, contacts = contacts.holding, contacts.with_numbers(numbers)
-            if numbers.by_rod:
-                holding = np.asarray(holding.reshape(-1, nv).any(0))
-                flags, ways = ([numbers.input(part, i) for i in range(nv)] for part in range(2))
-            else:
-                flags, ways = ([numbers.input(part * nv + i) for i in range(nv)] for part in range(2))
+            holding, contacts = contacts.holding.reshape(-1, nv).any(0), contacts.with_numbers(numbers)
+            flags, ways = numbers.inputs(0), numbers.inputs(1)
             numbers.constant(("contacts", holding.tobytes()))
             held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
 
@@ -149,9 +136,9 @@ class EquationsOfMotion(NamedTuple):
             taus = [*([loads.torque(t, q, v)] if loads.torque else []), *map(np.array, given)]
             taus += [torque for _, torque in rubs]
             tau = sum(taus[1:], taus[0]) if taus else None
-            wrenches = external and external(t, q, v)
+            wrenches = bound.external(t, q, v)
             a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
-            moving = cache(lambda: motion_in_links(model, loads, tree, q, v, xp))
+            moving = cache(lambda: bound.motion(q, v))
             work = powered(State(t, q, v, moving)) if powered else []
             if accounts:
                 for kind, torque in rubs:
@@ -173,11 +160,11 @@ def staying_zero(equations: EquationsOfMotion, zero: Sequence[int]) -> tuple[int
     # Their rates are 0 by structure while they are 0 themselves.
     model, still = equations.engine.model, tuple(zero)
     while still:
-        tape, numbers, xp = begin_tape(model, False)
-        y = tape.state(len(equations.engine.pack(*np.zeros((2, len(model.joints))))))
+        tape = Tape()
+        y = tape.state(equations.engine.size)
         y[list(still)] = 0.0
         try:
-            rates, _ = equations.right_hand_side(numbers, xp)(tape.time(), y)
+            rates, _ = equations.right_hand_side(Parameters(model, tape=tape))(tape.term("time"), y)
         except ArithmeticError:  # an effect that divides by one of them
             return ()
         left = tuple(i for i in still if not isinstance(rates[i], Term) and rates[i] == 0)
@@ -187,53 +174,48 @@ def staying_zero(equations: EquationsOfMotion, zero: Sequence[int]) -> tuple[int
     return still
 
 
-def tree_with_numbers(model: Model, numbers: Parameters) -> Tree:
-    """The tree of a model with its numbers as parameters; by rod, that of one. The directions of its axes are constants."""
-    tree = model.tree
-    kept = slice(numbers.width if isinstance(numbers, RodParameters) else None)
-    constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
-    for part in constants:
-        numbers.constant(part)
-    changing = tree.translations, tree.masses, tree.coms, tree.inertias
-    return Tree(*constants, *map(numbers.joints, changing))
+class BoundTree:
+    """The tree of a model with what its effects exert on it, on one kind of number; by rod, the tree of one."""
 
+    def __init__(self, binding: Binding) -> None:
+        model, numbers = binding.model, binding.numbers
+        self.loads, self.xp, tree = binding.loads, numbers.xp, model.tree
+        kept = slice(len(tree.parents) // len(model.rods) if numbers.by_rod else None)
+        constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
+        for part in constants:  # the directions of the axes too
+            numbers.constant(part)
+        changing = tree.translations, tree.masses, tree.coms, tree.inertias
+        self.tree = Tree(*constants, *map(numbers.joints, changing))
+        joints = np.array([body.joint for body in model.bodies])
+        self.joints = joints[joints < len(self.tree.parents)]  # that move the bodies
+        self._com = None if self.loads.wrench is None else numbers.bodies(model.body_arrays.com)
 
-def motion_in_links(model: Model, loads: Loads, tree: Tree, q: Array, v: Array, xp: Any) -> Motion:
-    """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
-    joints = bodies_joints(model, tree)
-    if loads.wrench is not None and not loads.in_links:
-        return Motion(*trees.motions(tree, q, v, xp)).of(joints)
-    origin, velocity, spin, into_links = trees.motions_in_links(tree, q, v, xp)
-    unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))
-    return Motion(origin, unturned, velocity, spin, into_links=into_links).of(joints)
+    def motion(self, q: Array, v: Array) -> Motion:
+        """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
+        if self.loads.wrench is not None and not self.loads.in_links:
+            return Motion(*trees.motions(self.tree, q, v, self.xp)).of(self.joints)
+        origin, velocity, spin, into_links = trees.motions_in_links(self.tree, q, v, self.xp)
+        unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))
+        return Motion(origin, unturned, velocity, spin, into_links=into_links).of(self.joints)
 
-
-def external_wrenches(model: Model, loads: Loads, numbers: Numbers, tree: Tree, xp: Any) -> Any:
-    """Wrenches on the links, (n, 6), at the joints' origins and in their frames, from t, q, v (nv,); None without any."""
-    if (wrench := loads.wrench) is None:
-        return None
-    joints, com = bodies_joints(model, tree), numbers.bodies(model.body_arrays.com)
-
-    def external(t: Any, q: Array, v: Array) -> Array:
-        motion, out = motion_in_links(model, loads, tree, q, v, xp), np.zeros((len(tree.parents), 6), dtype=object)
-        out[joints] = turn_into_joint_frames(com, motion, *wrench(t, motion))
+    def external(self, t: Any, q: Array, v: Array) -> Array | None:
+        """Wrenches on the links, (n, 6), at the joints' origins and in their frames; None without any."""
+        if self.loads.wrench is None or self._com is None:
+            return None
+        motion, out = self.motion(q, v), np.zeros((len(self.tree.parents), 6), dtype=object)
+        out[self.joints] = turn_into_joint_frames(self._com, motion, *self.loads.wrench(t, motion))
         return out
 
-    return external
+
+def thin_rods(model: Model, numbers: Parameters) -> recursion.ThinRods:
+    """A chain of thin rods with its numbers as parameters."""
+    assert model.chain is not None
+    return recursion.ThinRods(*(numbers.bodies(getattr(model.chain, name)) for name in recursion.ThinRods._fields))
 
 
-def bodies_joints(model: Model, tree: Tree) -> Indices:
-    """The joints that move the bodies: the last in the tree of one rod."""
-    joints = np.array([body.joint for body in model.bodies])
-    return joints[joints < len(tree.parents)]
-
-
-def _record_directions(
-    engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters, xp: Any
-) -> Right:
+def _record_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters) -> Right:
     """d' = omega x d and omega' = d x d'', in I: regular everywhere."""
-    rods = (getattr(engine.chain, name) for name in recursion.ThinRods._fields)
-    chain = recursion.ThinRods(*map(numbers.bodies, rods))
+    chain, xp = thin_rods(engine.model, numbers), numbers.xp
     size, length = 6 * len(chain.m), chain.l[:, None]
 
     def sums(x: Array) -> Array:
@@ -273,7 +255,7 @@ def without_functions(effects: Sequence[Effect]) -> tuple[Effect, ...]:
 
 def torque_of_functions(model: Model, effects: Sequence[Effect], start: float) -> GivenTorque | None:
     """The sum of each Torque, at times since `start` in s; None without one."""
-    return Binding(model, [effect for effect in effects if isinstance(effect, Torque)], start=start).loads.torque
+    return Binding(model, [effect for effect in effects if isinstance(effect, Torque)], start).loads.torque
 
 
 def compile_engine(equations: EquationsOfMotion) -> Compiled:
@@ -300,8 +282,8 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
             "joints of one kind"
         )
     function, parameters = equations.function()
-    values, took = Values.of(parameters), time.thread_time() - begin
-    return Compiled(equations.engine, equations.still, function, values, took, given)
+    took = time.thread_time() - begin
+    return Compiled(equations.engine, equations.still, function, parameters.values, took, given)
 
 
 def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:

@@ -66,7 +66,7 @@ class Variational:
         self.model = build(scene.model)
         self.keys, self.scene = tuple(keys), scene
         effects, start = differentiable(scene, contacts), scene.start.time
-        engine = choose_engine(self.model, Binding(self.model, effects, start=start).loads, "auto", "angles")
+        engine = choose_engine(self.model, Binding(self.model, effects, start).loads, "auto", "angles")
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         by_rod = not still and not touching and records_by_rod(engine, effects)
         self._vary(scene.model_copy(update={"effects": effects}), engine, by_rod)
@@ -78,7 +78,7 @@ class Variational:
             return add_tangents(equations.record(masks), directions)
 
         places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
-        key = ("derivatives", parameters.structure, len(parameters.values), places)
+        key = ("derivatives", parameters.structure, len(parameters.shared), places)
         self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
         bound = equations.contacts  # none where all friction is 0 and stays so
@@ -117,7 +117,7 @@ class Variational:
         masks = [np.logical_or.reduce(column) for column in zip(*(one.masks for one in first), strict=True)]
         if any(one.structure != base.structure for one in others):
             base, *others = (case.parameters(masks) for case in cases)
-        shared, rods = list(base.values), list(base.values_of_rods)
+        shared, rods = list(base.shared), list(base.of_rods)
 
         def appended(values: list[Any], rates: Array) -> dict[int, int]:
             """Where the rates that are not 0 are among the values, behind which they are put."""
@@ -130,13 +130,13 @@ class Variational:
         changed = iter(zip(others, (case.contacts for case in cases[1:]), strict=True))
         for key in places:
             one, contacts = (base, cases[0].contacts) if key[0] == "start" else next(changed)
-            rates, of_rods = np.imag(one.values) / _STEP, np.imag(one.values_of_rods) / _STEP
+            rates, of_rods = np.imag(one.shared) / _STEP, np.imag(one.values.of_rods) / _STEP
             time = 1.0 if key == ("start", "time") else 0.0
             directions.append(Direction(appended(shared, rates), appended(rods, of_rods), time))
             static.append(np.imag(contacts.static) / _STEP if contacts else np.zeros(nv))
         self.of_motion = cases[0]  # with effects that act, or would with other numbers
         self._parameters, self._masks = base, masks  # with a place for each number that is not 0 or changes
-        columns = np.array(rods, float).reshape(len(rods), base.values_of_rods.shape[1])
+        columns = np.array(rods, float).reshape(len(rods), base.rods)
         self._values = Values(shared, columns, base.tables)  # of the parameters, those of the rates behind them
         self.directions: tuple[Direction, ...] = tuple(directions)  # (K,)
         starts = np.array([_start_rate(scene, model, path) for path in places])

@@ -45,7 +45,7 @@ class Dynamics:
         self.model, self.start, self.effects = model, start, acting(model, effects, start)
         effects = self.effects
         self.sampled_torques = tuple(effect for effect in effects if isinstance(effect, HeldTorque))
-        self.binding = Binding(model, effects, start=start)
+        self.binding = Binding(model, effects, start)
         self.loads = self.binding.loads
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
         form = "angles" if touching else form

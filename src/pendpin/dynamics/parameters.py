@@ -5,12 +5,12 @@ effects.
 """
 
 from collections.abc import Callable, Hashable, Sequence
-from typing import Any, ClassVar, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from pendpin.effects import Effect
-from pendpin.engines.machine.llvm import Table
+from pendpin.engines.machine.llvm import Table, Values
 from pendpin.engines.machine.passes import recorded_by_rod
 from pendpin.engines.machine.tape import Tape, recorded
 from pendpin.errors import InputError
@@ -21,9 +21,12 @@ AnEffect = TypeVar("AnEffect", bound=Effect)
 
 
 class Numbers:
-    """Passes numbers on unchanged: for equations on floats."""
+    """Passes numbers on unchanged: for equations on floats, or on what the functions xp take (pendpin.equations.base)."""
 
-    by_rod: ClassVar[bool] = False  # whether the equations see one rod of a chain that may have any number of them
+    by_rod = False  # whether the equations see one rod of a chain that may have any number of them
+
+    def __init__(self, xp: Any = np) -> None:
+        self.xp = xp
 
     def __call__(self, x: Any) -> Any:
         """A number or an array of numbers as the equations see it; None stays None."""
@@ -50,18 +53,22 @@ class Numbers:
 
 
 class Parameters(Numbers):
-    """Replaces numbers by parameters of a tape and lists their values; without a tape it only lists them.
+    """Replaces the numbers of a model by parameters of a tape and lists their values; without a tape it only lists them.
 
-    `masks` are, in the order of the calls, which numbers have a parameter: those that are not 0, or as given beforehand.
-    Complex numbers stay complex in the lists (derivatives.py).
+    `by_rod`: of n rods in a row with w joints each, whose equations are recorded for one rod: the same for every n. A number
+    that is 0 for all rods is then 0 by structure. `masks` are, in the order of the calls, which numbers have a parameter:
+    those that are not 0, or as given beforehand. Complex numbers stay complex in the lists (derivatives.py).
     """
 
-    def __init__(self, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
-        self.values: list[Any] = []
-        self.masks: list[Mask] = []
-        self._fixed_masks = masks
-        self.tables: list[Table] = []
-        self._tape, self._structure = tape, list[Hashable]()
+    def __init__(
+        self, model: Model, by_rod: bool = False, masks: Sequence[Mask] | None = None, tape: Tape | None = None
+    ) -> None:
+        super().__init__(np if tape is None else recorded_by_rod(tape) if by_rod else recorded())
+        self.by_rod, self.tables, self.masks = by_rod, list[Table](), list[Mask]()
+        self.rods = len(model.rods) if by_rod else 1  # what is recorded stands for so many, each with `width` joints
+        self.width = len(model.joints) // self.rods
+        self.shared, self.of_rods = list[Any](), list[Array]()  # the values, those of each rod (n,)
+        self._fixed_masks, self._tape, self._structure = masks, tape, list[Hashable]()
         self._effects, self._places = dict[int, Any](), dict[Hashable, int]()
 
     @property
@@ -70,9 +77,9 @@ class Parameters(Numbers):
         return tuple(self._structure)
 
     @property
-    def values_of_rods(self) -> Array:
-        """The parameters that each of n rods has its own value of, (k, n)."""
-        return np.empty((0, 1))
+    def values(self) -> Values:
+        """The values of all parameters."""
+        return Values(self.shared, np.array(self.of_rods).reshape(-1, self.rods), self.tables)
 
     def __call__(self, x: Any) -> Any:
         """The numbers with a parameter in place of each that is not 0."""
@@ -80,7 +87,21 @@ class Parameters(Numbers):
             self._structure.append(None)
             return None
         values = _convert_to_numbers(x)
-        return self._replace(values, values != 0, lambda present: values[present].tolist(), self.values)[()]
+        return self._replace(values, values != 0, lambda present: values[present].tolist(), self.shared)[()]
+
+    def joints(self, x: Array) -> Array:
+        """The numbers (n, ...) of all joints; by rod, those (w, ...) of one."""
+        if not self.by_rod:
+            return self(x)
+        return self._of_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
+
+    def bodies(self, x: Array) -> Array:
+        """The numbers (n, ...) of all bodies; by rod, those (1, ...) of one."""
+        return self._of_rod(_convert_to_numbers(x)[:, None]) if self.by_rod else self(x)
+
+    def _of_rod(self, x: Array) -> Array:
+        """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
+        return self._replace(x[0], (x != 0).any(0), lambda present: list(x[:, present].T), self.of_rods, by_rod=True)
 
     def _replace(
         self, values: Array, mask: Mask, listed: Callable[[Mask], list], known: list, by_rod: bool = False
@@ -101,9 +122,18 @@ class Parameters(Numbers):
         """Note what the equations take as it is."""
         self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
 
-    def input(self, *place: int) -> Any:
-        """An input of the tape, or of each rod one in the first or second half; its place is not part of the structure."""
-        return 0.0 if self._tape is None else self._tape.term("input", *place, by_rod=len(place) > 1)
+    def state(self, parts: int) -> Array:
+        """A state (parts, w) of the tape, of so many numbers for each of the joints."""
+        assert self._tape is not None
+        make = self._tape.state_of_rod(parts, self.width) if self.by_rod else self._tape.state(parts * self.width)
+        return make.reshape(parts, -1)
+
+    def inputs(self, part: int) -> list[Any]:
+        """The inputs of the tape in one part of them, one for each joint; their places are not in the structure."""
+        if self._tape is None:
+            return [0.0] * self.width
+        places = ((part, i) if self.by_rod else (part * self.width + i,) for i in range(self.width))
+        return [self._tape.term("input", *place, by_rod=self.by_rod) for place in places]
 
     def effect(self, effect: AnEffect) -> AnEffect:
         """The effect with parameters; its kind, and fields that are not numbers, belong to the structure."""
@@ -124,58 +154,6 @@ class Parameters(Numbers):
             self.tables.append(Table(times, rows))
         self._structure.append(("table", place, width))
         return super().table(times, rows) if tape is None else lambda t: tape.row(place, width, t)
-
-
-class RodParameters(Parameters):
-    """Parameters of n rods in a row with w joints each, whose equations are recorded for one rod: the same for every n."""
-
-    # A number that is 0 for all rods is 0 by structure.
-
-    by_rod: ClassVar[bool] = True
-
-    def __init__(self, rods: int, width: int, tape: Tape | None = None, masks: Sequence[Mask] | None = None) -> None:
-        super().__init__(tape, masks)
-        self.rods, self.width, self.columns = rods, width, list[Array]()
-
-    @property
-    def values_of_rods(self) -> Array:
-        """The parameters of the n rods, (k, n)."""
-        return np.array(self.columns).reshape(-1, self.rods)
-
-    def joints(self, x: Array) -> Array:
-        """The numbers of one rod, (w, ...), from those (w n, ...) of the joints of every rod."""
-        return self._of_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
-
-    def bodies(self, x: Array) -> Array:
-        """The numbers of one rod, from those (n, ...) of every rod."""
-        return self._of_rod(_convert_to_numbers(x)[:, None])
-
-    def _of_rod(self, x: Array) -> Array:
-        """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
-        return self._replace(x[0], (x != 0).any(0), lambda present: list(x[:, present].T), self.columns, by_rod=True)
-
-
-def list_parameters(
-    model: Model, by_rod: bool, masks: Sequence[Mask] | None = None, tape: Tape | None = None
-) -> Parameters:
-    """Parameters to bind equations with, on a tape if there is one; `by_rod`: of one rod of a model whose rods are alike."""
-    if not by_rod:
-        return Parameters(tape, masks)
-    return RodParameters(len(model.rods), len(model.joints) // len(model.rods), tape, masks)
-
-
-def begin_tape(model: Model, by_rod: bool, masks: Sequence[Mask] | None = None) -> tuple[Tape, Parameters, Any]:
-    """A new tape, with the parameters and the functions xp by which equations are recorded on it."""
-    tape = Tape()
-    return tape, list_parameters(model, by_rod, masks, tape), recorded_by_rod(tape) if by_rod else recorded()
-
-
-def begin_state(model: Model, by_rod: bool, parts: int) -> tuple[Tape, Parameters, Any, Array]:
-    """The same with a state (parts, w) of so many numbers for each joint, or each joint of one rod."""
-    tape, numbers, xp = begin_tape(model, by_rod)
-    if isinstance(numbers, RodParameters):
-        return tape, numbers, xp, tape.state_of_rod(parts, numbers.width).reshape(parts, -1)
-    return tape, numbers, xp, tape.state(parts * len(model.joints)).reshape(parts, -1)
 
 
 def _convert_to_numbers(x: Any) -> Array:

@@ -7,15 +7,15 @@ import numpy as np
 
 from pendpin.dynamics import compiling
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
+from pendpin.dynamics.compiling import BoundTree
+from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import Bodies, Effect
-from pendpin.engines import Engine, Loads, Values
+from pendpin.engines import Engine
 from pendpin.engines.chains import Thin
-from pendpin.engines.machine.tape import Recording
+from pendpin.engines.machine.tape import Recording, Tape
 from pendpin.equations import recursion
-from pendpin.equations.trees import Tree, joints_at, outward, place_joints, prepared, total
+from pendpin.equations.trees import joints_at, outward, place_joints, prepared, total
 from pendpin.ground.arrays import Array, applied, cross, dot, transposed
-from pendpin.model.build import Model
 
 PARTS = 3  # of what is given: positions, rates, further torques
 MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which its samples are compiled
@@ -43,26 +43,27 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     """The samples of rods with pendpin's own effects in machine code, at times since `start` in s; None of others."""
     model = engine.model
     few = model.alike or (model.rod_tree is not None and len(model.joints) <= MOST_SAMPLED)
+    by_rod = model.alike and len(model.rods) > 1
     if not (few and compiling.compilable(model, effects)):
         return None
     given, effects = compiling.torque_of_functions(model, effects, start), compiling.without_functions(effects)
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
-    parameters = list_parameters(model, _by_rod(model))
+    parameters = Parameters(model, by_rod)
     parameters.constant("samples")
-    _sampled(engine, effects, start, parameters, np)
+    _sampled(engine, effects, start, parameters)
 
     def record() -> Recording:
         """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
-        tape, numbers, xp, state = begin_state(model, _by_rod(model), PARTS)
-        rows, kinetic = _sampled(engine, effects, start, numbers, xp)(tape.time(), *state)
-        if numbers.by_rod:
-            return Recording(tape, [], [kinetic], parts=PARTS, width=state.shape[1], more_of_rod=list(rows))
+        numbers = Parameters(model, by_rod, tape=(tape := Tape()))
+        state = numbers.state(PARTS)
+        rows, kinetic = _sampled(engine, effects, start, numbers)(tape.term("time"), *state)
+        if by_rod:
+            return Recording(tape, [], [kinetic], parts=PARTS, width=numbers.width, more_of_rod=list(rows))
         return Recording(tape, [], [*rows, kinetic], width=state.size)
 
-    block = compiling.look_up(parameters.structure, record, parameters).block(Values.of(parameters))
-    parts = len(model.rods) if _by_rod(model) else 1
-    joints = len(model.joints) // parts
+    block = compiling.look_up(parameters.structure, record, parameters).block(parameters.values)
+    parts, joints = parameters.rods, parameters.width
 
     def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
         torque = np.zeros_like(q) if torque is None else torque
@@ -81,17 +82,12 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     return sample
 
 
-def _by_rod(model: Model) -> bool:
-    """Whether samples are recorded for one rod."""
-    return model.alike and len(model.rods) > 1
-
-
-def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Sampled:
-    model, thin = engine.model, isinstance(engine, Thin)
+def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters) -> Sampled:
+    thin, xp, binding = isinstance(engine, Thin), numbers.xp, Binding(engine.model, effects, start, numbers)
     numbers.constant((thin, numbers.by_rod))
-    loads = Binding(model, effects, xp, start, numbers).loads
-    bodies, tree = Bodies(*map(numbers.bodies, model.body_arrays)), compiling.tree_with_numbers(model, numbers)
-    external = compiling.external_wrenches(model, loads, numbers, tree, xp)
+    loads, bodies = binding.loads, Bodies(*map(numbers.bodies, engine.model.body_arrays))
+    bound = BoundTree(binding)
+    tree = bound.tree
 
     def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:
         """By the articulated bodies and Newton-Euler."""
@@ -100,14 +96,14 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
         a = recursion.accelerations(tree, q, v, field, tau, wrenches, xp)
         return a, recursion.wrenches(tree, q, v, a, field, wrenches, xp)
 
-    equations = _equations_of_directions(model, loads, tree, numbers, xp) if thin else on_angles
+    equations = _equations_of_directions(bound, compiling.thin_rods(engine.model, numbers)) if thin else on_angles
 
     def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
-        links = compiling.motion_in_links(model, loads, tree, q, v, xp)
-        a, wrench = equations(t, q, v, more, external and external(t, q, v))
+        links = bound.motion(q, v)
+        a, wrench = equations(t, q, v, more, bound.external(t, q, v))
         placed, signs = prepared(tree, xp)
         poses = [np.concatenate([R, r[:, None]], 1) for R, r in place_joints(joints_at(placed, signs * q, xp), xp)]
-        frames = np.stack(poses)[compiling.bodies_joints(model, tree)]
+        frames = np.stack(poses)[bound.joints]
         moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
         kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J
         return np.concatenate([a, wrench.reshape(-1), frames.reshape(-1)]), kinetic
@@ -115,11 +111,9 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     return sampled
 
 
-def _equations_of_directions(model: Model, loads: Loads, tree: Tree, numbers: Parameters, xp: Any) -> Equations:
+def _equations_of_directions(bound: BoundTree, chain: recursion.ThinRods) -> Equations:
     """Accelerations and wrenches of a thin rod, whose joint carries no moment, by the recursion in directions, in W here."""
-    assert model.chain is not None
-    rods = (getattr(model.chain, name) for name in recursion.ThinRods._fields)
-    chain = recursion.ThinRods(*map(numbers.bodies, rods))
+    tree, xp = bound.tree, bound.xp
 
     def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
         placed, signs = prepared(tree, xp)
@@ -138,7 +132,7 @@ def _equations_of_directions(model: Model, loads: Loads, tree: Tree, numbers: Pa
             f, about_joint = np.split(external[1], 2)
             force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
         state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
-        turned, reaction = recursion.thin_turning(chain, *state, loads.field(t), force, moment, xp)
+        turned, reaction = recursion.thin_turning(chain, *state, bound.loads.field(t), force, moment, xp)
         across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
         across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
         forces = np.stack([applied(joints[1].R, reaction), reaction])

@@ -75,7 +75,7 @@ def _sample(
     """One effect at even times t (n,): t, the times of its jumps (j,), and its values (n, k) less these jumps."""
     # They are those at three states: the start q, v (nv,) and one on either side of it, as an effect may act on one side
     # only, and not at rest; no direction of the joints is special.
-    binding = Binding(dynamics.model, effects, start=dynamics.start)
+    binding = Binding(dynamics.model, effects, dynamics.start)
     bound: Any = binding.bound(effects[i], f"effects[{i}]")
 
     def exerted(t: float, q: Array, v: Array, motion: Motion) -> Array:

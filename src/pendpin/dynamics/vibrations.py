@@ -15,18 +15,17 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import external_wrenches, look_up, records_by_rod, tree_with_numbers
+from pendpin.dynamics.compiling import BoundTree, look_up, records_by_rod
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.dynamics import choose_engine
-from pendpin.dynamics.parameters import Parameters, begin_state, list_parameters
+from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import Effect
-from pendpin.engines import Engine, Values
 from pendpin.engines.machine.tangents import STATE, add_tangents
-from pendpin.engines.machine.tape import Recording
+from pendpin.engines.machine.tape import Recording, Tape
 from pendpin.equations import recursion
 from pendpin.errors import InputError
 from pendpin.ground.arrays import EPS, Array, Indices
-from pendpin.model.build import build
+from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 
 NEVER = np.inf  # the damping ratio of what a damper holds and no spring brings back
@@ -52,20 +51,21 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     Raises InputError for effects without derivatives, MissingLibrary without llvmlite.
     """
     model, effects, start = build(scene.model), differentiable(scene), scene.start.time
-    engine = choose_engine(model, Binding(model, effects, start=start).loads, "auto", "angles")
+    engine = choose_engine(model, Binding(model, effects, start).loads, "auto", "angles")
     by_rod, nv = records_by_rod(engine, effects), len(q)
-    parameters = list_parameters(model, by_rod)
-    _residual(engine, effects, start, parameters, np)
+    parameters = Parameters(model, by_rod)
+    _residual(model, effects, start, parameters)
 
     def write() -> Recording:
         """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
-        tape, numbers, xp, state = begin_state(model, by_rod, PARTS)
-        results = list(_residual(engine, effects, start, numbers, xp)(tape.time(), *state))
+        numbers = Parameters(model, by_rod, tape=(tape := Tape()))
+        state = numbers.state(PARTS)
+        results = list(_residual(model, effects, start, numbers)(tape.term("time"), *state))
         if by_rod:
-            return add_tangents(Recording(tape, [], parts=PARTS, width=state.shape[1], of_rod=results), [STATE])
+            return add_tangents(Recording(tape, [], parts=PARTS, width=numbers.width, of_rod=results), [STATE])
         return add_tangents(Recording(tape, results, width=state.size), [STATE])
 
-    block = look_up(("residual", parameters.structure), write, parameters).block(Values.of(parameters))
+    block = look_up(("residual", parameters.structure), write, parameters).block(parameters.values)
     point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
         ways = np.eye(min(TOGETHER, PARTS * nv - begin), PARTS * nv, begin)
@@ -75,17 +75,14 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     return Matrices(of_a, of_v, of_q)
 
 
-def _residual(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters, xp: Any) -> Residual:
+def _residual(model: Model, effects: Sequence[Effect], start: float, numbers: Parameters) -> Residual:
     """The torques (nv,) that a motion needs beyond those of the effects, as a function of t, q, v, a (nv,)."""
-    model = engine.model
-    numbers.constant("residual")
     numbers.constant(() if numbers.by_rod else (model.joints, tuple(body.link for body in model.bodies)))
-    loads = Binding(model, effects, xp, start, numbers).loads
-    tree = tree_with_numbers(model, numbers)
-    external = external_wrenches(model, loads, numbers, tree, xp)
+    bound = BoundTree(Binding(model, effects, start, numbers))
+    tree, loads = bound.tree, bound.loads
 
     def residual(t: Any, q: Array, v: Array, a: Array) -> Array:
-        wrenches = recursion.wrenches(tree, q, v, a, loads.field(t), external and external(t, q, v), xp)
+        wrenches = recursion.wrenches(tree, q, v, a, loads.field(t), bound.external(t, q, v), numbers.xp)
         needed = recursion.along_axes(tree, wrenches)
         return needed if loads.torque is None else needed - loads.torque(t, q, v)
 

@@ -62,6 +62,11 @@ class Engine(ABC):
     def __init__(self, model: Model, loads: Loads) -> None:
         self.model, self.loads = model, loads
 
+    @property
+    def size(self) -> int:
+        """How many numbers a state has."""
+        return len(self.pack(*np.zeros((2, len(self.model.joints)))))
+
     @abstractmethod
     def pack(self, q: Array, v: Array) -> Array:
         """The engine's state y from positions and velocities (nv,)."""

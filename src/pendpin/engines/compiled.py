@@ -30,7 +30,7 @@ class Moving(Engine):
         super().__init__(base.model, base.loads)
         self.base, self.still, self.name = base, still, base.name
         self.on_angles = base.on_angles
-        self._size = len(base.pack(*np.zeros((2, len(base.model.joints)))))
+        self._size = base.size
         self.places = np.delete(np.arange(self._size), list(still))
 
     def whole(self, y: Array) -> Array:

@@ -161,7 +161,7 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     resting = [j for j in range(len(q)) if j not in sensors.joints and q[j] == v[j] == 0]
     present = substitute(moved, free.keys, [float(x) or 1.0 for x in free.guess], replace_unchecked)  # none is 0
     effects, some = differentiable(present), build(present.model)
-    engine = choose_engine(some, Binding(some, effects, start=begin).loads, "auto", "angles")
+    engine = choose_engine(some, Binding(some, effects, begin).loads, "auto", "angles")
     equations = EquationsOfMotion(engine, effects, begin)
     still = staying_zero(equations, [part * len(q) + j for part in range(2) for j in resting])
     moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)

@@ -166,7 +166,7 @@ def equations_with_numbers(engine: Engine, effects: Sequence[Effect], start: flo
     """The equations of an engine with the effects that it was bound with, and the series' parameters: kept as it is."""
     if (known := _known.get(engine)) is None:
         equations, parameters = EquationsOfMotion(engine, effects, start).function()
-        known = _known[engine] = equations, run_time_parameters(equations.recording, parameters.values)
+        known = _known[engine] = equations, run_time_parameters(equations.recording, parameters.shared)
     return known
 
 

@@ -127,7 +127,7 @@ class Series:
         self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0
         self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
         self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
-        self._own = self._case(self.scene, self.dynamics, parameters.values)
+        self._own = self._case(self.scene, self.dynamics, parameters.shared)
         self.covered = bool(self._own.longest[0] > 0)  # whether the scene can be run: no effect of it has corners
         self._first: Any = None
         self._spare: list[Any] = []
@@ -147,7 +147,7 @@ class Series:
         parameters = EquationsOfMotion(dynamics.engine, effects, scene.start.time).parameters()
         if parameters.structure != self._structure:
             return None
-        case = self._case(scene, dynamics, parameters.values)
+        case = self._case(scene, dynamics, parameters.shared)
         return case if case.longest[0] else None
 
     def started(self, q: Array, v: Array) -> Cases:

@@ -182,11 +182,6 @@ class Values(NamedTuple):
     of_rods: Array  # (k, n), of each of the n rods; (0, n) where there are none
     tables: Sequence[Table]
 
-    @classmethod
-    def of(cls, parameters: Any) -> "Values":
-        """Those that Parameters (pendpin.dynamics.parameters) lists."""
-        return cls(parameters.values, parameters.values_of_rods, parameters.tables)
-
 
 class Function:
     """The equations of one structure as machine code; it may be used from several threads, with a block for each."""

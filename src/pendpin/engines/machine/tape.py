@@ -64,10 +64,6 @@ class Tape:
         operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
         return self._new(operation, operands, fixed, by_rod, lanes)
 
-    def time(self) -> "Term":
-        """The time t."""
-        return self.term("time")
-
     def state(self, size: int) -> Array:
         """The state y (size,)."""
         return np.array([self.term("state", i) for i in range(size)], dtype=object)
