@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.dynamics.binding import Binding, BoundField, BoundWrench
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Torque
+from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
 from pendpin.effects.pace import Pace, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
@@ -77,19 +77,17 @@ def _sample(
     # only, and not at rest; no direction of the joints is special.
     binding = Binding(dynamics.model, effects, dynamics.start)
     bound: Any = binding.bound(effects[i], f"effects[{i}]")
-
-    def exerted(t: float, q: Array, v: Array, motion: Motion) -> Array:
-        if isinstance(bound, BoundWrench):
-            return np.concatenate(bound.at(t, binding.complete(t, motion))).ravel()
-        return bound.at(t) if isinstance(bound, BoundField) else bound.at(t, q, v)
-
-    away, states = np.sin(1.0 + np.arange(len(q))), []
-    for side in (0.0, 1.0, -1.0):
-        state = q + side * away, v + side * away
-        states.append((*state, dynamics.engine.motion(dynamics.engine.pack(*state))))
+    away = np.sin(1.0 + np.arange(len(q)))
+    states = [(q + side * away, v + side * away) for side in (0.0, 1.0, -1.0)]
+    motions = [dynamics.engine.motion(dynamics.engine.pack(*state)) for state in states]
 
     def values(time: float) -> Array:
-        return np.nan_to_num(np.concatenate([exerted(time, *state) for state in states]))
+        if isinstance(bound, BoundWrench):
+            wrenches = [bound.at(time, binding.complete(time, motion)) for motion in motions]
+            exerted = [np.concatenate(wrench).ravel() for wrench in wrenches]
+        else:
+            exerted = [bound.at(time) if isinstance(bound, BoundField) else bound.at(time, *state) for state in states]
+        return np.nan_to_num(np.concatenate(exerted))
 
     t = np.linspace(0.0, duration, SAMPLES + 1)
     return t, *remove_jumps(values, t, np.array([values(float(time)) for time in t]), NEGLIGIBLE)
@@ -109,9 +107,9 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
     """The pace declared for a run; None if it is not, or not by who overrides the law. InputError for one that cannot be."""
     (moved, early), declares, law = effect.since(start), owner(effect, "pace"), law_owner(effect) or Effect
     if declares is Effect and law.__module__.startswith("pendpin."):
-        track = getattr(moved, "track", None)
-        pace = Pace.sinusoid(getattr(moved, "frequency", None))
-        pace = track.pace(early, early + duration, negligible) if track else pace
+        track, frequency = getattr(moved, "track", None), getattr(moved, "frequency", None)
+        half_period = np.inf if frequency is None else np.pi / frequency
+        pace = track.pace(early, early + duration, negligible) if track else Pace.even(half_period)
     else:
         pace = moved.pace(early, early + duration, negligible) if issubclass(declares, law) else None
     if pace is None:

@@ -101,8 +101,15 @@ class Vibrations(NamedTuple):
 
 def vibrations(matrices: Matrices) -> Vibrations:
     """The modes of M, C, K (n, n). Raises InputError for a mass matrix that is not positive definite."""
+    from scipy.sparse.csgraph import connected_components
+
     n, parts, solved = len(matrices.mass), [], dict[bytes, Vibrations]()
-    for chosen in _uncoupled(matrices):
+    coupled = np.zeros((n, n), bool)
+    for part in matrices:  # whose entries that are rounding couple nothing
+        size = np.sqrt(np.abs(np.diag(part)))
+        coupled |= np.abs(part) > EPS * np.outer(size, size)
+    count, group = connected_components(coupled, directed=False)
+    for chosen in (np.flatnonzero(group == i) for i in range(count)):
         block = Matrices(*(part[np.ix_(chosen, chosen)] for part in matrices))
         key = b"".join(part.tobytes() for part in block)  # the two planes of a chain are the same to the bit
         if key not in solved:
@@ -149,18 +156,6 @@ def spectrum(A: Array, off: float | None = None) -> tuple[Array, Array, Array]:
 def is_stable(values: Array, errors: Array) -> bool:
     """Whether no eigenvalue (k,) is right of the imaginary axis by more than its rounding error."""
     return bool((np.real(values) <= errors).all())
-
-
-def _uncoupled(matrices: Matrices) -> list[Indices]:
-    """The coordinates, in groups that nothing couples: entries that are rounding couple nothing."""
-    from scipy.sparse.csgraph import connected_components
-
-    coupled = np.zeros(matrices.mass.shape, bool)
-    for part in matrices:
-        size = np.sqrt(np.abs(np.diag(part)))
-        coupled |= np.abs(part) > EPS * np.outer(size, size)
-    count, group = connected_components(coupled, directed=False)
-    return [np.flatnonzero(group == i) for i in range(count)]
 
 
 def _factor(M: Array) -> Array:

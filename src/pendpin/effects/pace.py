@@ -30,11 +30,6 @@ class Pace(NamedTuple):
         """The same shortest time in s throughout."""
         return cls(np.empty(0), np.array([shortest]))
 
-    @classmethod
-    def sinusoid(cls, frequency: float | None) -> "Pace":
-        """Half a period of a sinusoid of a frequency in rad/s; no change without one."""
-        return cls.even(np.inf if frequency is None else np.pi / frequency)
-
     @property
     def varies(self) -> bool:
         """Whether anything changes with time."""

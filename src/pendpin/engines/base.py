@@ -50,6 +50,10 @@ class Loads:
         """The sum of all uniform fields at time t, (3,) m/s², W."""
         return self.constant if self.varying is None else self.constant + self.varying(t)
 
+    def fields(self, t: Array) -> Array:
+        """That at times (k,), (k, 3); (3,) of one that is constant."""
+        return self.constant if self.varying is None else np.array([self.field(time) for time in t])
+
 
 class Engine(ABC):
     """One way to compute a model's motion, with its own state y and its own equations."""

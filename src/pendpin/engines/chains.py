@@ -96,8 +96,8 @@ class LongChain(AngleEngine):
             torque = torque.reshape(angles.shape)
         if loads.wrench is not None:
             force, moment = (x * SIGNS for x in loads.wrenches(t, self._motion(angles, rates)))
-        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
-        return solution.solve(self._chain, angles, rates, field * SIGNS, torque=torque, force=force, moment=moment)
+        field = loads.fields(t) * SIGNS
+        return solution.solve(self._chain, angles, rates, field, torque=torque, force=force, moment=moment)
 
     def _motion(self, q: Array, v: Array) -> Motion:
         """Poses and velocities in W of n rods with angles and rates q, v (..., n, 2)."""
@@ -155,8 +155,7 @@ class Thin(Engine):
         loads, force, moment = self.loads, None, None
         if loads.wrench is not None:
             force, moment = (x * SIGNS for x in loads.wrenches(t, _motion(self.chain, d, rate)))
-        field = loads.constant if loads.varying is None else np.array([loads.field(time) for time in t])
-        return thin.solve(self.chain, d, rate, field * SIGNS, force=force, moment=moment).acceleration
+        return thin.solve(self.chain, d, rate, loads.fields(t) * SIGNS, force=force, moment=moment).acceleration
 
     def normalise(self, y: Array) -> None:
         """Unit directions, or quaternions, in a state (size,), where they are off; else rounding would add up."""

@@ -1,6 +1,5 @@
 """Engines on the state of another: without the numbers that stay 0, and with y' by machine code."""
 
-import time
 from collections.abc import Callable
 from functools import cached_property
 
@@ -28,14 +27,13 @@ class Moving(Engine):
 
     def __init__(self, base: Engine, still: tuple[int, ...]) -> None:
         super().__init__(base.model, base.loads)
-        self.base, self.still, self.name = base, still, base.name
-        self.on_angles = base.on_angles
-        self._size = base.size
-        self.places = np.delete(np.arange(self._size), list(still))
+        self.base, self.still, self.name, self.on_angles = base, still, base.name, base.on_angles
+        self._whole_size = base.size
+        self.places = np.delete(np.arange(self._whole_size), list(still))
 
     def whole(self, y: Array) -> Array:
         """The base engine's states (..., size), from what moves of them."""
-        states = np.zeros((*y.shape[:-1], self._size))
+        states = np.zeros((*y.shape[:-1], self._whole_size))
         states[..., self.places] = y
         return states
 
@@ -47,38 +45,31 @@ class Moving(Engine):
         return y[self.places]
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """The base's positions and velocities (n, nv) of the whole states."""
         return self.base.unpack(t, self.whole(y), near)
 
     def density(self, y: Array) -> float:
-        """That of the base."""
         return self.base.density(self.whole(y))
 
     def project(self, y: Array) -> Array:
-        """What moves of the state that the base projects."""
         return self.base.project(self.whole(y))[self.places]
 
     def normalise(self, y: Array) -> None:
-        """As the base does; where something stays 0, the state has no whole directions."""
-        if not self.still:
+        if not self.still:  # else the state has no whole directions
             self.base.normalise(y)
 
     def motion(self, y: Array) -> Motion:
-        """The base's motion at the whole state."""
         return self.base.motion(self.whole(y))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
-        """What the base computes."""
         return self.base.evaluate(t, q, v, torque)
 
     def accelerate(self, t: float, q: Array, v: Array) -> Array:
-        """What the base computes."""
         return self.base.accelerate(t, q, v)
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The base's rates of the whole state, of which those that move are kept."""
         function, calls = self.base.derivative(progress)
-        rates = np.empty(self._size)
+        rates = np.empty(self._whole_size)
 
         def derivative(dy: Array, t: float, y: Array) -> None:
             function(rates, t, self.whole(y))
@@ -88,11 +79,11 @@ class Moving(Engine):
 
 
 class Compiled(Moving):
-    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters."""
+    """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters.
 
-    # Many engines share the `equations` of one structure (dynamics/compiling.py keeps them); each run has its block.
-
-    # `given` torques (nv,), by functions of Python, go with every call: such equations are called from Python.
+    Many engines share the `equations` of one structure (dynamics/compiling.py keeps them); each run has its block. `given`
+    torques (nv,), by functions of Python, go with every call: such equations are called from Python.
+    """
 
     def __init__(
         self,
@@ -108,22 +99,20 @@ class Compiled(Moving):
         self.equations, self.name = equations, f"{base.name}, compiled"
         self._values, self.compile_seconds = values, seconds
 
-    def _count_compiling(self, seconds: float) -> None:
-        self.compile_seconds += seconds
-
     @cached_property
     def _fixed(self) -> tuple[list[float], Array]:
-        begin = time.thread_time()
-        _ = self.equations.text  # recorded here, the first time
-        self._count_compiling(time.thread_time() - begin)
         return self.equations.evaluate_fixed(self._values)  # once for all its runs: a twentieth of a short one
 
     def block(self) -> Block:
-        """The arguments of the machine code for one run."""
-        return Block(self.equations, self._fixed, self._values.tables, self._count_compiling)
+        """The arguments of the machine code for one run, which is compiled here."""
+        took = self.equations.compile_seconds
+        block = Block(self.equations, self._fixed, self._values.tables)
+        block.code()
+        self.compile_seconds += self.equations.compile_seconds - took
+        return block
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """y' by machine code, which is compiled here."""
+        """y' by machine code."""
         block = self.block()
         code, state, rates = block.code(), np.zeros(block.size), np.zeros(block.size)
         call, arguments = code.call, (rates.ctypes.data, state.ctypes.data, block.address)

@@ -178,20 +178,14 @@ class Revolute(AngleEngine):
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
         """ABA for accelerations (n, nv), then RNEA for wrenches (n, joints, 6), state by state."""
-        a, wrench = np.empty(q.shape), np.empty((*q.shape, 6))
-        extra, externals = [None] * len(q) if torque is None else torque, list[tuple[list, ...]]([()] * len(q))
-        if self.loads.wrench is not None and len(q):  # Pinocchio's last argument for each state, evaluated together
-            motions = [self.motion(y)[:4] for y in np.concatenate([q, v], 1)]
-            origin, rotation, velocity, spin = (np.array(part) for part in zip(*motions, strict=True))
-            motion = Motion(origin, rotation, velocity, spin)
-            wrenches = turn_into_joint_frames(self._com, motion, *self.loads.wrenches(t, motion))
-            externals = [(forces(rows, self._places, self._pin_model.njoints),) for rows in wrenches]
+        a, wrench, extra = np.empty(q.shape), np.empty((*q.shape, 6)), [None] * len(q) if torque is None else torque
         rnea, reactions = pinocchio().rnea, [self._data.f[joint].vector for joint in range(1, self._pin_model.njoints)]
         for i in range(len(q)):
-            a[i] = self.accelerate(t[i], q[i], v[i], extra[i], externals[i])
+            external = self._external(t[i], q[i], v[i])
+            a[i] = self.accelerate(t[i], q[i], v[i], extra[i], external)
             # RNEA, though ABA has computed forces too: with external forces it leaves them out of data.f, and data.f[0] adds
             # up from call to call (docs/pinocchio_notes.md, 5).
-            rnea(self._pin_model, self._data, q[i], v[i], a[i], *externals[i])
+            rnea(self._pin_model, self._data, q[i], v[i], a[i], *external)
             wrench[i] = reactions  # they follow the data
         return Sample(a, wrench)
 
@@ -210,9 +204,12 @@ class Revolute(AngleEngine):
             self._pin_model.gravity.linear = loads.field(t)
         tau = self._no_torque if loads.torque is None else loads.torque(t, q, v)
         tau = tau if torque is None else tau + torque
-        if external is None:
-            external = ()
-            if loads.wrench is not None:
-                wrench = partial(loads.wrench, t)
-                external = (external_forces(self._pin_model, self._data, q, v, self._com, self._places, wrench),)
+        external = self._external(t, q, v) if external is None else external
         return self._aba(self._pin_model, self._data, q, v, tau, *external)
+
+    def _external(self, t: float, q: Array, v: Array) -> tuple[list, ...]:
+        """Pinocchio's last argument, of body effects, if there are any."""
+        if self.loads.wrench is None:
+            return ()
+        wrench = partial(self.loads.wrench, t)
+        return (external_forces(self._pin_model, self._data, q, v, self._com, self._places, wrench),)

@@ -70,10 +70,7 @@ class Adaptive(Integrator):
     def equations(self, engine: Engine, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         """The derivative and its count; in machine code those of the engine's block."""
         block = self.compiled_block(engine, progress)
-        if block is None:
-            return engine.derivative(progress)
-        block.code()  # compiled here
-        return derivative_of(block), lambda: block.calls
+        return engine.derivative(progress) if block is None else (derivative_of(block), lambda: block.calls)
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states (n, size) by CyRK or SciPy, within the tolerance a step; in machine code without `derivative`."""
@@ -180,8 +177,27 @@ class OnSciPy(Stepper):
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
         """The steps of SciPy's solver from y (size,), one at a time."""
+        from scipy import integrate  # late: it takes 0.2 s
+
+        (size, relative), origin = self.scales, np.zeros_like(y)  # the origin is that from which SciPy counts the state
+        if not relative.all():  # SciPy has one relative tolerance: the change of the state is integrated
+            size, origin = size + np.where(relative, np.abs(y), 0.0), y
+
+        def rates(t: float, change: Array) -> Array:
+            dy = np.empty_like(y)
+            self.derivative(dy, t, origin + change)
+            if not np.isfinite(dy).all():  # RK45 and DOP853 hang on NaN at the start, and LSODA returns it as a success
+                raise FloatingPointError
+            return dy
+
+        setting: Any = {
+            "rtol": max(self.tolerance, LEAST_RTOL),
+            "atol": self.tolerance * size,
+            "max_step": self.longest,
+        }
+        setting["first_step"] = self.first_step and min(self.first_step, self.longest, end - t)
         try:
-            solver, origin = self._solver(t, y, end)
+            solver = getattr(integrate, self.method.library_name)(rates, t, y - origin, end, **setting)
         except FloatingPointError:  # the rates at the start are not finite
             yield Steps(np.array([t]), y[None], lambda s: np.empty((0, len(y))), NOT_FINITE)
             return
@@ -196,28 +212,6 @@ class OnSciPy(Stepper):
                 return
             states, dense = np.stack([before, origin + solver.y]), cache(solver.dense_output)
             yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense()(s).T)
-
-    def _solver(self, t: float, y: Array, end: float) -> tuple[Any, Array]:
-        """SciPy's solver from y (size,) at t to `end`, s, and the origin (size,) from which it counts the state."""
-        from scipy import integrate  # late: it takes 0.2 s
-
-        (size, relative), origin = self.scales, np.zeros_like(y)
-        if not relative.all():  # SciPy has one relative tolerance: the change of the state is integrated
-            size, origin = size + np.where(relative, np.abs(y), 0.0), y
-
-        def rates(t: float, change: Array) -> Array:
-            dy = np.empty_like(y)
-            self.derivative(dy, t, origin + change)
-            if not np.isfinite(dy).all():  # RK45 and DOP853 hang on NaN at the start, and LSODA returns it as a success
-                raise FloatingPointError
-            return dy
-
-        tolerances = {"rtol": max(self.tolerance, LEAST_RTOL), "atol": self.tolerance * size}
-        first_step = self.first_step and min(self.first_step, self.longest, end - t)
-        solver = getattr(integrate, self.method.library_name)(
-            *(rates, t, y - origin, end), **tolerances, max_step=self.longest, first_step=first_step
-        )
-        return solver, origin
 
 
 @dataclass(frozen=True, eq=False)

@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import RunError
-from pendpin.ground.arrays import Array, Indices
+from pendpin.ground.arrays import Array
 from pendpin.scene import Method, Scene, method_of
 from pendpin.trajectory import Event
 
@@ -122,11 +122,16 @@ class Integrator(ABC):
 
     @abstractmethod
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size) at `times` (n,) in s, rising and apart (`separate`), from y (size,) at times[0]."""
+        """The states (n, size) at `times` (n,) in s, rising and apart (`states_at`), from y (size,) at times[0]."""
 
     def states_at(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states at any times (n,) that do not fall: those no farther apart than rounding share a state."""
-        apart = separate(times)
+        apart: Any = range(len(times))  # where they are farther than rounding behind the last such time
+        if len(times) > 1 and not (times[1:] - times[:-1]).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
+            apart = [0]
+            for i, t in enumerate(times.tolist()):
+                if t - times[apart[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):
+                    apart.append(i)
         if len(apart) == 1:
             memory = self.memory(y) if plan.memory is None else plan.memory
             return Segment(np.tile(y, (len(times), 1)), 0, memory=memory)
@@ -135,17 +140,6 @@ class Integrator(ABC):
         segment = self.integrate(derivative, y, times[apart], plan)
         place = np.searchsorted(apart, np.arange(len(times)), "right") - 1
         return replace(segment, y=segment.y[place[place < len(segment.y)]])
-
-
-def separate(times: Array) -> Indices:
-    """Where times (n,) that do not fall are farther than rounding behind the last such time; the first is one."""
-    places = [0]
-    if len(times) == 1 or (times[1:] - times[:-1]).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
-        return np.arange(len(times))
-    for i, t in enumerate(times.tolist()):
-        if t - times[places[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):
-            places.append(i)
-    return np.array(places)
 
 
 def finite_part(states: Array, steps: int, failure: str | None) -> tuple[Array, int, str | None]:

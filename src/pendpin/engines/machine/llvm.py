@@ -20,7 +20,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.engines.machine.routines import CALLBACK, CALLS, HEADER, RODS, TABLE, TRIGONOMETRY, WIDE, routine_text
+from pendpin.engines.machine import routines
+from pendpin.engines.machine.routines import CALLBACK, CALLS, HEADER, RODS, TABLE, TRIGONOMETRY, WIDE
 from pendpin.engines.machine.tape import Recording
 from pendpin.engines.machine.text import Text
 from pendpin.errors import MissingLibrary, say_note
@@ -158,12 +159,14 @@ class Code:
 
 
 def _routine(name: str) -> int:
-    """The address of a routine. Its library lives as long as the process: if two were made, code would lose the first."""
+    """The address of "steps" or "many". Its library lives as long as the process: code would lose the first of two."""
     with _lock:
-        if name not in _libraries:
-            library = _libraries[name] = Library(routine_text(name), OPTIMISATION)
-            if name == "many":  # all code can call its sines and cosines
-                library._api.AddSymbol(TRIGONOMETRY.encode(), library.address(TRIGONOMETRY))
+        if name == "steps" and name not in _libraries:
+            _libraries[name] = Library(routines.STEPS, OPTIMISATION)
+        elif name not in _libraries:  # with the sines and cosines that it and all code may call
+            text = routines.DECLARED + routines.trigonometry_code() + routines.MANY
+            library = _libraries[name] = Library(text, OPTIMISATION)
+            library._api.AddSymbol(TRIGONOMETRY.encode(), library.address(TRIGONOMETRY))
         return _libraries[name].address(name)
 
 
@@ -236,16 +239,10 @@ class Function:
 class Block:
     """The further arguments of a function, at `address`: parameters, tables, its count of calls, a progress callback."""
 
-    # `inputs` may be written between two calls. `compiled` is called with the time in s that compiling took.
+    # `inputs` may be written between two calls.
 
-    def __init__(
-        self,
-        function: Function,
-        fixed: tuple[list[float], Array],
-        tables: Sequence[Table],
-        compiled: Callable[[float], None] = lambda seconds: None,
-    ) -> None:
-        self.function, self._compiled, self._code = function, compiled, None
+    def __init__(self, function: Function, fixed: tuple[list[float], Array], tables: Sequence[Table]) -> None:
+        self.function = function
         (numbers, of_rods), text, recording = fixed, function.text, function.recording
         rods, units = len(of_rods), len(of_rods) if recording.parts else 1
         self.size = recording.size_of(rods)  # how many numbers a state has
@@ -274,11 +271,7 @@ class Block:
 
     def code(self) -> Code:
         """The machine code, compiled if it was not."""
-        if self._code is None:
-            took = self.function.compile_seconds
-            self._code = self.function.code()
-            self._compiled(self.function.compile_seconds - took)
-        return self._code
+        return self.function.code()
 
     def evaluated(self, t: Array, y: Array) -> tuple[Array, Array]:
         """y' (n, size) and the further results (n, m) at times (n,) and states y (n, size)."""

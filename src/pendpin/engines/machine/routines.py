@@ -243,11 +243,6 @@ class _Lines:
         return results[0], results[1]
 
 
-def routine_text(name: str) -> str:
-    """The text of the routine "steps", or of "many" and the sines and cosines that it and all code may call."""
-    return STEPS if name == "steps" else DECLARED + trigonometry_code() + MANY
-
-
 def trigonometry_code() -> str:
     """void pendpin_trigonometry(double *x, int64 n, double *sines, double *cosines), n up to the next multiple of WIDE."""
     line = _Lines()
