@@ -309,7 +309,7 @@ def test_the_work_of_bending_grows_with_the_number_of_rods() -> None:
     counts = []
     for n in (100, 1000):
         dynamics = bind(still(beam(n), fx.Gravity(), fx.Bending(stiffness=EI)))
-        assert records_by_rod(dynamics.engine, dynamics.effects)
+        assert records_by_rod(dynamics.model, dynamics.effects)
         counts.append(
             len(EquationsOfMotion(dynamics.engine, dynamics.effects, 0.0, by_rod=True).record().tape.operations)
         )

@@ -148,10 +148,9 @@ class EquationsOfMotion(NamedTuple):
         return right
 
 
-def records_by_rod(engine: Engine, effects: Sequence[Effect]) -> bool:
+def records_by_rod(model: Model, effects: Sequence[Effect]) -> bool:
     """Whether the equations are recorded for one rod: several in a row, and effects whose laws are pendpin's own."""
     # Those see each rod for itself; what a user's law reads is not known.
-    model = engine.model
     return model.alike and len(model.rods) > WRITTEN_OUT and plain_arithmetic(effects)
 
 
@@ -274,7 +273,7 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
     equations = equations._replace(effects=effects, given=given is not None)
     if isinstance(engine, Moving):
         equations = equations._replace(engine=engine.base, still=engine.still)
-    elif records_by_rod(engine, effects):
+    elif records_by_rod(engine.model, effects):
         equations = equations._replace(by_rod=True)
     if not equations.by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(

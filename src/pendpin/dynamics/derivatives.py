@@ -68,7 +68,7 @@ class Variational:
         effects, start = differentiable(scene, contacts), scene.start.time
         engine = choose_engine(self.model, Binding(self.model, effects, start).loads, "auto", "angles")
         touching = any(isinstance(effect, ContactEffect) for effect in effects)
-        by_rod = not still and not touching and records_by_rod(engine, effects)
+        by_rod = not still and not touching and records_by_rod(self.model, effects)
         self._vary(scene.model_copy(update={"effects": effects}), engine, by_rod)
         equations, parameters, masks = self.of_motion, self._parameters, self._masks
         llvm.require("what takes derivatives")

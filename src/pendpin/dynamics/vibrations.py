@@ -17,7 +17,6 @@ import numpy as np
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import BoundTree, look_up, records_by_rod
 from pendpin.dynamics.derivatives import differentiable
-from pendpin.dynamics.dynamics import choose_engine
 from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import Effect
 from pendpin.engines.machine.tangents import STATE, add_tangents
@@ -51,8 +50,7 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     Raises InputError for effects without derivatives, MissingLibrary without llvmlite.
     """
     model, effects, start = build(scene.model), differentiable(scene), scene.start.time
-    engine = choose_engine(model, Binding(model, effects, start).loads, "auto", "angles")
-    by_rod, nv = records_by_rod(engine, effects), len(q)
+    by_rod, nv = records_by_rod(model, effects), len(q)
     parameters = Parameters(model, by_rod)
     _residual(model, effects, start, parameters)
 

@@ -7,14 +7,15 @@ To add an engine: a class in a file here, and when it is taken in dynamics/dynam
 from pendpin.engines.base import (
     CALLBACK_EVERY,
     AngleEngine,
+    Compiled,
     Derivative,
     Engine,
     GivenTorque,
     Loads,
+    Moving,
     ProgressCallback,
     Sample,
 )
 from pendpin.engines.chains import MAX_SPHERICAL, Directions, LongChain, Spherical
-from pendpin.engines.compiled import Compiled, Moving
 from pendpin.engines.machine.llvm import Function, Values
 from pendpin.engines.pinocchio import Canonical, CanonicalForm, Revolute

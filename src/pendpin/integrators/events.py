@@ -181,22 +181,15 @@ def first_crossing(sample: Functions, bounds: Array, floor: Array) -> Crossing |
         jumps = b - a <= SHORTEST_SHARE * whole or looks[part.place] > MOST
         if not (part.resolved or jumps):
             waiting += _intervals(sample, np.array([a, (a + b) / 2, b]), floor, part.place)
-        elif crossing := _crossing(part, jumps, TOGETHER * whole):
-            return crossing
+            continue
+        seek, scale, floors = _drop if jumps else _root, 2 / (b - a), part.floor.tolist()
+        roots = {k: seek(part.series[:, k], floors[k]) for k in part.reaching}
+        which = min(roots, key=lambda k: roots[k][0])
+        x, slope = roots[which]
+        if x < math.inf:
+            fired = [k for k, (place, _) in roots.items() if place <= x + scale * (TOGETHER * whole)]
+            return Crossing(min(max(a + (x + 1) / scale, a), b), part.place, which, fired, slope * scale)
     return None
-
-
-def _crossing(part: _Interval, jumps: bool, together: float) -> Crossing | None:
-    """The first crossing in an interval with those no more than `together` in s after it."""
-    seek, scale, floor = _drop if jumps else _root, 2 / (part.end - part.begin), part.floor.tolist()
-    roots = {k: seek(part.series[:, k], floor[k]) for k in part.reaching}
-    which = min(roots, key=lambda k: roots[k][0])
-    x, slope = roots[which]
-    if x == math.inf:
-        return None
-    t = min(max(part.begin + (x + 1) / scale, part.begin), part.end)
-    fired = [k for k, (place, _) in roots.items() if place <= x + scale * together]
-    return Crossing(t, part.place, which, fired, slope * scale)
 
 
 def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None = None) -> list[_Interval]:
