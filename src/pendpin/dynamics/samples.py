@@ -1,7 +1,7 @@
 """What is computed at the samples of a run, as machine code: accelerations, wrenches, poses and the kinetic energy."""
 
 from collections.abc import Callable, Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -22,17 +22,10 @@ MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which 
 _DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
 
 
-class RodSamples(NamedTuple):
-    """Rods at n samples."""
-
-    acceleration: Array  # (n, nv) rad/s²
-    wrench: Array  # (n, joints, 6) N, N m, by each joint's parent, in the joint's frame
-    poses: Array  # (n, rods, 4, 4) of the rods' links, in W
-    kinetic: Array  # (n,) J
-
-
-# at t (n,), q, v (n, nv) with further torques (n, nv) or None; None where a number is not finite
-Sampler = Callable[..., RodSamples | None]
+# At t (n,), q, v (n, nv) with further torques (n, nv) or None: accelerations (n, nv) rad/s², wrenches (n, joints, 6) N, N m,
+# by each joint's parent, in its frame, poses (n, rods, 4, 4) of the links in W, kinetic energy (n,) J; None where a number is
+# not finite
+Sampler = Callable[..., tuple[Array, ...] | None]
 # of t, q, v and further torques (w,) of a rod, or of all, as terms: their numbers, and the kinetic energy of all rods
 Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]
 # of the same and the external wrenches (w, 6): accelerations (w,) and wrenches (w, 6)
@@ -65,7 +58,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     block = compiling.look_up(parameters.structure, record, parameters).block(parameters.values)
     parts, joints = parameters.rods, parameters.width
 
-    def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> RodSamples | None:
+    def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...] | None:
         torque = np.zeros_like(q) if torque is None else torque
         if given is not None:
             torque = torque + np.array([given(*state) for state in zip(t.tolist(), q, v, strict=True)])
@@ -77,7 +70,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
         placed = rows[..., 7 * joints :].reshape(len(t), -1, 3, 4)
         poses = np.zeros((*placed.shape[:2], 4, 4))
         poses[..., :3, :], poses[..., 3, 3] = placed, 1.0
-        return RodSamples(a, wrench, poses, more[:, -1].copy())
+        return a, wrench, poses, more[:, -1].copy()
 
     return sample
 

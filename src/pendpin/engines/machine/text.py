@@ -82,10 +82,6 @@ class _Row(NamedTuple):
     part: int
     width: int
 
-    def at(self, loop: int) -> str:
-        """The name of its address in a loop."""
-        return f"{self.array}{self.part}_{loop}"
-
 
 class Text:
     """The text of a recording's function."""
@@ -186,7 +182,7 @@ class Text:
         reads = {place: self._read_at(place) for place in schedule.read(loop)}
         writes = list(self._written(loop))
         rows = dict.fromkeys([row for row, _ in reads.values()] + [row for _, row, _ in writes])
-        names = {row: row.at(loop) for row in rows}
+        names = {row: f"{row.array}{row.part}_{loop}" for row in rows}
         yield f"enter{loop}:"
         for row, at in names.items():
             yield f"  %part_{at} = mul i64 %part, {row.part}"

@@ -10,7 +10,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, Rods, above, below, rods_first, rods_last
-from pendpin.equations.chain.system import Axes, Balances, project
+from pendpin.equations.chain.system import Balances, project
 from pendpin.ground.arrays import Array, Mask, lapack
 
 AXIAL = 1e-12  # an axial moment on a thin rod below this fraction of the largest moment is rounding
@@ -60,14 +60,13 @@ def solve(
     external = _external(chain, joints, torque, force, moment)
     _, s, _, c = joints.trig
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
-    axes, states = Axes(joints.trig, None), q[..., 0].size // chain.n
+    spherical, states = None, q[..., 0].size // chain.n
     if external.first_spherical < chain.n:
         spherical = np.tile(np.arange(chain.n) >= external.first_spherical, states)
-        axes = Axes(np.where(spherical, 0.0, joints.trig), spherical)
     rods = chain.rods.repeated(states)
-    x, alpha = project(_balances(rods, joints, axes, field, omega, drift, external))
-    if axes.spherical is not None:
-        alpha = _add_spin(joints, axes.spherical, omega, drift, alpha)
+    x, alpha = project(_balances(rods, joints, spherical, field, omega, drift, external))
+    if spherical is not None:
+        alpha = _add_spin(joints, spherical, omega, drift, alpha)
     shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if external.torque is None else external.torque.copy()
     moment_at_joint[0] -= s * x[3]
     moment_at_joint[2] += c * x[3]
@@ -128,18 +127,18 @@ def _count_to_last(marked: Mask, n: int) -> int:
 
 
 def _balances(
-    rods: Rods, joints: Joints, axes: Axes, field: Array, omega: Array, drift: Array, external: _External
+    rods: Rods, joints: Joints, spherical: Mask | None, field: Array, omega: Array, drift: Array, external: _External
 ) -> Balances:
     """The balances with known terms from field (..., 3), omega (3, K), drift (K,); no spin on spherical joints."""
-    (o1, o2, o3), (I1, I2, I3) = omega, rods.inertia
-    if axes.spherical is not None:
-        o3, drift = np.where(axes.spherical, 0.0, [o3, drift])
+    (o1, o2, o3), (I1, I2, I3), trig = omega, rods.inertia, joints.trig
+    if spherical is not None:
+        (o3, drift), trig = np.where(spherical, 0.0, [o3, drift]), np.where(spherical, 0.0, trig)
     swing = np.array([o1 * o3, o2 * o3, -(o1 * o1 + o2 * o2)])
     moment = np.array([(I2 - I3) * swing[1], (I3 - I1) * swing[0], (I1 - I2) * (o1 * o2)]) + external.moment
-    if axes.spherical is not None:
-        moment[2, axes.spherical] = 0
+    if spherical is not None:
+        moment[2, spherical] = 0
     support = -np.reshape(field, (-1, 3)).T
-    return Balances(rods, rods.inverse, support, external.push, moment, joints, axes, swing, drift)
+    return Balances(rods, rods.inverse, support, external.push, moment, joints, trig, spherical, swing, drift)
 
 
 def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:

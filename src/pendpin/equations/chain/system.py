@@ -73,27 +73,21 @@ def empty_band(K: int, r: int) -> tuple[Array, Array]:
     return band.reshape(r * K, 2 * r).T, blocks
 
 
-class Axes(NamedTuple):
-    """The axis a3 of each joint that carries a moment: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above."""
-
-    # All are 0 for a spherical joint: its Mc is 0 and it transmits no twisting moment.
-
-    trig: Array  # (4, K): s_t, s, c_t, c
-    spherical: Mask | None  # (K,) None if no joint is spherical
-
-
 @dataclass(frozen=True)
 class Balances(System):
     """A chain on universal joints: reactions F1, F2, F3, Mc; turning is angular acceleration; all in each rod's B."""
 
     joints: Joints
-    axes: Axes
+    # The axis a3 of a joint that carries a moment: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above; all 0 for
+    # a spherical joint: its Mc is 0 and it transmits no twisting moment.
+    trig: Array  # (4, K): s_t, s, c_t, c
+    spherical: Mask | None  # (K,) None if no joint is spherical
     centripetal: Array  # (3, K) 1/s², omega x (omega x b3)
     drift: Array  # (K,) 1/s², what (alpha - alpha above) . a3 has to be
 
     def gaps(self, linear: Array | float, turn: Array) -> Array:
         """The gaps (K, 4): acceleration of the tip above less that of the base in B, and the missing twist about a3."""
-        rods, joints, (s_t, s, c_t, c) = self.rods, self.joints, self.axes.trig
+        rods, joints, (s_t, s, c_t, c) = self.rods, self.joints, self.trig
         swing = self.centripetal.copy()
         swing[0] += turn[1]
         swing[1] -= turn[0]
@@ -114,7 +108,7 @@ class Balances(System):
 
     def loads(self, x: Array) -> RodLoads:
         """Force and moment about G of reactions x (4, K), in B."""
-        rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.axes.trig, x[:3], x[3]
+        rods, joints, (s_t, s, c_t, c), F, Mc = self.rods, self.joints, self.trig, x[:3], x[3]
         # of the joint below: force in this rod's frame, the parts of Mc on b2 and b3
         up = below(np.concatenate([np.add.reduce(joints.R * F, 1), [s_t * Mc, c_t * Mc]]), rods.n)
         across = rods.h * F[1] + rods.k * up[1] - s * Mc, -rods.h * F[0] - rods.k * up[0] - up[3]
@@ -122,7 +116,7 @@ class Balances(System):
 
     def band(self) -> Array:
         """The band (8, 4 K): reactions of each joint on its own gap and on the next joint's."""
-        rods, R, (s_t, s, c_t, c) = self.rods, self.joints.R, self.axes.trig
+        rods, R, (s_t, s, c_t, c) = self.rods, self.joints.R, self.trig
         band, blocks = empty_band(rods.m.size, 4)
         weighted = rods.tip_above[:, None] * R
         for column in range(3):
@@ -133,8 +127,8 @@ class Balances(System):
         blocks[:, 0, 3] = lever * R[0, 0]
         blocks[:, 1, 3] = -rods.lever_h[1] * s
         blocks[:, 2, 3] = lever * R[0, 2]
-        twist = np.add.reduce(self.axes.trig**2 * rods.twist, 0)
-        blocks[:, 3, 3] = twist if self.axes.spherical is None else twist + self.axes.spherical
+        twist = np.add.reduce(self.trig**2 * rods.twist, 0)
+        blocks[:, 3, 3] = twist if self.spherical is None else twist + self.spherical
         below_diagonal = blocks[:-1]  # on the next joint's gap
         np.multiply(-rods.cross[:, None, :-1], R[:, :, 1:], out=below_diagonal[:, :3, 4:7].transpose(1, 2, 0))
         np.multiply((-rods.lever_k * s)[:-1], R[1, :, 1:], out=below_diagonal[:, 3, 4:7].T)
