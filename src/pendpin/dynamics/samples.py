@@ -22,9 +22,8 @@ MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which 
 _DOWN = np.array([0.0, 0.0, -1.0])  # along a rod, in its link frame
 
 
-# At t (n,), q, v (n, nv) with further torques (n, nv) or None: accelerations (n, nv) rad/s², wrenches (n, joints, 6) N, N m,
-# by each joint's parent, in its frame, poses (n, rods, 4, 4) of the links in W, kinetic energy (n,) J; None where a number is
-# not finite
+# At t (n,), q, v (n, nv), with further torques (n, nv) or None: accelerations (n, nv), wrenches (n, joints, 6) N, N m by
+# each joint's parent, in its frame, poses (n, rods, 4, 4) in W, kinetic energy (n,) in J; None where a number is not finite
 Sampler = Callable[..., tuple[Array, ...] | None]
 # of t, q, v and further torques (w,) of a rod, or of all, as terms: their numbers, and the kinetic energy of all rods
 Sampled = Callable[[Any, Array, Array, Array], tuple[Array, Any]]

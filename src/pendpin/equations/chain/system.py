@@ -78,8 +78,8 @@ class Balances(System):
     """A chain on universal joints: reactions F1, F2, F3, Mc; turning is angular acceleration; all in each rod's B."""
 
     joints: Joints
-    # The axis a3 of a joint that carries a moment: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above; all 0 for
-    # a spherical joint: its Mc is 0 and it transmits no twisting moment.
+    # Of the axis a3 that carries a moment: (-s, 0, c) in its rod's frame, (0, s_t, c_t) in the frame above. All are 0 for a
+    # spherical joint: its Mc is 0 and it transmits no twisting moment.
     trig: Array  # (4, K): s_t, s, c_t, c
     spherical: Mask | None  # (K,) None if no joint is spherical
     centripetal: Array  # (3, K) 1/s², omega x (omega x b3)
