@@ -242,19 +242,18 @@ def _record_directions(engine: Directions, loads: Loads, powered: Powered | None
 
 def compilable(model: Model, effects: Sequence[Effect]) -> bool:
     """Whether `auto` compiles a scene: llvmlite is there, and all effects run on symbols, pendpin's own; or a Torque."""
-    few, others = model.alike or len(model.joints) <= MOST_WRITTEN_OUT, without_functions(effects)
+    few = model.alike or len(model.joints) <= MOST_WRITTEN_OUT
+    others = [effect for effect in effects if not isinstance(effect, Torque)]
     touching = any(isinstance(effect, ContactEffect) for effect in others)
     return few and plain_arithmetic(others) and not (touching and len(others) < len(effects)) and llvm.installed()
 
 
-def without_functions(effects: Sequence[Effect]) -> tuple[Effect, ...]:
-    """The effects but each Torque: its function of Python is called beside the machine code."""
-    return tuple(effect for effect in effects if not isinstance(effect, Torque))
-
-
-def torque_of_functions(model: Model, effects: Sequence[Effect], start: float) -> GivenTorque | None:
-    """The sum of each Torque, at times since `start` in s; None without one."""
-    return Binding(model, [effect for effect in effects if isinstance(effect, Torque)], start).loads.torque
+def split_functions(
+    model: Model, effects: Sequence[Effect], start: float
+) -> tuple[tuple[Effect, ...], GivenTorque | None]:
+    """The effects but each Torque, and the sum of these at times since `start` in s: called beside the machine code."""
+    others = tuple(effect for effect in effects if not isinstance(effect, Torque))
+    return others, Binding(model, [effect for effect in effects if isinstance(effect, Torque)], start).loads.torque
 
 
 def compile_engine(equations: EquationsOfMotion) -> Compiled:
@@ -266,8 +265,8 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
                 f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
                 'use solver.engine = "auto"'
             )
-    begin, engine, start = time.thread_time(), equations.engine, equations.start
-    effects, given = without_functions(equations.effects), torque_of_functions(engine.model, equations.effects, start)
+    begin, engine = time.thread_time(), equations.engine
+    effects, given = split_functions(engine.model, equations.effects, equations.start)
     if given is not None and equations.contacts is not None:
         raise InputError('solver.engine: "compiled" takes no Torque beside stops and dry friction; leave it out')
     equations = equations._replace(effects=effects, given=given is not None)

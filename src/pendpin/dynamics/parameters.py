@@ -90,13 +90,11 @@ class Parameters(Numbers):
         return self._replace(values, values != 0, lambda present: values[present].tolist(), self.shared)[()]
 
     def joints(self, x: Array) -> Array:
-        """The numbers (n, ...) of all joints; by rod, those (w, ...) of one."""
         if not self.by_rod:
             return self(x)
         return self._of_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
 
     def bodies(self, x: Array) -> Array:
-        """The numbers (n, ...) of all bodies; by rod, those (1, ...) of one."""
         return self._of_rod(_convert_to_numbers(x)[:, None]) if self.by_rod else self(x)
 
     def _of_rod(self, x: Array) -> Array:
@@ -119,7 +117,6 @@ class Parameters(Numbers):
         return out
 
     def constant(self, x: Any) -> None:
-        """Note what the equations take as it is."""
         self._structure.append(x.tobytes() if isinstance(x, np.ndarray) else x)
 
     def state(self, parts: int) -> Array:

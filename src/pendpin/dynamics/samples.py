@@ -38,7 +38,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     by_rod = model.alike and len(model.rods) > 1
     if not (few and compiling.compilable(model, effects)):
         return None
-    given, effects = compiling.torque_of_functions(model, effects, start), compiling.without_functions(effects)
+    effects, given = compiling.split_functions(model, effects, start)
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
     parameters = Parameters(model, by_rod)

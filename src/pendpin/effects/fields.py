@@ -40,7 +40,6 @@ class Gravity(FieldEffect):
 
     @property
     def constant(self) -> bool:
-        """True: it does not change with time."""
         return True
 
     def field(self, t: Any, xp: Any = np) -> Array:
@@ -137,11 +136,9 @@ class Support(Tracked, FrameEffect):
         return self._course(t, 0, xp)
 
     def velocity(self, t: Any, xp: Any = np) -> Array:
-        """How it moves, (3,) m/s."""
         return self._course(t, 1, xp)
 
     def acceleration(self, t: Any, xp: Any = np) -> Array:
-        """How it accelerates, (3,) m/s²."""
         return self._course(t, 2, xp)
 
     def _course(self, t: Any, order: int, xp: Any) -> Array:
@@ -218,7 +215,6 @@ class Rotation(Tracked, BodyEffect):
         return EARTH * np.array([0.0, xp.cos(angle), xp.sin(angle)])
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """Coriolis and centrifugal forces (n, 3) N and moments (n, 3) N m about the centres of mass, W."""
         omega = motion.fixed(self._rate_vector(xp) if self.track is None else self.track.at(t, 0))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)

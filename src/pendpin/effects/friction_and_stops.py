@@ -64,7 +64,6 @@ class DryFriction(ContactEffect):
         return self.parameters if self.stribeck is not None else ("kinetic",)
 
     def resistance(self) -> tuple[float, float]:
-        """kinetic, and static or kinetic, N m."""
         return self.kinetic, self.kinetic if self.static is None else self.static
 
     def sliding(self, v: Array, xp: Any = np) -> Array:
@@ -123,5 +122,4 @@ class AsWritten(Effect):
 
     @property
     def idle(self) -> bool:
-        """Whether nothing of it acts."""
         return not (self.damping or self.friction or self.limits)

@@ -31,7 +31,6 @@ class Viscous(OnJoints):
 
     @property
     def resistances(self) -> tuple[str, ...]:
-        """The coefficient."""
         return ("coefficient",)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
@@ -195,7 +194,6 @@ class Motor(JointEffect):
 
     @property
     def on(self) -> tuple[str, ...]:
-        """The driven joint."""
         return (self.joint,)
 
     def torques(self, t: Any, q: Array, v: Array, xp: Any = np) -> Array:
@@ -255,7 +253,6 @@ class Torque(OnJoints):
         return False
 
     def pace(self, begin: float, end: float, negligible: float) -> Pace | None:
-        """As declared; None if it is not."""
         if self.steady:
             return STEADY
         return None if self.shortest is None else Pace.even(self.shortest)

@@ -19,7 +19,6 @@ class OnLink(BodyEffect):
 
     @property
     def on(self) -> tuple[str, ...]:
-        """The link of the rod."""
         return (self.link,)
 
 
@@ -50,7 +49,6 @@ class Push(OnLink):
         return any(self.torque)
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
         force = np.array(self.force)
         if self.frequency is not None and self.amplitude is not None:
             force = force + np.array(self.amplitude) * xp.sin(self.frequency * t)
@@ -90,11 +88,9 @@ class Anchor(OnLink):
 
     @property
     def resistances(self) -> tuple[str, ...]:
-        """The damping."""
         return ("damping",)
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        """The force (1, 3) N and its moment (1, 3) N m about the centre of mass, W."""
         held = bodies.along(self.at, bodies.tip, xp)
         away = motion.points(held) - motion.fixed(np.array(self.point))
         force = -self.stiffness * away - self.damping * motion.velocities(held)

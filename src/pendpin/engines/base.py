@@ -119,17 +119,14 @@ class AngleEngine(Engine):
     on_angles = True
 
     def pack(self, q: Array, v: Array) -> Array:
-        """(q, v), (2 nv,)."""
         return np.concatenate([q, v])
 
     def unpack(self, t: Array, y: Array, near: Array) -> tuple[Array, Array]:
-        """Positions and velocities (n, nv): the two halves of the states y (n, 2 nv)."""
         nv = len(self.model.joints)
         return y[:, :nv].copy(), y[:, nv:].copy()
 
     def project(self, y: Array) -> Array:
-        """The state (2 nv,) unchanged: angles have no constraints."""
-        return y
+        return y  # angles have no constraints
 
     @abstractmethod
     def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
@@ -249,7 +246,6 @@ class Compiled(Moving):
         return block
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """y' by machine code."""
         block = self.block()
         code, state, rates = block.code(), np.zeros(block.size), np.zeros(block.size)
         call, arguments = code.call, (rates.ctypes.data, state.ctypes.data, block.address)

@@ -44,8 +44,6 @@ class LongChain(AngleEngine):
         self._chain = model.chain
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        """(v, q'') from one banded solve."""
-
         def derivative(dy: Array, t: float, y: Array) -> None:
             q, v = y.reshape(2, -1)
             dy[:] = np.concatenate([v, self.accelerate(t, q, v)])
@@ -53,7 +51,6 @@ class LongChain(AngleEngine):
         return count_calls(derivative, progress)
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of the rods at a state y (2 nv,)."""
         return self._motion(*split_by_rod(y.reshape(2, -1)))
 
     def evaluate(self, t: Array, q: Array, v: Array, torque: Array | None = None) -> Sample:
@@ -71,7 +68,6 @@ class LongChain(AngleEngine):
         return Sample(a, wrench)
 
     def accelerate(self, t: float, q: Array, v: Array, torque: Array | None = None) -> Array:
-        """q'' (nv,) by one banded solve, with joint torques (nv,) added."""
         extra = None if torque is None else torque[None]
         return self._solve(np.array([t]), q[None], v[None], extra).acceleration.reshape(-1)
 
@@ -165,7 +161,6 @@ class Thin(Engine):
             vectors /= np.sqrt(squares)[:, None]
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of rods that do not spin, from y (size,)."""
         d, rate = self.directions(y[None])
         return _motion(self.chain, d[0], rate[0])
 
@@ -211,7 +206,6 @@ class Directions(Thin):
         return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
 
     def project(self, y: Array) -> Array:
-        """The state (6 n,) with unit directions and angular velocities normal to them."""
         return _joined(*(part[0] for part in self.directions(y[None])))
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
@@ -261,14 +255,12 @@ class Spherical(Thin):
         return np.concatenate([*quaternions, _relative(relative, spinless).reshape(-1)])
 
     def directions(self, y: Array) -> tuple[Array, Array]:
-        """The rods' axes and their rates, from quaternions and angular velocities."""
         R, omega = _absolute(y, self.chain.n)
         d = -R[..., 2]
         rate = cross(np.einsum("knij,knj->kni", R, omega), d)
         return d * SIGNS, rate * SIGNS
 
     def project(self, y: Array) -> Array:
-        """The state (7 n,) with unit quaternions and no spin."""
         n = self.chain.n
         _, omega = _absolute(y[None], n)
         quaternions = y[: 4 * n].reshape(n, 4)

@@ -171,7 +171,6 @@ class Revolute(AngleEngine):
         return derivative, lambda: calls
 
     def motion(self, y: Array) -> Motion:
-        """Poses and velocities of the bodies at y (2 nv,), by Pinocchio's forward kinematics."""
         nv = self._pin_model.nv  # ABA leaves the poses of an earlier call (docs/pinocchio_notes.md, 6)
         pinocchio().forwardKinematics(self._pin_model, self._data, y[:nv], y[nv:])
         return motion_of(self._data, self._places)
@@ -190,7 +189,6 @@ class Revolute(AngleEngine):
         return Sample(a, wrench)
 
     def compliance(self, q: Array, joints: Indices) -> Array:
-        """Columns (nv, k) of Pinocchio's inverse mass matrix."""
         return mirror_upper(pinocchio().computeMinverse(self._pin_model, self._data, q))[:, joints]
 
     def accelerate(

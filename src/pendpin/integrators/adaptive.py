@@ -176,7 +176,6 @@ class OnSciPy(Stepper):
     derivative: Derivative
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """The steps of SciPy's solver from y (size,), one at a time."""
         from scipy import integrate  # late: it takes 0.2 s
 
         (size, relative), origin = self.scales, np.zeros_like(y)  # the origin is that from which SciPy counts the state

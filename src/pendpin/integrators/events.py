@@ -65,7 +65,6 @@ class AtRest(Stepper):
     longest: float
 
     def steps(self, t: float, y: Array, end: float) -> Iterator[Steps]:
-        """Equal steps in which nothing changes."""
         bounds = np.linspace(t, end, max(1, int(np.ceil((end - t) / self.longest))) + 1)
         yield Steps(bounds, np.tile(y, (len(bounds), 1)), lambda s: np.tile(y, (len(s), 1)))
 

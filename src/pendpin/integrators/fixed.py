@@ -109,11 +109,9 @@ class FixedStep(Integrator):
         self.step = setting
 
     def memory(self, y: Array) -> FixedMemory:
-        """Where the steps end, and the state y (size,) at the end of the last."""
         return FixedMemory(GridPlace(), np.array(y))
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size) at output times, by steps of one size."""
         memory = plan.memory or self.memory(y)
         assert isinstance(memory, FixedMemory)
         grid = StepGrid(self.setting, memory.place, float(times[0]), plan)
@@ -162,7 +160,6 @@ class RungeKutta4(FixedStep):
         return derivative, lambda: calls() + (self._block.calls if self._block else 0)
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
-        """Classical Runge-Kutta steps of y (size,), in machine code on a compiled engine."""
         block = self._block
         if block is None or len(y) != block.size:
             return super().advancing(derivative, y)

@@ -53,7 +53,6 @@ class Taylor(Integrator):
 
     @classmethod
     def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Taylor":
-        """The method with the scene's tolerance and time of start."""
         assert scene.solver.tolerance is not None
         return cls(dynamics.effects, scene.solver.tolerance, scene.start.time)
 
@@ -78,11 +77,9 @@ class Taylor(Integrator):
         return engine.derivative(lambda t: None)[0], lambda: self._steps
 
     def memory(self, y: Array) -> SeriesMemory:
-        """The state as it is, not yet projected."""
         return SeriesMemory(y)
 
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
-        """The states (n, size) from the series of each step."""
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
             raise InputError(

@@ -98,11 +98,9 @@ class Balances(System):
         return np.column_stack([(joints.into(tip) - linear + rods.h * swing).T, twist])
 
     def resistance(self, turn: Array) -> Array:
-        """I alpha (3, K), N m."""
         return self.rods.inertia * turn
 
     def bare(self) -> "Balances":
-        """The same chain at rest, without support and loads."""
         nothing = np.zeros_like(self.centripetal)
         return replace(self, support=0 * self.support, centripetal=nothing, drift=nothing[0])
 

@@ -94,7 +94,6 @@ class _ThinBalances(System):
         return self.rods.inertia[0] * across + (turn - across) / self.inverse
 
     def bare(self) -> "_ThinBalances":
-        """The same chain at rest, without support and loads."""
         return replace(self, support=0 * self.support, centripetal=0 * self.centripetal)
 
     def _across(self, x: Array) -> Array:
