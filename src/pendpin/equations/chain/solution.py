@@ -5,11 +5,11 @@ kinematics.py the angles. `solve` takes angles and rates and returns acceleratio
 """
 
 from dataclasses import dataclass
-from typing import NamedTuple
+from typing import Any
 
 import numpy as np
 
-from pendpin.equations.chain.kinematics import ChainInertia, Joints, Rods, above, below, rods_first, rods_last
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
 from pendpin.equations.chain.system import Balances, project
 from pendpin.ground.arrays import Array, Mask, lapack
 
@@ -57,17 +57,26 @@ def solve(
     """
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
-    external = _external(chain, joints, torque, force, moment)
+    push, about_G, at_joint, first_spherical = _external(chain, joints, torque, force, moment)
     _, s, _, c = joints.trig
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     spherical, states = None, q[..., 0].size // chain.n
-    if external.first_spherical < chain.n:
-        spherical = np.tile(np.arange(chain.n) >= external.first_spherical, states)
-    rods = chain.rods.repeated(states)
-    x, alpha = project(_balances(rods, joints, spherical, field, omega, drift, external))
+    if first_spherical < chain.n:
+        spherical = np.tile(np.arange(chain.n) >= first_spherical, states)
+    # The balances with their known terms; rods on spherical joints have no spin there, and get it afterwards.
+    (o1, o2, o3), trig, own_drift, rods = omega, joints.trig, drift, chain.rods.repeated(states)
+    if spherical is not None:
+        (o3, own_drift), trig = np.where(spherical, 0.0, [o3, drift]), np.where(spherical, 0.0, trig)
+    swing, (I1, I2, I3) = np.array([o1 * o3, o2 * o3, -(o1 * o1 + o2 * o2)]), rods.inertia
+    turning = np.array([(I2 - I3) * swing[1], (I3 - I1) * swing[0], (I1 - I2) * (o1 * o2)]) + about_G
+    if spherical is not None:
+        turning[2, spherical] = 0
+    support = -np.reshape(field, (-1, 3)).T
+    known = support, push, turning, joints, trig, spherical, swing, own_drift
+    x, alpha = project(Balances(rods, rods.inverse, *known))
     if spherical is not None:
         alpha = _add_spin(joints, spherical, omega, drift, alpha)
-    shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if external.torque is None else external.torque.copy()
+    shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if at_joint is None else at_joint.copy()
     moment_at_joint[0] -= s * x[3]
     moment_at_joint[2] += c * x[3]
     return ChainSolution(
@@ -80,19 +89,13 @@ def solve(
     )
 
 
-class _External(NamedTuple):
-    """What acts on the rods besides the field and the reactions."""
-
-    push: Array | float  # (3, K) m/s², force over mass, in B
-    moment: Array | float  # (3, K) N m about G, in B, joint torques included
-    torque: Array | None  # (3, K) N m, of the joint on its rod, in B
-    first_spherical: int  # index of the first rod of each chain whose joint is spherical; n if none is
-
-
 def _external(
     chain: ChainInertia, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
-) -> _External:
-    """External loads in body frames, from torque (..., n, 2) in N m, force and moment (..., n, 3) in I."""
+) -> tuple[Any, Any, Array | None, int]:
+    """Loads (3, K) in body frames from outside, given as in `solve`, and the first rod whose joint is spherical, or n.
+
+    Force over mass, m/s²; moment about G, joint torques included, N m; torque of the joint on its rod, N m, None of none.
+    """
     push, about_G, at_joint, first_spherical = 0.0, 0.0, None, chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
@@ -112,7 +115,7 @@ def _external(
         about_G[0] += below(tau[0], joints.n)
         about_G[1] -= below(tau[1] * c_t, joints.n)
         about_G[2] += below(tau[1] * s_t, joints.n)
-    return _External(push, about_G, at_joint, first_spherical)
+    return push, about_G, at_joint, first_spherical
 
 
 def _into_body(frames: Array, x: Array) -> Array:
@@ -124,21 +127,6 @@ def _count_to_last(marked: Mask, n: int) -> int:
     """Index after the last rod that is marked (K,) in any of the states; 0 if none is."""
     rods = np.flatnonzero(marked.reshape(-1, n).any(0))
     return int(rods[-1]) + 1 if rods.size else 0
-
-
-def _balances(
-    rods: Rods, joints: Joints, spherical: Mask | None, field: Array, omega: Array, drift: Array, external: _External
-) -> Balances:
-    """The balances with known terms from field (..., 3), omega (3, K), drift (K,); no spin on spherical joints."""
-    (o1, o2, o3), (I1, I2, I3), trig = omega, rods.inertia, joints.trig
-    if spherical is not None:
-        (o3, drift), trig = np.where(spherical, 0.0, [o3, drift]), np.where(spherical, 0.0, trig)
-    swing = np.array([o1 * o3, o2 * o3, -(o1 * o1 + o2 * o2)])
-    moment = np.array([(I2 - I3) * swing[1], (I3 - I1) * swing[0], (I1 - I2) * (o1 * o2)]) + external.moment
-    if spherical is not None:
-        moment[2, spherical] = 0
-    support = -np.reshape(field, (-1, 3)).T
-    return Balances(rods, rods.inverse, support, external.push, moment, joints, trig, spherical, swing, drift)
 
 
 def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha: Array) -> Array:

@@ -220,12 +220,9 @@ def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array 
                 theta[sample] = theta[sample - 1]
             elif start is not None:
                 theta[sample] = start[0]
-    return _continuous(np.array([theta, np.arctan2(u[0], across)]), start)
-
-
-def _continuous(pairs: Array, start: Array | None) -> Array:
-    """The pairs (2, k) that follow on each other, from pairs with |phi| <= pi/2."""
-    # From one sample to the next the other pair is nearer if theta changes by over pi less the larger |phi|.
+    # The pairs that follow on each other, from pairs with |phi| <= pi/2: from one sample to the next the other pair is nearer
+    # if theta changes by over pi less the larger |phi|.
+    pairs = np.array([theta, np.arctan2(u[0], across)])
     begin = pairs[:, 0] if start is None else start
     turned = np.cos(begin[1]) < 0
     theta, phi = np.concatenate([_other(begin) if turned else begin, pairs.T.ravel()]).reshape(-1, 2).T
