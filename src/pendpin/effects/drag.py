@@ -129,25 +129,20 @@ def _speed_moments(u0: Array, u1: Array, xp: Any) -> tuple[Array, Array, Array]:
     # In closed form (docs/effects.md derives it): S is the sum of the speeds at both ends, d their difference over S, w the
     # square of |u1| / S, and e = w - d². Then, about the middle of the rod,
     #     K0 = S (1/2 - e (2/3 + w beta) / 4),  M1 = S d (1/12 + e beta / 8),  M2 = S (1/24 - e beta / 16 + e² gamma / 64),
-    # with two functions of w, which only the derivative at w = 1, flow that vanishes on the rod, makes infinite.
+    # with two functions of w, which only the derivative at w = 1, flow that vanishes on the rod, makes infinite: beta and
+    # gamma by their series up to `_SMALL`, and what the closed form adds beyond. That loses digits towards w = 0, the series
+    # need many terms towards 1; neither minimum nor maximum asks a symbol for its value.
     end, C = u0 + u1, dot(u1, u1)
     S = xp.sqrt(dot(u0, u0)) + xp.sqrt(dot(end, end))
     inverse = 1 / (S + _STILL)
     d, w = (C + 2 * dot(u0, u1)) * inverse * inverse, C * inverse * inverse
     e, w = w - d * d, xp.minimum(w, _TAKEN_TURN)
-    beta, gamma = _functions_of_turning(w, xp)
-    K0 = S * (0.5 - e * (1 / 6 + w * beta / 4))
-    M1, M2 = S * d * (1 / 12 + e * beta / 8), S * (1 / 24 - e * beta / 16 + e * e * gamma / 64)
-    return K0, M1 + K0 / 2, M2 + M1 + K0 / 4
-
-
-def _functions_of_turning(w: Array, xp: Any) -> tuple[Array, Array]:
-    """beta and gamma of w from 0 to 1: the series up to `_SMALL`, and what the closed form adds beyond."""
-    # That loses digits towards w = 0, the series need many terms towards 1; neither minimum nor maximum asks a symbol for
-    # its value.
     low, high = xp.minimum(w, _SMALL), xp.maximum(w, _SMALL)
     root, inverse, left = xp.sqrt(high), 1 / high, 1 - high
     atanh = 0.5 * xp.log((1 + root) * (1 + root) / left)
     beta = (1 / 3 - left * inverse * (atanh * root * inverse - 1)) * inverse
     gamma = ((5 - high) * beta - 2 / 3) * inverse
-    return polyval(low, _BETA) + (beta - _BETA_AT_SMALL), polyval(low, _GAMMA) + (gamma - _GAMMA_AT_SMALL)
+    beta, gamma = polyval(low, _BETA) + (beta - _BETA_AT_SMALL), polyval(low, _GAMMA) + (gamma - _GAMMA_AT_SMALL)
+    K0 = S * (0.5 - e * (1 / 6 + w * beta / 4))
+    M1, M2 = S * d * (1 / 12 + e * beta / 8), S * (1 / 24 - e * beta / 16 + e * e * gamma / 64)
+    return K0, M1 + K0 / 2, M2 + M1 + K0 / 4

@@ -226,20 +226,16 @@ def _root(coefficients: Array, floor: float) -> tuple[float, float]:
     before = max(0, last - 1)
     if last == before or values[before][0] <= 0:
         return places[before], values[before][1]
-    return _zero(series, places[before], places[last])
-
-
-def _zero(series: list[float], a: float, b: float) -> tuple[float, float]:
-    """The zero of a Chebyshev series that falls from a to b, and its slope: by Newton's method, or halving."""
-    x, last = (a + b) / 2, math.inf
+    a, b = places[before], places[last]  # it falls from a to b: by Newton's method, or halving
+    x, far = (a + b) / 2, math.inf
     while True:
         value, slope = _value(series, x)
         a, b = (x, b) if value > 0 else (a, x)
         newton = min(max(x - value / slope, a), b) if slope < 0 else a  # a zero at an end is rounded to either side
-        converges = abs(newton - x) < last / 2
+        converges = abs(newton - x) < far / 2
         better = newton if converges else (a + b) / 2
-        x, last = better, abs(better - x)
-        if last <= (CLOSE if converges else CLOSEST):
+        x, far = better, abs(better - x)
+        if far <= (CLOSE if converges else CLOSEST):
             return x, slope
 
 
