@@ -74,7 +74,7 @@ class HeldTorque(fx.Torque):
 
     def is_instant(self, t: float) -> bool:
         """Whether t, in s since the start, is an instant but for its rounding."""
-        return abs(t - self._interval * self._place(t)) <= self._slack(t)
+        return abs(t - self._interval * self._place(t)) <= NEAR * (abs(self._start) + abs(t))
 
     def sample(self, t: float, q: Array, v: Array) -> None:
         """Hold what the function returns at the instant t, in s since the start, from q, v (nv,); or what was given."""
@@ -109,13 +109,10 @@ class HeldTorque(fx.Torque):
         """Whether a run has begun."""
         return self._values is not None
 
-    def _slack(self, t: float) -> float:
-        return NEAR * (abs(self._start) + abs(t))
-
     def _place(self, t: float) -> int:
         """Which instant is the last one at t in s since the start."""
         place = int(t / self._interval)
-        return place + 1 if self._interval * (place + 1) - t <= self._slack(t) else place
+        return place + 1 if self._interval * (place + 1) - t <= NEAR * (abs(self._start) + abs(t)) else place
 
 
 def recall_outputs(held: Sequence[HeldTorque], run: Any, end: float, start: float) -> None:

@@ -220,8 +220,8 @@ def _angles(above: _Turning, u: Array, u_rate: Array, rate: Array, start: Array 
                 theta[sample] = theta[sample - 1]
             elif start is not None:
                 theta[sample] = start[0]
-    # The pairs that follow on each other, from pairs with |phi| <= pi/2: the other pair is nearer to the sample before if theta
-    # changes by over pi less the larger |phi|.
+    # The pairs that follow on each other, from pairs with |phi| <= pi/2: the other pair is nearer to the sample before where
+    # theta changes by over pi less the larger |phi|.
     pairs = np.array([theta, np.arctan2(u[0], across)])
     begin = pairs[:, 0] if start is None else start
     turned = np.cos(begin[1]) < 0
