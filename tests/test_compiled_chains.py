@@ -172,7 +172,7 @@ def test_a_thousand_rods_vs_the_banded_route() -> None:
 def test_what_stays_equal_is_carried_once() -> None:
     """A matrix that stays symmetric has six cells, one that stays diagonal three, and what never changes none."""
     tape = Tape()
-    xp, x = recorded_by_rod(tape), tape.state_of_rod(1, 3)
+    xp, x = recorded_by_rod(tape), tape.state(3, 1)
     inward(lambda i, M: (M, None), [np.outer(x, x)], [-1], xp)
     outward(lambda i, M: (M + np.diag(x), None), np.eye(3), [-1], xp)
     outward(lambda i, a: (a, a), np.ones(3), [-1], xp)

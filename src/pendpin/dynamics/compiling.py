@@ -70,7 +70,7 @@ class EquationsOfMotion(NamedTuple):
         rods = engine.chain.n if isinstance(engine, Directions) else 0
         inputs = numbers.width * (2 if self.contacts else self.given)
         if self.by_rod:
-            y = tape.state_of_rod(PARTS, 3 if rods else numbers.width)
+            y = tape.state(3 if rods else numbers.width, PARTS)
             results, more = right(tape.term("time"), y)
             of_rod, others = results[: len(y)], results[len(y) :]
             return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)

@@ -122,8 +122,8 @@ class Parameters(Numbers):
     def state(self, parts: int) -> Array:
         """A state (parts, w) of the tape, of so many numbers for each of the joints."""
         assert self._tape is not None
-        make = self._tape.state_of_rod(parts, self.width) if self.by_rod else self._tape.state(parts * self.width)
-        return make.reshape(parts, -1)
+        shape = (self.width, parts) if self.by_rod else (parts * self.width,)
+        return self._tape.state(*shape).reshape(parts, -1)
 
     def inputs(self, part: int) -> list[Any]:
         """The inputs of the tape in one part of them, one for each joint; their places are not in the structure."""

@@ -64,14 +64,10 @@ class Tape:
         operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
         return self._new(operation, operands, fixed, by_rod, lanes)
 
-    def state(self, size: int) -> Array:
-        """The state y (size,)."""
-        return np.array([self.term("state", i) for i in range(size)], dtype=object)
-
-    def state_of_rod(self, parts: int, width: int) -> Array:
-        """The state (parts width,) of a rod, in a state with `parts` of `width` numbers for each rod."""
-        cells = [(part, i) for part in range(parts) for i in range(width)]
-        return np.array([self.term("state", *cell, by_rod=True) for cell in cells], dtype=object)
+    def state(self, width: int, parts: int = 0) -> Array:
+        """The state y (width,); with `parts` that of one rod, (parts width,), in a state with so many parts for each rod."""
+        cells = [(part, i) for part in range(parts) for i in range(width)] if parts else [(i,) for i in range(width)]
+        return np.array([self.term("state", *cell, by_rod=parts > 0) for cell in cells], dtype=object)
 
     def parameter(self, place: int, by_rod: bool = False) -> "Term":
         """One of the run's parameters, or of those that each rod has its own value of."""
