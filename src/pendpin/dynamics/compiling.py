@@ -125,7 +125,7 @@ class EquationsOfMotion(NamedTuple):
         numbers.constant(self.given)
         given = [numbers.inputs(0)] if self.given else []
         if contacts is not None:
-            holding, contacts = contacts.holding.reshape(-1, nv).any(0), contacts.with_numbers(numbers)
+            holding, contacts = np.any(contacts.holding.reshape(-1, nv), 0), contacts.with_numbers(numbers)
             flags, ways = numbers.inputs(0), numbers.inputs(1)
             numbers.constant(("contacts", holding.tobytes()))
             held = [flag if can else None for flag, can in zip(flags, holding, strict=True)]
