@@ -47,10 +47,6 @@ class Numbers:
         """The effect with its numbers passed through this object."""
         return effect
 
-    def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
-        """The row (width,) of `rows` (n, width) that holds at a time, from its own of `times` (n,) to the next."""
-        return lambda t: rows[max(0, int(np.searchsorted(times, t, "right")) - 1)]
-
 
 class Parameters(Numbers):
     """Replaces the numbers of a model by parameters of a tape and lists their values; without a tape it only lists them.
@@ -142,15 +138,16 @@ class Parameters(Numbers):
         return self._effects[id(effect)][1]
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
-        """The row (width,) that holds at a time, as a function of the time: a table of the tape."""
+        """A function for the row (width,) of `rows` (n, width) that holds at a time, from its own of `times` (n,) to the next."""
         if np.iscomplexobj(rows):  # by derivatives.py
             raise InputError("effects: what a csv holds over time, and its axis, have no derivative")
-        tape, width, key = self._tape, rows.shape[1], (times.tobytes(), rows.tobytes())
+        tape: Any = self._tape  # without one the function is not called
+        width, key = rows.shape[1], (times.tobytes(), rows.tobytes())
         place = self._places.setdefault(key, len(self.tables))
         if place == len(self.tables):
             self.tables.append(Table(times, rows))
         self._structure.append(("table", place, width))
-        return super().table(times, rows) if tape is None else lambda t: tape.row(place, width, t)
+        return lambda t: tape.row(place, width, t)
 
 
 def _convert_to_numbers(x: Any) -> Array:
