@@ -138,7 +138,7 @@ class Parameters(Numbers):
         return self._effects[id(effect)][1]
 
     def table(self, times: Array, rows: Array) -> Callable[[Any], Array]:
-        """A function for the row (width,) of `rows` (n, width) that holds at a time, from its own of `times` (n,) to the next."""
+        """A function for the row (width,) of those (n, width) that holds at a time, from its own (n,) to the next."""
         if np.iscomplexobj(rows):  # by derivatives.py
             raise InputError("effects: what a csv holds over time, and its axis, have no derivative")
         tape: Any = self._tape  # without one the function is not called
