@@ -10,7 +10,6 @@ W. Squire, G. Trapp, SIAM Review 40 (1998), 110). Numbers that are 0 have a rate
 
 from collections.abc import Sequence
 from dataclasses import replace
-from types import SimpleNamespace
 from typing import Any, NamedTuple, cast
 
 import numpy as np
@@ -21,7 +20,7 @@ from pendpin.dynamics.compiling import EquationsOfMotion, look_up, records_by_ro
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.dynamics import choose_engine
 from pendpin.effects import ContactEffect, Effect, Idle
-from pendpin.engines import AngleEngine, Engine, LongChain, Revolute, Values
+from pendpin.engines import AngleEngine, Engine, Revolute, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
@@ -91,15 +90,14 @@ class Variational:
         """The scene's parameters and start, with their rates of change by the K numbers; the engine is one on angles."""
         model, nv = engine.model, len(engine.model.joints)
         places = [parsed(key) for key in self.keys]
-        changes = [_changed(scene, path) for path in places if path[0] != "start"]  # the start is in no parameter
-        given = [scene.effects, *(changed for _, changed in changes)]
+        changes = [_changed(scene, model, path) for path in places if path[0] != "start"]  # which is in no parameter
+        given = [scene.effects, *(effects for _, effects in changes)]
         lists = [acting(model, effects) for effects in (given[0], *(one for one in given if one is not given[0]))]
         active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
-        unchanged = _engine_of(model, engine, None)
         cases = list[EquationsOfMotion]()  # of the scene as it is, then with an imaginary part in each of its numbers
-        for chain, effects in zip([None, *(chain for chain, _ in changes)], given, strict=True):
+        for other, effects in zip([None, *(changed for changed, _ in changes)], given, strict=True):
             acts = tuple(e if a else Idle(kind=e.kind) for e, a in zip(effects, active, strict=True))
-            own, contacts = unchanged if chain is None else _engine_of(model, engine, chain), None
+            own, contacts = engine if other is None else Revolute(other, engine.loads), None
             if cases and effects is given[0]:
                 contacts = cases[0].contacts
             elif any(isinstance(effect, ContactEffect) for effect in acts):
@@ -188,13 +186,17 @@ def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:
     return out
 
 
-def _changed(scene: Scene, path: KeyPath) -> tuple[Chain | None, tuple[Effect, ...]]:
-    """The chain, None where it does not change, and the effects with an imaginary part in the number at a path."""
-    model, effects = scene.model, scene.effects
+def _changed(scene: Scene, model: Model, path: KeyPath) -> tuple[Model | None, tuple[Effect, ...]]:
+    """The model, None where it does not change, and the effects with an imaginary part in the number at a path."""
+    given, effects = scene.model, scene.effects
     if path[0] == "effects" and (changed := _step_numbers(effects, path, 1)):
         return None, changed
-    if path[:2] == ("model", "rods") and isinstance(model, Chain) and (changed := _step_numbers(model.rods, path, 2)):
-        return Chain.model_construct(kind="chain", rods=changed, copies=model.copies), effects
+    if path[:2] == ("model", "rods") and isinstance(given, Chain) and (changed := _step_numbers(given.rods, path, 2)):
+        chain = Chain.model_construct(kind="chain", rods=changed, copies=given.copies)
+        all_rods, pairs = chain.all_rods, zip(model.rods, chain.all_rods, strict=True)
+        rods = tuple(replace(old, inertia=new.properties) for old, new in pairs)
+        bodies = rod_bodies(all_rods, rods)
+        return replace(model, chain=None, rods=rods, bodies=bodies, rod_tree=rod_tree_of(chain)), effects
     if path[0] in ("model", "effects"):
         number_at(scene, written(path))  # a key that is none is refused
     raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
@@ -224,22 +226,3 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
     name, construct = str(rest[0]), cast(Any, kind.model_construct)  # which takes complex numbers, as records do not
     changed = construct(**(fields | {name: stepped(fields[name], rest[1:])}))
     return (*records[:place], changed, *records[place + 1 :])
-
-
-def _engine_of(model: Model, engine: Engine, chain: Chain | None) -> Engine:
-    """The engine with the model of rods with complex numbers; of a chain always by the chain's own numbers."""
-    if model.rod_tree is None or (chain is None and model.chain is None):
-        return engine
-    rod_tree, rods, bodies = model.rod_tree, model.rods, model.bodies
-    lengths = None if model.chain is None else model.chain.l
-    if chain is not None:
-        rod_tree = rod_tree_of(chain)
-        rods = tuple(replace(old, inertia=rod.properties) for old, rod in zip(rods, chain.all_rods, strict=True))
-        bodies, lengths = rod_bodies(chain.all_rods, rods), np.array([rod.length for rod in chain.all_rods])
-    if model.chain is None:
-        return Revolute(replace(model, rods=rods, bodies=bodies, rod_tree=rod_tree), engine.loads)
-    changed: Any = replace(model, make_pin=None, rods=rods, bodies=bodies, rod_tree=rod_tree)
-    inertias = dict(zip(("I1", "I2", "I3"), rod_tree.inertia.T, strict=True))
-    numbers = SimpleNamespace(n=model.chain.n, m=rod_tree.m, h=rod_tree.h, l=lengths, **inertias)
-    object.__setattr__(changed, "chain", numbers)
-    return LongChain(changed, engine.loads)
