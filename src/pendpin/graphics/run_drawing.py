@@ -123,10 +123,7 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
 
 
 def quantities_of(run: RunRecord, plots: Sequence[Plot]) -> tuple[Quantity, ...]:
-    """The quantities of a run, at most MOST_QUANTITIES, in the order of `run.names`; the energy drift last, if any.
-
-    Of too many those of the plots stay, then the first ones.
-    """
+    """Quantities of a run in the order of `run.names`, of too many those of the plots and the first; the drift last."""
     names, plotted = [name for name in run.names if name != "t"], {curve.name for x in plots for curve in x.curves}
     if len(names) > MOST_QUANTITIES:
         first = sorted(names, key=lambda name: name not in plotted)  # stable

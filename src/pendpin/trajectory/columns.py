@@ -23,17 +23,10 @@ WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
 
 
 def columns(run: Any) -> dict[str, Place]:
-    """Where each quantity of a run is, by its name, in the order of a table.
+    """Where each quantity of a run is, by its name, in the order of a table (docs/python.md).
 
-    t; a joint's name for its position, with _rate and _acceleration; R1_1 to Mc_1 of rod 1 and so on (R1 of a single
-    rod), of a rod on a hinge the two moments that it carries, or, where no rod has a joint of its own, the wrench of each
-    joint; tip_x, tip_y, tip_z of the last tip, tip_x_1 of others; kinetic, potential, energy; work_ of each kind of
-    effect. The energy drift and the efforts are quantities, not columns; tip_x_2 of two rods is a
-    second name of tip_x, and no column either.
-
-    Of a chain also tension_1, the axial force at the upper end of rod 1, which is R3_1; omega1_1 to omega3_1, the angular
-    velocity of rod 1 along b1, b2, b3; swing, the angle of the line from the support to the last tip from straight down;
-    angular_momentum_x, _y, _z about the support in W. All are relative to the support.
+    R1_1 to Mc_1 are those of rod 1, R1 of a single rod. The energy drift and the efforts are quantities, not columns;
+    tip_x_2 of two rods is a second name of tip_x, and no column either. Of a chain all are relative to the support.
     """
     joints, tips = run.joints, run.tips.shape[1]
     places: dict[str, Place] = {"t": ("t", ...)}

@@ -113,8 +113,8 @@ class Peer:
 
 def peers(scene: Scene) -> tuple[Peer, ...]:
     """The installed peers, each with its model of the scene under gravity alone. Raises InputError for other scenes."""
-    task, absent = task_of(scene), missing()
-    made = {"mujoco": mujoco_peers, "drake": drake_peers, "scipy": scipy_peers}
+    task, absent = task_of(scene), missing()  # those that most often reach an accuracy come first
+    made = {"scipy": scipy_peers, "mujoco": mujoco_peers, "drake": drake_peers}
     if build(scene.model).make_pin is None:
         del made["scipy"]
     return tuple(peer for name, make in made.items() if name not in absent for peer in make(task))

@@ -26,7 +26,7 @@ from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
 
-OTHERS = ("scipy", "mujoco", "drake")  # those that most often reach an accuracy come first
+
 SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
 KNOWN = 0.1  # of the accuracy: largest error of the reference
 LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libraries start besides
@@ -112,7 +112,7 @@ def cost(
     bench = _prepare_bench(scene, accuracy, thorough, repetitions, budget, progress)
     series = [_series_of_method(bench, method) for method in methods or _suitable_methods(bench)]
     others = [_series_of_peer(bench, peer) for peer in (simulators.peers(bench.scene) if peers else ())]
-    others.sort(key=lambda one: OTHERS.index(one.curve.name.split()[0]))
+
     contested, interrupted = list[float](), False
     try:
         # from coarse to fine; the time left is shared among the accuracies that can be answered
