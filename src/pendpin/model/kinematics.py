@@ -56,11 +56,6 @@ def tips(model: Model, link_poses: Array) -> Array:
     return np.einsum("nrij,rj->nri", link_poses[..., :3, :], np.insert(model.body_arrays.tip, 3, 1.0, axis=1))
 
 
-def _turned(link_poses: Array, vectors: Array) -> Array:
-    """Vectors (bodies, 3), given in the frames of the links, in W: (n, bodies, 3)."""
-    return np.einsum("nrij,rj->nri", link_poses[..., :3, :3], vectors)
-
-
 def swings_of(run: RunRecord, model: Model | None = None) -> Array:
     """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none.
 
@@ -71,7 +66,7 @@ def swings_of(run: RunRecord, model: Model | None = None) -> Array:
         return swings_of_chain(run.q)
 
     def angles_from_down(q: Array) -> Array:
-        x, y, z = np.moveaxis(_turned(poses(model, q), model.body_arrays.tip), -1, 0)
+        x, y, z = np.moveaxis(np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], model.body_arrays.tip), -1, 0)
         return np.arctan2(np.hypot(x, y), -z)
 
     some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
@@ -152,7 +147,9 @@ def marks(model: Model, link_tips: Array, q: Array) -> Array:
         axis = tree.axes[body.joint]
         if tree.kinds[body.joint] == "revolute" and np.linalg.norm(np.cross(axis, body.tip)) <= NEAR * length:
             offset[:] = length * across(axis)
-    return link_tips + _turned(poses(model, q), offsets) if offsets.any() else link_tips
+    if not offsets.any():
+        return link_tips
+    return link_tips + np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], offsets)
 
 
 def evaluate_each(points: Callable[[Model, Array], Array], models: Sequence[Model], q: Array) -> Array:
