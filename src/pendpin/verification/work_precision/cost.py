@@ -26,7 +26,6 @@ from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
 
-
 SAMPLES = 201  # output times of a comparison, unless the scene asks for fewer, or for others and it is thorough
 KNOWN = 0.1  # of the accuracy: largest error of the reference
 LIMIT = 18.0  # s of processor time in all, unless thorough; Python and its libraries start besides
