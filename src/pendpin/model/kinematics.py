@@ -56,22 +56,26 @@ def tips(model: Model, link_poses: Array) -> Array:
     return np.einsum("nrij,rj->nri", link_poses[..., :3, :], np.insert(model.body_arrays.tip, 3, 1.0, axis=1))
 
 
+def swings(model: Model, link_poses: Array) -> Array:
+    """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none."""
+    tilting = np.array([body.tip.any() for body in model.bodies])
+    if model.chain is None:
+        some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
+        tilting &= np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR
+    angles = _angles_from_down(model, link_poses)[:, tilting]
+    return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
+
+
+def _angles_from_down(model: Model, link_poses: Array) -> Array:
+    """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
+    x, y, z = np.moveaxis(np.einsum("nrij,rj->nri", link_poses[..., :3, :3], model.body_arrays.tip), -1, 0)
+    return np.arctan2(np.hypot(x, y), -z)
+
+
 def swings_of(run: RunRecord, model: Model | None = None) -> Array:
-    """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none.
-
-    The model of the run is built again if none is given. Raises InputError.
-    """
+    """The same of a run, whose model is built again if none is given. Raises InputError."""
     model = model or model_of(run)
-    if model.chain is not None:
-        return swings_of_chain(run.q)
-
-    def angles_from_down(q: Array) -> Array:
-        x, y, z = np.moveaxis(np.einsum("nrij,rj->nri", poses(model, q)[..., :3, :3], model.body_arrays.tip), -1, 0)
-        return np.arctan2(np.hypot(x, y), -z)
-
-    some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
-    tilting = np.array([body.tip.any() for body in model.bodies]) & (np.ptp(angles_from_down(some), 0) > NEAR)
-    return angles_from_down(run.q)[:, tilting].max(1) if tilting.any() else np.full(len(run.t), np.nan)
+    return swings_of_chain(run.q) if model.chain is not None else swings(model, poses(model, run.q))
 
 
 def swings_of_chain(q: Array) -> Array:

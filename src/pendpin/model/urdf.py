@@ -264,25 +264,24 @@ def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
         shape = next(iter(visual.findall("geometry/*")), None)
         if shape is None or shape.tag not in _SHAPES:
             raise InputError(f"{where}: a visual needs a <geometry> with one of: {choices(_SHAPES)}")
-        if shape.tag == "mesh" and not shape.get("filename"):
-            raise InputError(f"{where}: <mesh> has no filename")
-        if shape.tag == "mesh":
-            _numbers(where, shape, "scale", 3, ())
-        sizes = {}
-        for key in () if shape.tag == "mesh" else _KNOWN[shape.tag][1].split():
-            sizes[key] = _numbers(where, shape, key, 3 if shape.tag == "box" else 1)
-            if min(sizes[key]) < 0:
-                raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
         for color in visual.findall("material/color")[:1]:
             _numbers(f"{where}: visual", color, "rgba", 4, ())
+        if shape.tag == "mesh":
+            if not shape.get("filename"):
+                raise InputError(f"{where}: <mesh> has no filename")
+            _numbers(where, shape, "scale", 3, ())
+            continue
+        sizes = list[float]()
+        for key in _KNOWN[shape.tag][1].split():
+            sizes += _numbers(where, shape, key, 3 if shape.tag == "box" else 1)
+            if min(sizes) < 0:
+                raise InputError(f"{where}: {shape.tag} {key}: a size is negative")
         radius, length, axis, width = 0.0, 0.0, 2, 0.0
-        if shape.tag in {"cylinder", "capsule"}:
-            (radius,), (length,) = sizes["radius"], sizes["length"]
+        if shape.tag == "box":
+            axis, (_, width, length) = int(np.argmax(sizes)), sorted(sizes)
+        elif shape.tag != "sphere":
+            radius, length = sizes
             length, width = length + 2 * radius * (shape.tag == "capsule"), 2 * radius
-        elif shape.tag == "box":
-            sides = sizes["size"]
-            axis = max(range(3), key=sides.__getitem__)
-            length, width = sides[axis], sorted(sides)[1]
         if length > width:
             half = pinocchio().rpy.rpyToMatrix(rpy)[:, axis] * (length / 2)
             rods.append((length, xyz + np.array([half, -half]), radius))
