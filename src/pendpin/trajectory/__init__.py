@@ -4,5 +4,5 @@ May import: the ground.
 To add a result: a field in record.py, its shape in parts.py, its name and unit in columns.py.
 """
 
-from pendpin.trajectory.parts import Counts, Event, HingeReactions, Reactions, Stats, exchanged
-from pendpin.trajectory.record import Derived, RunRecord, joined, samples_of, with_samples
+from pendpin.trajectory.parts import Counts, Derived, Event, HingeReactions, Reactions, Stats, exchanged
+from pendpin.trajectory.record import RunRecord, joined, samples_of, with_samples

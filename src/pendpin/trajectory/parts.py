@@ -1,8 +1,8 @@
 """The parts of a run's record: counts, energies, events, reactions, and how they are read from a file."""
 
 import json
-from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, fields
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import asdict, dataclass, fields
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -24,9 +24,9 @@ def exchanged(kinetic: Array, *others: Array) -> Array:
     return np.maximum.reduce([least, so_far(kinetic), *ranges])
 
 
-def share(error: Array, scale: Array) -> float:
-    """The largest of energy errors (n,) over the energy exchanged (n,) at the end; 0 without samples."""
-    return float(error.max() / scale[-1]) if len(error) else 0.0
+def share(error: Array, kinetic: Array, *others: Array) -> float:
+    """The largest of energy errors (n,) over the energy exchanged at the end, as of `exchanged`; 0 without samples."""
+    return float(error.max() / exchanged(kinetic, *others)[-1]) if len(error) else 0.0
 
 
 def _ranges_in_words(self: Any) -> str:
@@ -62,10 +62,29 @@ class HingeReactions(NamedTuple):
     __repr__ = _ranges_in_words
 
 
-def reactions_of(arrays: Mapping[str, Array]) -> Reactions | HingeReactions | None:
+AnyReactions = Reactions | HingeReactions
+
+
+def reactions_of(arrays: Mapping[str, Array]) -> AnyReactions | None:
     """The reactions among arrays by their names; None where there are none."""
     kind = HingeReactions if "M1" in arrays else Reactions
     return kind(**{name: arrays[name] for name in kind._fields}) if "R1" in arrays else None
+
+
+class Derived(NamedTuple):
+    """What follows from the states at the samples."""
+
+    a: Array  # (n, nv)
+    wrench: Array  # (n, joints, 6)
+    kinetic: Array  # (n,)
+    potential: Array  # (n,)
+    tips: Array  # (n, rods, 3), world frame W
+    rod_reactions: AnyReactions | Callable[[], AnyReactions | None] | None  # None without universal joints; may be late
+
+    @classmethod
+    def of_arrays(cls, arrays: Mapping[str, Array]) -> "Derived":
+        """From the arrays of a file or of `RunRecord.arrays`, by their names."""
+        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=reactions_of(arrays))
 
 
 class Energy(NamedTuple):
@@ -90,7 +109,7 @@ class Energy(NamedTuple):
     @property
     def drift(self) -> float:
         """Largest departure of the total from its start, divided by the energy exchanged."""
-        return share(np.abs(self.total - self.total[:1]), self.exchanged)
+        return share(np.abs(self.total - self.total[:1]), self.kinetic, self.potential)
 
 
 KINDS = ("stick", "reverse", "slip", "stop", "release")
@@ -142,15 +161,23 @@ class Stats(Counts):
     notes: tuple[str, ...] = ()  # remarks on the run
 
 
-# --- reading a run from its file ------------------------------------------------------------------------------------
+# --- the file of a run ----------------------------------------------------------------------------------------------
 
 FORMAT = 1  # of the file of a run: another one is refused
 AS_WRITTEN = ("as_written", "viscous", "dry_friction", "stop")  # an effect, and those that it stands for
-ARRAYS = ("t", "q", "v", "a", "wrench", "kinetic", "potential", "tips")
+STATES = ("t", "q", "v")  # the arrays of a record that are integrated; the others follow from them
 
 
-def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
-    """The fields of a RunRecord from a file, and its arrays over time by name; ValueError where they do not fit together."""
+def pack_run(run: Any) -> dict[str, Any]:
+    """The arrays of the file of a RunRecord, by their names."""
+    held = {f"held_{i}": outputs for i, outputs in enumerate(run.held)}
+    meta = json.dumps({"format": FORMAT, "scene": run.scene, **asdict(run.stats)})
+    texts = {"joints": np.array(run.joints), "meta": np.array(meta)}
+    return run.arrays | held | event_arrays(run.events) | texts
+
+
+def read_fields(file: ArrayFile) -> dict[str, Any]:
+    """The fields of a RunRecord from a file. Raises ValueError where they do not fit together."""
     scene, stats = _read_meta(file)
     joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
     ends = "tips" if "tips" in file.headers else "tip"  # as files of older versions have it
@@ -179,8 +206,9 @@ def read_fields(file: ArrayFile) -> tuple[dict[str, Any], dict[str, Array]]:
         if driven > nv:
             raise ValueError(f"held torques of more than {nv} joints")
         held.append(read_array(file, f"held_{i}", (instants, driven)))
-    happened = {"events": read_events(file, joints), "held": tuple(held)}
-    return happened | {"joints": joints, "work": work, "stats": stats, "scene": scene}, arrays
+    states = {name: arrays[name] for name in STATES} | {"derived": Derived.of_arrays(arrays)}
+    happened = {"events": read_events(file, joints), "held": tuple(held), "work": work}
+    return states | happened | {"joints": joints, "stats": stats, "scene": scene}
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:

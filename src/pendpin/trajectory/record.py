@@ -3,12 +3,11 @@
 What a user asks of a run beside its numbers is in pendpin.motions.trajectory, whose Trajectory is this record.
 """
 
-import json
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass, field, replace
+from dataclasses import dataclass, field, replace
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple, Self, TypeVar
+from typing import Any, Self, TypeVar
 
 import numpy as np
 
@@ -17,40 +16,9 @@ from pendpin.ground.arrays import Array
 from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.ground.records import LARGEST
 from pendpin.trajectory.columns import TABLES, Place, column, columns
-from pendpin.trajectory.parts import (
-    ARRAYS,
-    FORMAT,
-    Energy,
-    Event,
-    HingeReactions,
-    Reactions,
-    Stats,
-    event_arrays,
-    exchanged,
-    reactions_of,
-    read_fields,
-    share,
-)
+from pendpin.trajectory.parts import STATES, AnyReactions, Derived, Energy, Event, Stats, pack_run, read_fields, share
 
-AnyReactions = Reactions | HingeReactions
-STATES = ("t", "q", "v")  # the arrays of a record that are integrated; the others follow from them
 MOST_LETTERS = 90  # of a title
-
-
-class Derived(NamedTuple):
-    """What follows from the states at the samples."""
-
-    a: Array  # (n, nv)
-    wrench: Array  # (n, joints, 6)
-    kinetic: Array  # (n,)
-    potential: Array  # (n,)
-    tips: Array  # (n, rods, 3), world frame W
-    rod_reactions: AnyReactions | Callable[[], AnyReactions | None] | None  # None without universal joints; may be late
-
-    @classmethod
-    def of_arrays(cls, arrays: Mapping[str, Array]) -> "Derived":
-        """From the arrays of a file or of `RunRecord.arrays`, by their names."""
-        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=reactions_of(arrays))
 
 
 @dataclass(frozen=True, eq=False, repr=False)
@@ -143,7 +111,7 @@ class RunRecord:
         """Every array with a row for each sample, by its name in the file of a run."""
         rods = {} if self.rod_reactions is None else self.rod_reactions._asdict()
         work = {f"work_{kind}": work for kind, work in self.work.items()}
-        return {name: getattr(self, name) for name in ARRAYS} | rods | work
+        return {name: getattr(self, name) for name in (*STATES, *Derived._fields[:-1])} | rods | work
 
     def with_arrays(self, arrays: Mapping[str, Array]) -> Self:
         """The run with other arrays by these names."""
@@ -224,7 +192,7 @@ class RunRecord:
         """The largest difference of the change of kinetic energy and the works, divided by the energy exchanged."""
         if not self.work:
             return 0.0
-        return share(np.abs(self.unbalanced), exchanged(self.kinetic, *self.work.values()))
+        return share(np.abs(self.unbalanced), self.kinetic, *self.work.values())
 
     @property
     def unbalanced(self) -> Array:
@@ -248,10 +216,7 @@ class RunRecord:
         if path.suffix.lower() in TABLES:
             raise InputError(f"{path}: save writes .npz; to_csv({str(path)!r}) writes this run as a table")
         refuse_other_format(path, ".npz")
-        held = {f"held_{i}": outputs for i, outputs in enumerate(self.held)}
-        meta = json.dumps({"format": FORMAT, "scene": self.scene, **asdict(self.stats)})
-        texts = {"joints": np.array(self.joints), "meta": np.array(meta)}
-        arrays: dict[str, Any] = with_samples(self).arrays | held | event_arrays(self.events) | texts
+        arrays = pack_run(with_samples(self))
         return write_whole(path, lambda file: write_arrays(file, arrays))
 
     @classmethod
@@ -265,9 +230,7 @@ class RunRecord:
         if path.suffix == ".csv":
             raise InputError(f"{path}: a table, not a run; pendpin run SCENE --out run.npz saves a run")
         with open_arrays(path, "a run that pendpin saved (pendpin run SCENE saves one)") as file:
-            fields, arrays = read_fields(file)
-            states: dict[str, Any] = {name: arrays[name] for name in STATES}
-            run = cls(**fields, **states, derived=Derived.of_arrays(arrays))
+            run = cls(**read_fields(file))
         if scene is None:
             return run
         if not hasattr(scene, "model_dump"):
