@@ -75,8 +75,7 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         if scene is None and urdf is None and any(path.startswith("model.rods") for path in values):
             said = "the built-in rod is a URDF; `pendpin new > rod.toml` writes it as a scene with model.rods"
             raise BadParameter(said, param_hint="--set")
-        chosen = chosen.replace(values)
-        command(SceneInput(chosen, scene, urdf, strict), **options)
+        command(SceneInput(chosen.replace(values), scene, urdf, strict), **options)
 
     *shared, _ = signature(run).parameters.values()
     _, *further = (option.replace(kind=option.KEYWORD_ONLY) for option in signature(command).parameters.values())

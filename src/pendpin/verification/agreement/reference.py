@@ -130,10 +130,8 @@ def _urdf(scene: Scene, damping: dict[str, float]) -> str:
 
 def reference_states(dynamics: Dynamics, random: np.random.Generator) -> tuple[list[dict[str, Any]], dict[str, float]]:
     """Random states with everything that is computed at them in 50 digits, as plain lists; the bounds by quantity."""
-    model = dynamics.model
-    reach = np.where(model.slides, SLIDE, ANGLE)
-    states = []
-    worst: dict[str, float] = {}
+    reach = np.where(dynamics.model.slides, SLIDE, ANGLE)
+    states, worst = [], dict[str, float]()
     for _ in range(STATES):
         q, v = random.uniform(-reach, reach), random.normal(size=len(reach))
         exactly = _quantities(dynamics, q, v, exact(DIGITS))
