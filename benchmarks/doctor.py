@@ -18,8 +18,8 @@ from pathlib import Path
 import numpy as np
 import sympy as sp
 
-from pendpin.doctor.checking.evaluation import Context, evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error
+from pendpin.doctor.checking.evaluation import Equation, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, relative_error
 from pendpin.doctor.diagnose import diagnose
 from pendpin.doctor.mending.mends import standing
 from pendpin.doctor.reading.documents import read_text
@@ -83,7 +83,7 @@ def left_over(text: str) -> np.ndarray:
     meanings = {name: "rG" if name == "r" else name for side in sides for name in symbols(side)}
     try:
         values = [
-            evaluate(side, Context(WORLD, {}, meanings={k: v for k, v in meanings.items() if k != "r"}))
+            evaluate(side, Equation((ZERO,), meanings={k: v for k, v in meanings.items() if k != "r"}).context(WORLD))
             for side in sides
         ]
     except Unread:  # a number is added to a vector
@@ -97,7 +97,10 @@ def same(first: str, second: str, rod: str = "") -> bool:
     if found or not rod:
         return found
     world = free_states(System(SPECS[rod]))
-    pairs = [[evaluate(side, Context(world, {})).ravel() for side in parse(text, WORDS)[0]] for text in (first, second)]
+    pairs = [
+        [evaluate(side, Equation((ZERO,)).context(world)).ravel() for side in parse(text, WORDS)[0]]
+        for text in (first, second)
+    ]
     return all(a.shape == b.shape and np.allclose(a, b, rtol=1e-9) for a, b in zip(*pairs, strict=True))
 
 

@@ -75,7 +75,7 @@ def test_what_has_no_meaning_is_not_checked(equation: str, remark: str) -> None:
     ("equation", "condition"),
     [
         (r"R_3 = m g \quad \text{hanging straight down}", "at rest, hanging straight down"),
-        (r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi", "there is no gravity"),
+        (r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi \quad \text{without gravity}", "there is no gravity"),
     ],
 )
 def test_a_special_case_is_exact(equation: str, condition: str) -> None:

@@ -13,8 +13,8 @@ from itertools import combinations
 import numpy as np
 
 from pendpin.doctor.checking.check import euler_lagrange
-from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, names_in, of_equation, stack_residuals
+from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
+from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading

@@ -5,12 +5,12 @@ from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from pendpin.doctor.checking.check import need_sympy
 from pendpin.doctor.diagnosis import examine
 from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, read_toml, statements, text_of
 from pendpin.doctor.report import Diagnosis
 from pendpin.errors import InputError, inside, shown
 from pendpin.ground.files import read_whole
+from pendpin.ground.libraries import optional
 from pendpin.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -61,7 +61,7 @@ def diagnose(
         return compare_functions(equations, accelerations, reactions)
     if accelerations is not None or reactions is not None:
         raise InputError("accelerations and reactions are compared with a Scene: give one as the first argument")
-    need_sympy()
+    optional("sympy", "the equation doctor", "sympy")
     document = _document(equations)
     own = {name: _plain(value) for name, value in (symbols or {}).items()}
     if not document.statements:

@@ -3,7 +3,7 @@
 import html
 import re
 from collections import Counter
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from importlib import resources
 from typing import Any
@@ -35,7 +35,7 @@ BELOW = {"why": (6, ""), "none": (6, "yellow"), "mend": (6, ""), "mended": (12, 
 MOST_PRINTED, MOST_ON_PAGE = 20_000, 2_000  # characters of an equation in a record, and on a page
 MOST_SYMBOLS = 6  # of those that are not known, in the first lines
 MOST_LISTED = 8  # equations or lines in a row
-RECORDED = ("number", "latex", "kind", "verdict", "condition", "proved", "error", "place", "remark", "when")
+RECORDED = "number latex kind verdict condition proved error place remark when dimensions follows"
 # of the usual names of the inertia: why one that stands for the other is wrong
 INERTIAS = {"ml23": "m l²/3 is the inertia about the joint", "ml212": "m l²/12 is the inertia about G"}
 
@@ -106,11 +106,6 @@ class Diagnosis(Result):
         return bool(verdicts & {"holds", "holds if"}) and "fails" not in verdicts and not self.doubtful
 
     @property
-    def system_is_known(self) -> bool:
-        """Whether the equations are about a system that pendpin knows."""
-        return self.title != UNKNOWN
-
-    @property
     def wrong(self) -> tuple[Finding, ...]:
         """The equations that fail."""
         return tuple(finding for finding in self.findings if finding.verdict == "fails")
@@ -147,14 +142,13 @@ class Diagnosis(Result):
 
     def to_json(self) -> list[dict[str, Any]]:
         """One record an equation for machines: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
-        records = []
-        for finding in self.findings:
-            mends = [
-                {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
-                for mend in finding.mends
-            ]
-            record = {name: getattr(finding, name) for name in (*RECORDED, "dimensions", "follows")}
-            records.append(record | {"latex": shortened(finding.latex, MOST_PRINTED), "mends": mends})
+
+        def as_record(mend: Mend) -> dict[str, str]:
+            return {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
+
+        records = [{name: getattr(finding, name) for name in RECORDED.split()} for finding in self.findings]
+        for finding, record in zip(self.findings, records, strict=True):
+            record |= {"latex": shortened(finding.latex, MOST_PRINTED), "mends": [*map(as_record, finding.mends)]}
         return records
 
     def page(self) -> str:
@@ -162,34 +156,29 @@ class Diagnosis(Result):
         first = _paragraphs(first_screen(self))
         if self.wrong and self.wrong[0].mends:
             first[1:1] = ["<p>Mended:</p>", _block("mended", [*self.wrong[0].below()][2][1])]
-        parts = {
-            "summary": "".join(first),
-            "equations": "\n".join(map(_card, self.findings)),
-            "last": "".join(_paragraphs(last_lines(self))),
-        }
+        last, cards = "".join(_paragraphs(last_lines(self))), "\n".join(map(_card, self.findings))
+        parts = {"summary": "".join(first), "equations": cards, "last": last}
         template = resources.files("pendpin.doctor").joinpath("report.html").read_text(encoding="utf-8")
         return re.sub(r"\{\{(\w+)\}\}", lambda match: parts[match[1]], template)
 
 
 def first_screen(diagnosis: Diagnosis) -> list[str]:
     """What a reader wants to know first: which line is wrong and why, as what the text was read, what symbols to say."""
-    wrong, doubtful, known = diagnosis.wrong, diagnosis.doubtful, diagnosis.system_is_known
+    wrong, doubtful, known = diagnosis.wrong, diagnosis.doubtful, diagnosis.title != UNKNOWN
     count, answer = len(diagnosis.findings), list[str]()
     if wrong:
         first, *others = wrong
         mend = f": {first.mends[0].words}" if first.mends else ""
         answer.append(f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
-        later = [one for one in others if one.follows == first.number]
-        rest = [one for one in others if one not in later]
+        later, rest = ([one for one in others if (one.follows == first.number) is here] for here in (True, False))
         said = [f"{len(wrong)} of {count} equations {'fail' if others else 'fails'}"]
         said += [f"{_listed(later)} {'follow' if later[1:] else 'follows'} from it"] if later else []
         said += [f"{_listed(rest)} {'are' if rest[1:] else 'is'} wrong too"] if rest else []
         answer.append(f"{'; '.join(said)}.")
     read_as = [f"Read as equations of {diagnosis.title}."] if known else [diagnosis.remarks[0]] if not wrong else []
-    doubt = list[str]()
-    if doubtful:
-        verb = f"s {_listed(doubtful)} do" if doubtful[1:] else f" {_listed(doubtful)} does"
-        doubt = [f"Equation{verb} not hold as read here, and may be wrong or meant otherwise; the reasons are below."]
+    noun, verb = ("Equations", "do") if doubtful[1:] else ("Equation", "does")
+    why = "not hold as read here, and may be wrong or meant otherwise; the reasons are below."
+    doubt = [f"{noun} {_listed(doubtful)} {verb} {why}"] * bool(doubtful)
     answer += [*read_as, *doubt] if wrong or not known else [*doubt, *read_as]
     answer += diagnosis.remarks[0 if known else 1 :]
     unchecked = [one for one in diagnosis.findings if one.verdict == "not checked" and one.kind != "condition"]
@@ -210,36 +199,32 @@ def last_lines(diagnosis: Diagnosis) -> list[str]:
         listed = f"{', '.join(map(str, numbers[:-1]))} and {numbers[-1]}"
         answer.append(f"{new} for {old} heals equations {listed}{explain_change(old, new)}.")
     kind = lambda one: "doubtful" if one.doubtful else "state" if one.kind == "condition" else one.verdict  # noqa: E731
-    kinds = map(kind, diagnosis.findings)
-    counts, count = Counter(kinds), len(diagnosis.findings)
+    counts = Counter(map(kind, diagnosis.findings))
     said = ", ".join(f"{counts[kind]} {both[counts[kind] != 1]}" for kind, both in COUNTED.items() if counts[kind])
-    sentence = f"{amount(count, 'equation')} of {diagnosis.title}: {said}."
+    answer.append(f"{amount(len(diagnosis.findings), 'equation')} of {diagnosis.title}: {said}.")
     if diagnosis.wrong:
-        sentence += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
-    answer.append(sentence)
-    if diagnosis.doubtful and not diagnosis.wrong:
+        answer[-1] += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
+    elif diagnosis.doubtful:
         answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
     if diagnosis.skipped:
         answer.append(f"Not looked at, though it holds an equals sign: {_few(diagnosis.skipped)}.")
     return answer
 
 
-def _listed(findings: Iterable[Finding]) -> str:
+def _listed(findings: Sequence[Finding]) -> str:
     """Some equations by their numbers and places."""
     return _few([f"{one.number} ({one.place})" for one in findings])
 
 
-def _few(every: tuple[str, ...] | list[str]) -> str:
+def _few(every: Sequence[str]) -> str:
     """The first of some words, and how many more there are."""
     return ", ".join(every[:MOST_LISTED]) + f" and {len(every) - MOST_LISTED} more" * (len(every) > MOST_LISTED)
 
 
 def explain_change(old: str, new: str) -> str:
     """Why a change that is often needed is right; empty for others."""
-    short = [re.sub(r"[ {}*/]|\\frac|\^", "", text) for text in (old, new)]
-    if {*short} != {*INERTIAS}:
-        return ""
-    return f": {INERTIAS[short[0]]}, {INERTIAS[short[1]].replace('is the inertia', 'that')}"
+    about = [INERTIAS.get(re.sub(r"[ {}*/]|\\frac|\^", "", text), "") for text in (old, new)]
+    return f": {about[0]}, {about[1].replace('is the inertia', 'that')}" if all(about) and old != new else ""
 
 
 def shortened(text: str, most: int) -> str:

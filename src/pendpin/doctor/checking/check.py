@@ -10,8 +10,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, relative_error, stack_residuals
+from pendpin.doctor.checking.evaluation import Equation, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, relative_error, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import STATES, Formula, Quantities, Spec, System, Values, free_states, random_states
 from pendpin.equations.base import exact
@@ -50,9 +50,8 @@ def changes_no_motion(equation: Equation, system: System) -> bool:
         return False
     exact = in_fifty_digits if system.spec.analytic else lambda q: q
     states, free = exact(random_states(system)), exact(free_states(system))
-    law, off, left = (
-        _motion(side, equation, q) for side, q in ((lone[0], free), (others[0], free), (others[0], states))
-    )
+    law, off = (_motion(side, equation, free) for side in (lone[0], others[0]))
+    left = _motion(others[0], equation, states)
     return bool((law * off).sum() > 0 and np.abs(left).max() <= SAME * np.abs(off).max())
 
 
@@ -68,9 +67,12 @@ def when(equation: Equation, system: System) -> str:
 
     if fails_without([*rates]):
         return "already at rest"
-    alone = (name for name in rates if fails_without([rate for rate in rates if rate != name]))
-    wrong = [f"as soon as {name[1:]} {'turns' if name[1:] in system.spec.angles else 'moves'}" for name in alone]
-    return " and ".join(wrong) or f"only when {' and '.join(system.spec.coordinates)} both turn"
+    turns = {
+        name: "turns" if system.spec.dimensions[name] == (0, 0, 0) else "moves" for name in system.spec.coordinates
+    }
+    alone = [name for name in turns if fails_without([rate for rate in rates if rate != f"d{name}"])]
+    wrong = " and ".join(f"as soon as {name} {turns[name]}" for name in alone)
+    return wrong or f"only when {' and '.join(turns)} both turn"
 
 
 def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
@@ -104,7 +106,7 @@ def is_general(equation: Equation, system: System) -> bool:
     states, free = random_states(system), free_states(system)
     try:
         for name in named or spec.coordinates:
-            own = next((one for one in (f"p{name}", f"p{name[-1]}", "p") if one in spec.formulas), "")
+            own = spec.momentum(name)
             meanings = {f"{mark}{d}{base}": f"{d}{name}" for base in bases for d in ("", "d") for mark in ("?", "")}
             meanings |= {f"{mark}{one}": "d" * (one[0] == "d") + own for one in momenta if own for mark in ("?", "")}
             here = replace(equation, meanings=equation.meanings | meanings, sides=tuple(sides))
@@ -116,11 +118,6 @@ def is_general(equation: Equation, system: System) -> bool:
     except (Unread, KeyError):
         return False
     return True
-
-
-def need_sympy() -> Any:
-    """sympy. Raises MissingLibrary where it is not installed."""
-    return optional("sympy", "the equation doctor", "sympy")
 
 
 @cache
@@ -136,7 +133,7 @@ def in_fifty_digits(states: Quantities) -> Quantities:
 @cache
 def in_symbols(system: System) -> Quantities:
     """Every quantity as sympy's expression in the state, the parameters and the unknowns."""
-    sympy = need_sympy()
+    sympy: Any = optional("sympy", "the equation doctor", "sympy")
 
     def on_each(function: Callable[[Any], Any]) -> Callable[[Any], Values]:
         one_by_one = np.frompyfunc(function, 1, 1)

@@ -1,24 +1,23 @@
 """Special cases: conditions under which an equation that is not true in general may well be meant.
 
-A condition counts where the text says so, or where the equation does not contain what the condition sets to 0: an equation
-without phi may be about the motion at phi = 0; one with phi is not.
+A condition counts where the text says so. Small angles count without a word where an equation has no sine or cosine, and
+another rod where it has nothing that this rod lacks.
 """
 
 import re
 from collections.abc import Iterator
 from contextlib import suppress
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from fractions import Fraction
-from functools import cache
+from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import evaluate, norm
+from pendpin.doctor.checking.evaluation import Equation, evaluate, norm
 from pendpin.doctor.checking.residuals import (
     TOLERANCE,
-    Equation,
+    ZERO,
     holds,
-    names_in,
     relative_error,
     residuals,
     stack_residuals,
@@ -39,36 +38,27 @@ LOAD_RATIO = 1e-7  # of two values of one coefficient
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
-@dataclass(frozen=True)
-class Condition:
-    """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it.
-
-    `free` says that it need not be stated where the equation contains nothing that changes with `instead`.
-    """
+class Condition(NamedTuple):
+    """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it."""
 
     words: str
-    instead: tuple[tuple[str, float | Formula], ...] = ()
-    stated: str = "^$"
-    system: System | None = None
-    free: bool = True
-    absent: frozenset[str] = frozenset()  # names that an equation on it does not contain
+    stated: str
+    instead: tuple[tuple[str, float | Formula], ...]
 
 
 def conditions(system: System) -> list[Condition]:
-    """The special cases of a system, the usual ones first."""
-    spec = system.spec
-    at_rest, down = (tuple((name, 0.0) for name in names) for names in (spec.rates, spec.state))
-    found = [Condition("at rest", at_rest, r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move")]
-    found += [Condition("at rest, hanging straight down", down, r"straight down|at rest|equilibrium|hangs? vertically")]
-    if len(spec.coordinates) > 1 and spec.kind in SPECIAL:
-        for name in spec.coordinates:
-            held = ((name, 0.0), (f"d{name}", 0.0))
-            letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
-            found.append(Condition(f"{name} = 0 throughout", held, letter))
+    """The special cases of a system that a text may state, the usual ones first; some need no word."""
+    spec, at_zero = system.spec, lambda names: tuple((name, 0.0) for name in names)
+    down = r"straight down|at rest|equilibrium|hangs? vertically"
+    found = [Condition("at rest", r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move", at_zero(spec.rates))]
+    found += [Condition("at rest, hanging straight down", down, at_zero(spec.state))]
+    for name in spec.coordinates if spec.kind in SPECIAL else ():
+        letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
+        found.append(Condition(f"{name} = 0 throughout", letter, at_zero((name, f"d{name}"))))
     if spec.kind.startswith("polar"):
+        said = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
-        stated = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
-        found.append(Condition("theta is constant, as in a conical pendulum", cone, stated, free=False))
+        found.append(Condition("theta is constant, as in a conical pendulum", said, cone))
     if spec.kind.startswith("plane"):  # it was at rest at an angle with a name, or one that the text gives in words
         up = spec.kind.endswith("up")
         for start, words in ((AMPLITUDE, "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
@@ -78,71 +68,47 @@ def conditions(system: System) -> list[Condition]:
                 return np.sqrt(2 * (there["V"] - q["V"]) / q["J"])
 
             below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
-            instead = (("theta", below), ("dtheta", rate))
-            found.append(Condition(f"it is released at rest from {words}", instead, "", free=False))
+            found.append(Condition(f"it is released at rest from {words}", "", (("theta", below), ("dtheta", rate))))
     if loads := [name for name in LOADS if name in spec.parameters]:
-        found.append(Condition(f"{' and '.join(loads)} = 0", tuple((name, 0.0) for name in loads), "force|torque|free"))
-    if "g" in spec.parameters:
-        weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
-        found.append(Condition("there is no gravity", (("g", 0.0),), weightless))
-    for words, kind, stated, absent in SPECIAL.get(spec.kind, ()):
-        found.append(Condition(words, (), stated, replace(system, spec=kind), absent=frozenset(absent)))
-    return found
+        found.append(Condition(f"{' and '.join(loads)} = 0", "force|torque|free", at_zero(loads)))
+    weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
+    return [*found, Condition("there is no gravity", weightless, at_zero("g" * ("g" in spec.parameters)))]
 
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    for condition in conditions(system):
-        said = re.search(condition.stated, context, re.IGNORECASE)
-        if said and _holds_under(equation, system, condition):
-            return condition.words
+    for words, stated, instead in conditions(system):
+        if re.search(stated, context, re.IGNORECASE) and _holds_under(equation, system, instead):
+            return words
+    for words, spec, stated, _ in SPECIAL.get(system.kind, ()):
+        if re.search(stated, context, re.IGNORECASE) and _holds_under(equation, replace(system, spec=spec)):
+            return words
     return small_angles(equation, system) if SAID_SMALL.search(context) else ""
 
 
 def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
-    """A condition that nothing states, under which an equation holds that does not contain what it makes vanish.
+    """What nothing states and with which an equation holds: small angles, or another rod, which has none of its quantities.
 
-    Neighbours that contain it show that the text is not about the special case, and so does a system that was `chosen`;
-    but a reaction at rest may stand in any text. Beside one law with gravity no other is without.
+    Neighbours that contain them show that the text is not about that rod, and so does a rod that was `chosen`.
     """
-    lone = {equation.meaning(side.value) for side in equation.sides if side.kind == "symbol"}
-    reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
-    for condition in conditions(system):
-        if _may_mean(condition, equation, system) and _holds_under(equation, system, condition):
-            still = set(system.spec.rates) <= {name for name, _ in condition.instead}
-            others = sum(not _may_mean(condition, other, system) for other in neighbours)
-            most = 1 if condition.instead[:1] == (("g", 0.0),) else FEW
-            if (still and reaction) or (others < most and not chosen):
-                return condition.words
+    for words, spec, _, absent in SPECIAL.get(system.kind, ()) if not chosen else ():
+        others = sum(not _quantities_apart(other).isdisjoint(absent) for other in neighbours)
+        may = others < FEW and _quantities_apart(equation).isdisjoint(absent)
+        if may and _holds_under(equation, replace(system, spec=spec)):
+            return words
     return small_angles(equation, system)
 
 
-def _may_mean(condition: Condition, equation: Equation, system: System) -> bool:
-    """Whether an equation contains nothing, but for a name that stands alone on a side, that the condition makes vanish."""
+def _quantities_apart(equation: Equation) -> set[str]:
+    """The quantities of an equation but for one that stands alone on a side."""
     own = equation.definitions
     sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1 or side.value in own]
-    names = names_in(sides, equation.definitions)
-    changing = condition.absent if condition.system else frozenset[str]()
-    changing = changing.union(*(dependents(system, name) for name, _ in condition.instead))
-    return condition.free and changing.isdisjoint(map(equation.meaning, names))
+    return replace(equation, sides=tuple(sides)).names
 
 
-@cache
-def dependents(system: System, name: str) -> frozenset[str]:
-    """The quantities that change with a coordinate, rate or parameter, but for accelerations and reactions."""
-    here, there = random_states(system), random_states(system, ((name, 0.321),))
-    changing = {name, f"d{name}", f"dd{name}"}
-    for other in system.spec.formulas:
-        with suppress(KeyError, Unread):
-            if other not in system.spec.unknowns and np.abs(here[other] - there[other]).max() > 1e-9:
-                changing.add(other)
-    return frozenset(changing)
-
-
-def _holds_under(equation: Equation, system: System, condition: Condition) -> bool:
+def _holds_under(equation: Equation, system: System, instead: tuple[tuple[str, float | Formula], ...] = ()) -> bool:
     """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
-    special = condition.system or system
-    here, full = random_states(special, condition.instead), random_states(special)
+    here, full = random_states(system, instead), random_states(system)
     with suppress(Unread):
         if relative_error(equation, here, full) > TOLERANCE:
             return False
@@ -152,8 +118,8 @@ def _holds_under(equation: Equation, system: System, condition: Condition) -> bo
         if max(np.abs(size).max() for _, size in residuals(equation, here)) < TRIVIAL:
             return False
         for side in () if zero else equation.sides:
-            special_size, size = (norm(evaluate(side, equation.context(q))).max() for q in (here, full))
-            if special_size < TRIVIAL < size:
+            special, general = (norm(evaluate(side, equation.context(q))).max() for q in (here, full))
+            if special < TRIVIAL < general:
                 return False
         return True
     return False
@@ -161,34 +127,30 @@ def _holds_under(equation: Equation, system: System, condition: Condition) -> bo
 
 def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
-    if not may_be_linear(equation, system):
-        return ""
-    try:
-        near, nearer = (random_states(system, scale=size) for size in SMALL)
-        errors = [relative_error(equation, states) for states in (near, nearer)]
-        rests = [np.abs(stack_residuals(equation, states)).max() for states in (near, nearer)]
-    except Unread:
-        return ""
-    # what is left is of the second order, by itself and beside the terms
-    small = errors[0] < 10 * SMALL[0] and errors[1] < 0.2 * errors[0] and rests[1] < 0.03 * rests[0]
-    return "the angles are small, to the first order" if small else ""
+    with suppress(Unread):
+        if may_be_linear(equation, system):
+            scaled = [random_states(system, scale=size) for size in SMALL]
+            far, close = (relative_error(equation, states) for states in scaled)
+            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+            # what is left is of the second order, by itself and beside the terms
+            if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
+                return "the angles are small, to the first order"
+    return ""
 
 
 def may_be_linear(equation: Equation, system: System) -> bool:
     """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
-    inside = [*equation.sides, *(equation.definitions[name] for name in equation.names & set(equation.definitions))]
-    every = list(parts(inside))
-    names = {equation.meaning(part.value) for part in every if part.kind == "symbol"}
-    angles = {name for angle in system.spec.coordinates for name in (angle, f"dd{angle}")} & names
-    # energies are of the second order: to the first they say nothing
-    angles = set() if names & {"T", "V", "L", "E"} else angles
-    return bool(angles) and not any(part.kind == "function" and part.value != "sqrt" for part in every)
+    names, own = equation.names, equation.definitions
+    if names & {"T", "V", "L", "E"}:  # of the second order: to the first they say nothing
+        return False
+    every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
+    linear = not any(part.kind == "function" and part.value != "sqrt" for part in every)
+    return linear and any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
 
 
 def without(equation: Equation, loads: set[str]) -> Equation:
     """The equation where some unknown symbols are 0."""
-    zeros = {name: Node("number", (0, 0), Fraction(0)) for name in loads}
-    return replace(equation, definitions=equation.definitions | zeros)
+    return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
 
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
@@ -203,12 +165,9 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
-        terms = any(np.abs(size).min() > 0 for _, size in residuals(bare, here))
-        right = holds(bare, here)
-        small = "" if right else small_angles(bare, system)
-        if terms and (small or right):
-            words = [f"{name.lstrip('?')} = 0" for name in sorted(unknown)]
-            return " and ".join([*words, small] if small else words)
+        small = "" if (right := holds(bare, here)) else small_angles(bare, system)
+        if (right or small) and any(np.abs(size).min() > 0 for _, size in residuals(bare, here)):
+            return " and ".join([*(f"{name.lstrip('?')} = 0" for name in sorted(unknown)), *filter(None, (small,))])
     return ""
 
 

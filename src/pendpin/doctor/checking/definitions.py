@@ -6,8 +6,8 @@ from functools import cache
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import ENERGIES, TOLERANCE, Disagreement, Equation, dimension
+from pendpin.doctor.checking.evaluation import ENERGIES, Equation, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, Disagreement, dimension
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Unread, walk
 from pendpin.doctor.systems.base import System, Values, random_states
@@ -30,22 +30,21 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
         return None
     dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong, as is a place to another
     usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)} & {(1, 2, -2), (0, 1, 0)}
-    for equation in one.meant(system.spec)[:MOST_MEANT]:
-        if not _is_own(equation, one, system):
-            continue
+    rows, first, apart = _quantities_of(system)
+    for equation in (each for each in one.meant(system.spec)[:MOST_MEANT] if _is_own(each, one, system)):
         try:
             with np.errstate(all="ignore"):
                 value = evaluate(one.sides[1], equation.context(random_states(system)))
         except (Unread, KeyError):
             continue
-        names, known, (first, apart) = list[str](), list(_known(system).items()), _first_values(system)
         # most are another quantity at the first state already
         near = np.flatnonzero(~(np.abs(value.flat[0] - first) > apart)) if np.isfinite(value).all() else ()
-        for name, (row, most) in (known[i] for i in near):
+        names = list[str]()
+        for name, row in (rows[i] for i in near):
             if row.shape == value.shape and dimensions.get(name, ()) not in usual:
                 off = value - row
                 off = np.diff(np.split(off, 2), axis=0) if name in ENERGIES else off  # the halves share the parameters
-                names += [name] * bool(np.abs(off).max() <= TOLERANCE * most)
+                names += [name] * bool(np.abs(off).max() <= TOLERANCE * np.abs(row).max())
         called = size >= LONG or ACCELERATION.search(word)
         fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
         if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
@@ -57,10 +56,9 @@ def _is_own(equation: Equation, one: Printed, system: System) -> bool:
     """Whether the name on the left is the text's own: nobody's, or of another dimension than what it usually means."""
     left, right = one.sides
     usual = system.spec.dimensions.get(equation.meaning(left.value))
-    if left.value == one.defines:
-        return True
-    if left.written is None or left.written.dots or usual is None or left.value in system.spec.state:
-        return False
+    mine = left.value == one.defines
+    if mine or not usual or left.value in system.spec.state or (left.written and left.written.dots):
+        return mine
     with suppress(Disagreement):
         found = dimension(right, equation.definitions, system.spec)
         return found is not None and tuple(found) != tuple(usual)
@@ -68,23 +66,19 @@ def _is_own(equation: Equation, one: Printed, system: System) -> bool:
 
 
 @cache
-def _known(system: System) -> dict[str, tuple[Values, float]]:
-    """The quantities of a system with their values at random states of the true motion, and the largest of these."""
+def _quantities_of(system: System) -> tuple[list[tuple[str, Values]], Values, Values]:
+    """The quantities of a system at random states of the true motion; their first values; how far others may be off these.
+
+    Any value may be that of an energy, which has a constant.
+    """
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
     moving = [name for name in names if re.match(r"r|[xyz][pG]?\d?$", name)]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
     names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
-    every = ((name, states[name]) for name in dict.fromkeys(names))
-    return {name: (row, most) for name, row in every if 0 < (most := float(np.abs(row).max())) < np.inf}
-
-
-@cache
-def _first_values(system: System) -> tuple[Values, Values]:
-    """Of each of these its first value, and how far off another may be: any that of an energy, which has a constant."""
-    known = _known(system)
-    first = np.array([row.flat[0] for row, _ in known.values()])
-    return first, np.array([np.inf if name in ENERGIES else TOLERANCE * most for name, (_, most) in known.items()])
+    rows = [(name, states[name]) for name in dict.fromkeys(names) if 0 < np.abs(states[name]).max() < np.inf]
+    apart = [np.inf if name in ENERGIES else TOLERANCE * np.abs(row).max() for name, row in rows]
+    return rows, np.array([row.flat[0] for _, row in rows]), np.array(apart)
 
 
 def _agrees(word: str, name: str) -> bool:

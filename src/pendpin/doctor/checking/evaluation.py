@@ -1,60 +1,131 @@
-"""Trees to numbers: scalars, vectors and tensors, for any type of number."""
+"""An equation and its readings; its trees to numbers: scalars, vectors and tensors, for any type of number."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
+from functools import cached_property
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.reading.names import CONSTANTS
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, symbols, walk
+from pendpin.doctor.reading.names import CONSTANTS, Vocabulary
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, Written, parts, symbols, walk, with_meaning
 from pendpin.doctor.systems.base import LOADS, Quantities, Values, cross, dot, inverse
 from pendpin.doctor.systems.rod import AXES, turned
 
 LARGEST = 12  # rows and columns of a matrix
+# each known up to a constant of its own: by how much it is moved to see its slope
+ENERGIES = {"V": 1, "E": 2, "L": -3, "V1": 5, "V2": 7}
+MOST_READINGS = 24
 Known = dict[int, Values]  # the value of every node, by id
 Instead = Mapping[int, Values]  # what nodes, by id, are changed to
 
 
 @dataclass(frozen=True, eq=False)
-class Context:
-    """Quantities, and what the text defines itself; `frame` is the frame that columns of components belong to.
+class Equation:
+    """Sides that are equal, what the text defines, and what is chosen where a name or a column can mean two things.
 
-    `meanings` replaces names that can mean two things; `tensors` says that 3 x 3 matrices hold components of a tensor;
-    `floats` that a constant may be added, so that one which is not known is 0.
+    `frame` is the frame that columns of components belong to; `meanings` replaces names that can mean two things.
     """
 
-    quantities: Quantities
-    definitions: Mapping[str, Node]
+    sides: tuple[Node, ...]
     frame: str = "B"
-    meanings: Mapping[str, str] = field(default_factory=dict)
-    tensors: bool = False
-    floats: bool = False
-    _defined: dict[str, Values] = field(default_factory=dict, init=False)  # what definitions come to
-    _open: set[str] = field(default_factory=set, init=False)  # those that are being evaluated
+    meanings: dict[str, str] = field(default_factory=dict)
+    definitions: dict[str, Node] = field(default_factory=dict)
+    tight: bool = False  # 3g/2l is read as 3g/(2l)
+
+    def __post_init__(self) -> None:
+        """A statement that something is constant says that its rate is 0."""
+        *others, last = self.sides
+        if others and last.value in CONSTANTS - self.definitions.keys():
+            rates = [Node("derivative", side.span, "t", (side,)) for side in others]
+            object.__setattr__(self, "sides", (*rates, Node("number", last.span, Fraction(0))))
 
     def meaning(self, name: str) -> str:
         """What a name stands for in this reading."""
         return self.meanings.get(name, name)
 
+    @cached_property
+    def names(self) -> set[str]:
+        """The quantities in it, those inside definitions too."""
+        return set(map(self.meaning, names_in(self.sides, self.definitions)))
+
+    @cached_property
+    def energies(self) -> list[Node]:
+        """The energies in it but for those inside derivatives: a constant may be added to each."""
+
+        def below(node: Node) -> list[Node]:
+            if node.kind == "symbol":
+                return [node] if self.meaning(node.value) in ENERGIES else []
+            return [] if node.kind == "derivative" else [one for child in node.children for one in below(child)]
+
+        return [node for side in self.sides for node in below(side)]
+
+    @cached_property
+    def tensors(self) -> bool:
+        """Whether matrices of 3 x 3 numbers hold components of a tensor."""
+        return bool({"inertia", "inertiaO"} & self.names)
+
+    def context(self, quantities: Quantities) -> "Context":
+        """Its meanings over some quantities."""
+        return Context(self, quantities)
+
+    def readings(self, words: Vocabulary) -> Iterator["Equation"]:
+        """Itself with every other meaning of its names and columns, the likeliest first.
+
+        At last with L as the Lagrangian on the left and a length on the right.
+        """
+        several, writings = dict[str, tuple[str, ...]](), dict[str, Written]()
+        used = names_in(self.sides, self.definitions) & self.definitions.keys()
+        for sides in (self.sides, [self.definitions[name] for name in sorted(used)]):
+            for written in filter(None, (part.written for part in parts(sides))):
+                found = words(written)
+                own = sides is self.sides or found[:1] == ("L",)  # a definition may hold the length, too
+                if len(found) > 1 and own and found[0] not in self.definitions:
+                    several[found[0]], writings[found[0]] = found, written
+        columns = any(p.kind == "matrix" and p.value == (3, 1) for p in parts(self.sides))
+        choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
+        for *chosen, frame in islice(choices, MOST_READINGS):
+            yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
+        first, *rest = self.sides
+        both = symbols(first) & set().union(*map(symbols, rest)) & several.keys()
+        for name in sorted(name for name in both if "L" in several[name]):
+            for other in (other for other in several[name] if other not in ENERGIES):
+                sides = (first, *(with_meaning(side, writings[name], other) for side in rest))
+                yield from replace(self, sides=sides).readings(words)
+
+
+def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
+    """The names in some expressions, those inside definitions too."""
+    found, fresh = set[str](), set().union(*map(symbols, sides))
+    while fresh:
+        found |= fresh
+        fresh = set().union(*(symbols(definitions[name]) for name in fresh & definitions.keys())) - found
+    return found
+
+
+@dataclass(frozen=True, eq=False)
+class Context:
+    """An equation over some quantities. What a definition comes to is computed once, and None while that is done."""
+
+    equation: Equation
+    quantities: Quantities
+    _defined: dict[str, Values | None] = field(default_factory=dict, init=False)
+
     def symbol(self, name: str, place: int) -> Values:
         """The value of a symbol. Raises Unread for one without a meaning."""
-        name = self.meaning(name)
-        if name in self._defined:
-            return self._defined[name]
-        if name in self.definitions:
-            if name in self._open:
+        name, definitions = self.equation.meaning(name), self.equation.definitions
+        if name in definitions:
+            if name not in self._defined:
+                self._defined[name] = None
+                self._defined[name] = evaluate(definitions[name], self)
+            if (value := self._defined[name]) is None:
                 raise Unread(f"{name.lstrip('?')} is defined by itself", place)
-            self._open.add(name)
-            try:
-                self._defined[name] = evaluate(self.definitions[name], self)
-            finally:
-                self._open.discard(name)
-            return self._defined[name]
+            return value
         if name == "pi":
             return self.quantities.number(1) * self.quantities.xp.pi
-        if name in CONSTANTS and self.floats:
+        if name in CONSTANTS and self.equation.energies:  # one may be added
             return self.quantities.number(0)
         if name not in self.quantities:
             known = f"the symbol {name.lstrip('?')} is not known: say what it is with --symbols, or in a definition"
@@ -66,9 +137,10 @@ class Context:
 
     def means_constant(self, node: Node) -> bool:
         """Whether a symbol stands for what does not move."""
-        name = self.meaning(node.value)
-        inside = symbols(self.definitions[name]) if name in self.definitions and name not in self._open else {name}
-        return all(self.meaning(part) in self.quantities.spec.still for part in inside)
+        name, definitions = self.equation.meaning(node.value), self.equation.definitions
+        closed = name in definitions and self._defined.get(name, 0) is not None
+        inside = symbols(definitions[name]) if closed else {name}
+        return all(self.equation.meaning(part) in self.quantities.spec.still for part in inside)
 
 
 def evaluate(node: Node, context: Context, known: Known | None = None, instead: Instead | None = None) -> Values:
@@ -94,7 +166,12 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
         case "symbol":
             return context.symbol(node.value, place)
         case "sum":
-            return _sum(node, parts)
+            shape, total = max((part.shape[:-1] for part in parts), key=len), 0
+            for sign, part, child in zip(node.value, parts, node.children, strict=True):
+                if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
+                    raise Mismatch("a number is added to a vector", child.span[0])
+                total = total + part if sign > 0 else total - part
+            return total
         case "product":
             return _product(node, parts)
         case "power":
@@ -113,17 +190,14 @@ def _derivative(node: Node, context: Context) -> Values:
     That of H, the energy as a function of coordinates and momenta, is by a coordinate that of the Lagrangian reversed, and
     by a momentum the rate of its coordinate.
     """
-    name, quantities, below = context.meaning(node.value), context.quantities, node.children[0]
+    name, quantities, below = context.equation.meaning(node.value), context.quantities, node.children[0]
     spec = quantities.spec
     lettered = below.kind == "symbol" and below.written and below.written.letter == "H"
-    if lettered and context.meaning(below.value) == "E":
+    if lettered and context.equation.meaning(below.value) == "E":
         if name in spec.coordinates:
             return -quantities.derivative(lambda q: q["L"], name)
-        for coordinate in spec.coordinates:
-            index = coordinate.lstrip("abcdefghijklmnopqrstuvwxyz")
-            momenta = {f"p{coordinate}", f"p{index}" if index else "", "p" if len(spec.coordinates) == 1 else ""}
-            if name in momenta - {""} and name in spec.formulas:
-                return quantities[f"d{coordinate}"]
+        for coordinate in (one for one in spec.coordinates if spec.momentum(one) == name):
+            return quantities[f"d{coordinate}"]
     if name in ("q", "dq") and "q" in spec.formulas:  # of a number by all coordinates, or all rates
         by = (replace(node, value=one) for one in (spec.coordinates if name == "q" else spec.rates))
         return np.stack([_derivative(one, context) for one in by])
@@ -135,16 +209,6 @@ def _derivative(node: Node, context: Context) -> Values:
         return quantities.derivative(lambda q: evaluate(below, replace(context, quantities=q)), name)
     except KeyError:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
-
-
-def _sum(node: Node, parts: list[Values]) -> Values:
-    shape = max((part.shape[:-1] for part in parts), key=len)
-    total: Any = 0
-    for sign, part, child in zip(node.value, parts, node.children, strict=True):
-        if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
-            raise Mismatch("a number is added to a vector", child.span[0])
-        total = total + part if sign > 0 else total - part
-    return total
 
 
 def _product(node: Node, parts: list[Values]) -> Values:
@@ -212,9 +276,9 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
 
 def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
     """A matrix of numbers, a column of three rows that are vectors, or a vector from its components in a frame."""
-    quantities, (rows, columns), axes = context.quantities, node.value, AXES[context.frame]
+    quantities, (rows, columns), axes = context.quantities, node.value, AXES[context.equation.frame]
     entries = {part.ndim for part in parts}
-    if node.value == (3, 1) and entries == {2} and not context.tensors:
+    if node.value == (3, 1) and entries == {2} and not context.equation.tensors:
         return np.stack(parts)
     if entries != {1} or max(rows, columns) > LARGEST:
         raise Unread("a matrix of vectors" if entries != {1} else "a matrix of this size", node.span[0])
@@ -224,7 +288,7 @@ def _matrix(node: Node, parts: list[Values], context: Context) -> Values:
     if 1 in (rows, columns):
         return np.stack(parts)
     matrix = np.stack(parts).reshape(rows, columns, -1)
-    return turned(quantities, matrix) if node.value == (3, 3) and context.tensors else matrix
+    return turned(quantities, matrix) if node.value == (3, 3) and context.equation.tensors else matrix
 
 
 def scale(node: Node, context: Context, known: Known) -> Values:
@@ -244,7 +308,7 @@ def scale(node: Node, context: Context, known: Known) -> Values:
             evaluate(node.children[0], context, inside)
             return norm(known[id(node)]) + scale(node.children[0], context, inside)
         case "symbol":  # a rate that vanishes, of a quantity that is conserved
-            name, quantities = context.meaning(node.value), context.quantities
+            name, quantities = context.equation.meaning(node.value), context.quantities
             derived = name[:1] == "d" and name not in quantities.base and name[1:] in quantities.spec.formulas
             return norm(known[id(node)]) + (norm(quantities[name[1:]]) if derived else 0.0)
         case _:

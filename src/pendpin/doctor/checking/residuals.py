@@ -1,115 +1,23 @@
-"""An equation, its residuals at random states of the true motion, and its dimensions."""
+"""The residuals of an equation at random states of the true motion, and its dimensions."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
+from dataclasses import replace
 from fractions import Fraction
-from functools import cached_property
-from itertools import islice, pairwise, product
+from itertools import pairwise
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import Context, Instead, Known, evaluate, norm, scale
-from pendpin.doctor.reading.names import CONSTANTS, Vocabulary
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, parts, symbols
+from pendpin.doctor.checking.evaluation import ENERGIES, Equation, Instead, Known, evaluate, norm, scale
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread
 from pendpin.doctor.systems.base import Quantities, Spec, Values
 
 TOLERANCE = 1e-9  # relative to the terms, in floats
-# each known up to a constant of its own: by how much it is moved to see its slope
-ENERGIES = {"V": 1, "E": 2, "L": -3, "V1": 5, "V2": 7}
-MOST_READINGS = 24
 ZERO = Node("number", (0, 0), Fraction(0))  # the right side of an expression alone
 Dimension = tuple[float, ...]  # powers of kg, m, s: multiples of 1/2 or 1/4, which floats hold exactly
 NONE: Dimension = (0, 0, 0)
 
 WHOLE = {"sqrt": 0.5, "norm": 1, "transpose": 1}  # functions of quantities with a unit
-
-
-@dataclass(frozen=True, eq=False)
-class Equation:
-    """Sides that are equal, with what is chosen where a name or a column can mean two things."""
-
-    sides: tuple[Node, ...]
-    frame: str = "B"
-    meanings: dict[str, str] = field(default_factory=dict)
-    definitions: dict[str, Node] = field(default_factory=dict)
-    tight: bool = False  # 3g/2l is read as 3g/(2l)
-    right: dict[str, str] = field(default_factory=dict)  # names that mean another thing behind the first side
-
-    def __post_init__(self) -> None:
-        """A statement that something is constant says that its rate is 0."""
-        if self.right:
-            first, *rest = self.sides
-            object.__setattr__(self, "sides", (first, *(_with_meanings(side, self.right) for side in rest)))
-        *others, last = self.sides
-        if others and last.value in CONSTANTS - self.definitions.keys():
-            rates = [Node("derivative", side.span, "t", (side,)) for side in others]
-            object.__setattr__(self, "sides", (*rates, Node("number", last.span, Fraction(0))))
-
-    def meaning(self, name: str) -> str:
-        """What a name stands for in this reading."""
-        return self.meanings.get(name, name)
-
-    @cached_property
-    def names(self) -> set[str]:
-        """The quantities in it, those inside definitions too."""
-        return set(map(self.meaning, names_in(self.sides, self.definitions)))
-
-    @cached_property
-    def energies(self) -> list[Node]:
-        """The energies in it but for those inside derivatives: a constant may be added to each."""
-
-        def below(node: Node) -> list[Node]:
-            if node.kind == "symbol":
-                return [node] if self.meaning(node.value) in ENERGIES else []
-            return [] if node.kind == "derivative" else [one for child in node.children for one in below(child)]
-
-        return [node for side in self.sides for node in below(side)]
-
-    def context(self, quantities: Quantities) -> Context:
-        """The equation's own meanings over some quantities."""
-        tensors, floats = bool({"inertia", "inertiaO"} & self.names), bool(self.energies)
-        return Context(quantities, self.definitions, self.frame, self.meanings, tensors, floats)
-
-    def readings(self, words: Vocabulary) -> Iterator["Equation"]:
-        """Itself with every other meaning of its names and columns, the likeliest first.
-
-        At last with L as the Lagrangian on the left and a length on the right.
-        """
-        several: dict[str, tuple[str, ...]] = {}
-        used = names_in(self.sides, self.definitions) & self.definitions.keys()
-        for sides in (self.sides, [self.definitions[name] for name in sorted(used)]):
-            for written in filter(None, (part.written for part in parts(sides))):
-                found = words(written)
-                own = sides is self.sides or found[:1] == ("L",)  # a definition may hold the length, too
-                if len(found) > 1 and own and found[0] not in self.definitions:
-                    several[found[0]] = found
-        columns = any(p.kind == "matrix" and p.value == (3, 1) for p in parts(self.sides))
-        choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
-        for *chosen, frame in islice(choices, MOST_READINGS):
-            yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
-        both = symbols(self.sides[0]) & set().union(*map(symbols, self.sides[1:])) if not self.right else set[str]()
-        for name, found in several.items():
-            lengths = [other for other in found if other not in ENERGIES] if name in both and "L" in found else []
-            for other in lengths:
-                yield from replace(self, right={name: other}).readings(words)
-
-
-def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
-    """The names in some expressions, those inside definitions too."""
-    found, fresh = set[str](), set().union(*map(symbols, sides))
-    while fresh:
-        found |= fresh
-        fresh = set().union(*(symbols(definitions[name]) for name in fresh & definitions.keys())) - found
-    return found
-
-
-def _with_meanings(node: Node, meanings: dict[str, str]) -> Node:
-    """An expression in which some names have another meaning; what has none of them stays as it is."""
-    if not node.names & meanings.keys():
-        return node
-    value = meanings.get(node.value, node.value) if node.kind == "symbol" else node.value
-    return replace(node, value=value, children=tuple(_with_meanings(child, meanings) for child in node.children))
 
 
 def residuals(
@@ -127,14 +35,11 @@ def residuals(
     its slope in the energies. It may depend on the parameters, which the second half of the states shares with the first:
     what is left is the difference between the halves, times the slope.
     """
-    found: list[tuple[Values, Values]] = []
     if equation.names & {"q_i", "dq_i"}:
-        for angle in ("theta", "phi"):
-            meant = equation.meanings | {"q_i": angle, "dq_i": f"d{angle}"}
-            found += residuals(replace(equation, meanings=meant), quantities, known, instead, plain)
-        return found
-    known = {} if known is None else known
-    context = equation.context(quantities)
+        meant = ({"q_i": angle, "dq_i": f"d{angle}"} for angle in ("theta", "phi"))
+        each = (replace(equation, meanings=equation.meanings | one) for one in meant)
+        return [pair for one in each for pair in residuals(one, quantities, known, instead, plain)]
+    known, context, found = {} if known is None else known, equation.context(quantities), list[tuple[Values, Values]]()
     sides = equation.sides if len(equation.sides) > 1 else (*equation.sides, ZERO)
     values = [evaluate(side, context, known, instead) for side in sides]
     for (left, right), pair in zip(pairwise(values), pairwise(sides), strict=True):
@@ -151,12 +56,10 @@ def residuals(
         found.append(((left - right).reshape(-1, left.shape[-1]), size))
     if plain or not equation.energies:
         return found
-    moved = dict(instead or {})
-    for node in (node for node in equation.energies if id(node) not in moved):
-        name = equation.meaning(node.value)
-        moved[id(node)] = quantities[name] + quantities.number(ENERGIES[name])
+    names = {id(node): equation.meaning(node.value) for node in equation.energies}
+    moved = {place: quantities[name] + quantities.number(ENERGIES[name]) for place, name in names.items()}
     half = quantities.shape[-1] // 2
-    for i, (there, _) in enumerate(residuals(equation, quantities, None, moved, plain=True)):
+    for i, (there, _) in enumerate(residuals(equation, quantities, None, moved | dict(instead or {}), plain=True)):
         rows, size = found[i]
         if np.any(slope := there - rows):
             with np.errstate(all="ignore"):
@@ -180,11 +83,9 @@ def stack_residuals(
 
 def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Values | None:
     """The residual with other values for some parts, rows (k, n); None where they have no meaning there."""
-    try:
-        with np.errstate(all="ignore"):
-            return stack_residuals(equation, quantities, None, instead)
-    except Unread:
-        return None
+    with suppress(Unread), np.errstate(all="ignore"):
+        return stack_residuals(equation, quantities, None, instead)
+    return None
 
 
 def relative_error(equation: Equation, quantities: Quantities, full: Quantities | None = None) -> float:

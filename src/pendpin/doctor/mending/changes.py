@@ -87,7 +87,7 @@ class Patient:
         states = random_states(system)
         with suppress(Unread):
             self.numbers = Numbers(equation, states)
-        self.context = equation.context(states)
+        self.quantities = states
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
         self._is_planar = self.spec.kind.split()[0] in PLANAR  # no law there divides by a sine, a cosine or a rate
@@ -124,8 +124,6 @@ class Patient:
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
         if part.role in ("factor", "divisor") or (part.role == "term" and len(part.parents[-1].children) > 1):
             yield self._removed(part, 1.25 if part.role == "term" else 1.2)
-        if part.whole or part.role == "factor":
-            yield from self._brackets(part)
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
@@ -136,47 +134,20 @@ class Patient:
             raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
 
-    def _brackets(self, part: Part) -> Iterator[Change]:
-        """A bracket that ends too late, as in m (a + b), or that is missing, as in m a + b."""
-        node, free = part.node, part.role != "term" or part.parents[-1].value[part.index] > 0
-        last = node.children[-1] if node.kind == "product" and not node.fraction else node
-        inside = last.bracketed if last is not node and last.kind == "sum" and part.whole and free else None
-        for i in range(1, len(last.children)) if inside and {*node.value[1:]} <= {"*"} else ():
-            first = replace(last, value=last.value[:i], children=last.children[:i])
-            first = replace(node, children=(*node.children[:-1], first))
-            moved = Node("sum", node.span, (1, *last.value[i:]), (first, *last.children[i:]))
-            cut, end = last.children[i - 1].outer[1], inside[1] if inside else 0
-            rest, splices = self.writer.of((cut, end - 1)), ((cut, cut, ")"), (end - 1, end, ""))
-            yield Change(splices, 1.2, f"{rest} belongs behind the bracket", rest, rest, {id(node): moved})
-        begins = node.kind == "sum" and node.value[0] > 0 and not node.marks[0][1] > node.span[0]
-        head = node.children[0] if begins else node
-        plain = head is not node and head.kind == "product" and not head.bracketed and {*head.value[1:]} <= {"*"}
-        for i in range(1, len(head.children)) if plain else ():
-            rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
-            total = replace(node, children=(rest, *node.children[1:]))
-            moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
-            start, end = head.children[i].outer[0], node.children[-1].outer[1]
-            words = f"a bracket is missing around {self.writer.of((start, end))}"
-            cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
-            yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
-
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
-        node, writer, spec, units = part.node, self.writer, self.spec, self.spec.dimensions
+        node, writer, units = part.node, self.writer, self.spec.dimensions
         if node.kind == "number" and node.value:
             for value in (node.value * factor.factor for factor in FACTORS):
                 if value.denominator == 1 or node.value == 1:
                     yield replace(NUMBER, value=value), writer.number(value), 0.05 + _cost_of_number(part, value)
         if node.kind == "symbol":
-            name, own = self.context.meaning(str(node.value)), self.context.definitions
+            name, own = self.equation.meaning(str(node.value)), self.equation.definitions
             for other in own.keys() - {name}:  # what the text or the user defined, of the same dimension
                 with suppress(Disagreement):
                     here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
-            if name not in {*spec.still, *spec.unknowns} and writer.latex and symbols(own.get(name, node)) - spec.still:
-                rate = Node("derivative", node.span, "t", (node,))
-                yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)
@@ -191,7 +162,7 @@ class Patient:
 
     def _alternatives(self, name: str) -> list[str]:
         """Names that could stand in place of one: of its family first, and the common ones."""
-        spec, q, arrays = self.spec, self.context.quantities, self.spec.vectors | self.spec.matrices
+        spec, q, arrays = self.spec, self.quantities, self.spec.vectors | self.spec.matrices
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
         known = (known | self.writer.styles.keys()) - {name}
@@ -203,7 +174,7 @@ class Patient:
     @cached_property
     def _forgotten(self) -> list[Monomial]:
         """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
-        spec, q = self.spec, self.context.quantities
+        spec, q = self.spec, self.quantities
         circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
         names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
@@ -215,7 +186,7 @@ class Patient:
 
     def by_need(self, part: Part, value: Values, needed: Values) -> Iterator[Change]:
         """Another number, a factor or a term that is missing, as the value tells with which the equation would hold."""
-        node, reader = part.node, reader_of(self.context.quantities)
+        node, reader = part.node, reader_of(self.quantities)
         if node.kind == "number" and (wanted := fraction_of(needed)) and wanted > 0 and wanted != node.value:
             new, cost = replace(NUMBER, value=wanted), _cost_of_number(part, wanted)
             yield self._in_place(part, new, self.writer.number(wanted), cost)
@@ -236,7 +207,7 @@ class Patient:
         missing, styles = needed - value, self.writer.styles
         terms = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
         for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
-            along = dot(missing, unit := self.context.quantities[name])
+            along = dot(missing, unit := self.quantities[name])
             if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
                 terms += [(one, self.writer.symbol(name)) for one in reader.read(along, self._extras)]
         end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]

@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, stack_residuals
+from pendpin.doctor.checking.residuals import Equation, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
@@ -92,34 +92,26 @@ def mends_of_definition(
     """
     name = source.defines
     places = [id(node) for node in parts(wrong.sides) if node.kind == "symbol" and node.value == name]
-
-    def rows(q: Quantities, size: float) -> Values:
-        return stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(1) * size), plain=True)
+    known = {other: node for other, node in wrong.definitions.items() if other != name}
 
     def needed(q: Quantities, power: int) -> Values:
-        one, two = rows(q, 1), rows(q, 2)
-        ones = q.number(1)
-        found = ones - one[0] * (2.0**power - 1) / (two - one)[0]
-        return found if power == 1 else ones / found
+        one, two = (stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(k)), plain=True)[0] for k in (1, 2))
+        root = q.number(1) - one * (2.0**power - 1) / (two - one)
+        return root if power == 1 else q.number(1) / root
 
-    power = 0
-    with suppress(Unread), np.errstate(all="ignore"):
-        one, two, three = (rows(random_states(system), size) for size in (1, 2, 3))
-        for k, slope in ((1, two - one), (-1, 2 * (one - two))):  # as a factor, or as a divisor
-            off = three - one - (3.0**k - 1) / (2.0**k - 1) * (two - one)
-            if len(one) == 1 and np.abs(slope).min() > 0 and np.abs(off).max() <= TOLERANCE * np.abs(three).max():
-                power = k
-    if not power:
+    def needing(power: int) -> System:
+        formulas = {**system.spec.formulas, name: partial(needed, power=power)}
+        return replace(system, spec=replace(system.spec, formulas=formulas))
+
+    healing = (needing(power) for power in (1, -1))  # as a factor, or as a divisor
+    needed_by = next((s for s in healing if holds(replace(wrong, definitions=known), random_states(s))), None)
+    if needed_by is None:
         return []
-    needing = replace(
-        system, spec=replace(system.spec, formulas={**system.spec.formulas, name: partial(needed, power=power)})
-    )
-    known = {other: node for other, node in wrong.definitions.items() if other != name}
     definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
     words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
     less = OTHERS * (len({id(one) for one in every}) - 1)
     found = []
-    for mend in mends(Patient(source, definition, needing, writer), False):
+    for mend in mends(Patient(source, definition, needed_by, writer), False):
         meaning = next(side for side in mend.equation.sides if side.value != name)
         mended = (replace(one, definitions=one.definitions | {name: meaning}) for one in every)
         if all(holds(one, random_states(system)) for one in mended):

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import Known, evaluate
-from pendpin.doctor.checking.residuals import ENERGIES, Equation, changed, names_in, stack_residuals
+from pendpin.doctor.checking.evaluation import ENERGIES, Equation, Known, names_in
+from pendpin.doctor.checking.residuals import changed, stack_residuals
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import Node, Unread, walk
 from pendpin.doctor.systems.base import Quantities, Values, dot, formula
@@ -68,14 +68,12 @@ class Numbers:
         self.equation, self.quantities, self.known = equation, quantities, Known()
         self.rows = stack_residuals(equation, quantities, self.known)
         self.size = float(np.abs(self.rows).max())
-        self._context = equation.context(quantities)
         # beside changes elsewhere all keeps its value but energies, constants and tensors, which depend on other names
-        fixed = (part.node for part in parts_of(equation) if id(part.node) in self.known)
-        self._fixed = {id(node): self.known[id(node)] for node in fixed if not self._depends(node)}
-
-    def _depends(self, node: Node) -> bool:
-        names = set(map(self.equation.meaning, names_in((node,), self.equation.definitions)))
-        return bool(names & (ENERGIES.keys() | CONSTANTS)) or any(part.kind == "matrix" for part in walk(node))
+        self._fixed = dict(self.known)
+        for node in (part.node for part in parts_of(equation) if id(part.node) in self.known):
+            names = set(map(equation.meaning, names_in((node,), equation.definitions)))
+            if names & (ENERGIES.keys() | CONSTANTS) or any(part.value in ((3, 1), (3, 3)) for part in walk(node)):
+                del self._fixed[id(node)]
 
     def vanishes(self, rows: Values | None) -> bool:
         """Whether a residual is rounding."""
@@ -86,13 +84,8 @@ class Numbers:
 
         What does not change keeps its value, but for energies, whose zero is found by moving them.
         """
-        pairs = [(side, swapped(side, swaps)) for side in self.equation.sides]
-        if self.equation.energies:
-            return changed(replace(self.equation, sides=tuple(new for _, new in pairs)), self.quantities, self._fixed)
-        with suppress(Unread), np.errstate(all="ignore"):
-            sides = {id(old): evaluate(new, self._context, None, self.known) for old, new in pairs if new is not old}
-            return changed(self.equation, self.quantities, self.known | sides)
-        return None
+        sides = tuple(swapped(side, swaps) for side in self.equation.sides)
+        return changed(replace(self.equation, sides=sides), self.quantities, self._fixed)
 
     def needed(self, part: Part) -> Values | None:
         """The value of a part with which the equation would hold; of a number its size. None where there is none.

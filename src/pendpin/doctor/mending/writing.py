@@ -38,10 +38,9 @@ class Writer:
         base = name.lstrip("d")
         if name not in self.styles and base in self.styles:  # a rate of what the page has, written as others are
             letter, dots = self.styles[base], name[: -len(base)]
-            rates = ((dots + other, text) for other, text in self.styles.items() if dots + other in self.styles)
-            for rate, text in rates:
-                if text in self.styles[rate]:
-                    before, _, behind = self.styles[rate].partition(text)
+            for other, text in self.styles.items():
+                before, found, behind = self.styles.get(dots + other, "").partition(text)
+                if found:
                     return before + " " * bool(re.search(r"\\d+ot$", before) and letter[:1].isalpha()) + letter + behind
             if self.latex or not letter.isascii():
                 marks = {"d": "\u0307", "dd": "\u0308"}

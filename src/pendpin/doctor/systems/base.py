@@ -153,11 +153,6 @@ class Spec:
     analytic: bool = True  # whether its formulas take complex numbers and symbols
 
     @property
-    def angles(self) -> tuple[str, ...]:
-        """The coordinates that are angles."""
-        return tuple(name for name in self.coordinates if self.dimensions[name] == (0, 0, 0))
-
-    @property
     def rates(self) -> tuple[str, ...]:
         """The rates of the coordinates."""
         return tuple(f"d{name}" for name in self.coordinates)
@@ -166,6 +161,10 @@ class Spec:
     def state(self) -> tuple[str, ...]:
         """Coordinates and rates."""
         return (*self.coordinates, *self.rates)
+
+    def momentum(self, coordinate: str) -> str:
+        """The name of a coordinate's momentum; empty where it has none."""
+        return next((p for p in (f"p{coordinate}", f"p{coordinate[-1]}", "p") if p in self.formulas), "")
 
 
 @cache

@@ -3,7 +3,8 @@
 A body is a point mass at the end of its length, a uniform rod, or any body with its centre of mass at h and the inertia I
 about it. Each system is one table: a quantity's name, unit, how it is written, and its formula. In a formula across(x),
 high(x) and rise(x) are how far to the side and up the end of a unit link is, and how fast it rises, as POSES says;
-`second` is the angle of the second of two links, `side` the sign of an angle against the direction in which a cart moves.
+turns_ is 1 where the second of two angles is measured from the first link, side_ the sign of an angle against the
+direction in which a cart moves.
 """
 
 import re
@@ -78,8 +79,8 @@ lr | m | l_r l_red L_r L_red l_eq L_eq ell_r | J/(m*h)
 _TWO = """
 theta1 | 1 | theta_1 q_1 alpha_1 phi_1 varphi_1
 theta2 | 1 | theta_2 q_2 alpha_2 phi_2 varphi_2
-lead | - | Deltatheta Deltaphi Deltaalpha | theta1 - second
-lag | - | Deltatheta Deltaphi Deltaalpha | second - theta1
+lead | - | Deltatheta Deltaphi Deltaalpha | theta1 - second_
+lag | - | Deltatheta Deltaphi Deltaalpha | second_ - theta1
 m{n} | kg | m_{n} M_{n} m
 l1 | m | l_1 L_1 l L ell ell_1 a_1 a R_1 r_1 d_1 r R
 l2 | m | l_2 L_2 l L ell ell_2 a_2 b R_2 r_2 d_2 r R
@@ -88,17 +89,17 @@ I{n} | kg m2 | I_{n} J_{n} I_c{n} I_G{n} I J
 J{n} | kg m2 | J_{n} I_{n} I_O{n} | I{n} + m{n}*h{n}**2
 x1 | m | x_1 | h1*across(theta1)
 y1 | m | y_1 z_1 | h1*high(theta1)
-x2 | m | x_2 | l1*across(theta1) + h2*across(second)
-y2 | m | y_2 z_2 | l1*high(theta1) + h2*high(second)
+x2 | m | x_2 | l1*across(theta1) + h2*across(second_)
+y2 | m | y_2 z_2 | l1*high(theta1) + h2*high(second_)
 r{n} | m | *r_{n} *R_{n} *x_{n} | vector(x{n}, y{n})
 xp1 | m | x_1 | l1*across(theta1)
 yp1 | m | y_1 z_1 | l1*high(theta1)
-xp2 | m | x_2 | l1*across(theta1) + l2*across(second)
-yp2 | m | y_2 z_2 | l1*high(theta1) + l2*high(second)
+xp2 | m | x_2 | l1*across(theta1) + l2*across(second_)
+yp2 | m | y_2 z_2 | l1*high(theta1) + l2*high(second_)
 T | N m | T K E_k E_c | (p1*dtheta1 + p2*dtheta2)/2
-V | N m | V U E_p | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second))
+V | N m | V U E_p | g*((m1*h1 + m2*l1)*high(theta1) + m2*h2*high(second_))
 T1 | N m | T_1 K_1 E_k1 | (m1*(dx1**2 + dy1**2) + I1*dtheta1**2)/2
-T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning**2)/2
+T2 | N m | T_2 K_2 E_k2 | (m2*(dx2**2 + dy2**2) + I2*turning_**2)/2
 V{n} | N m | V_{n} U_{n} E_p{n} | m{n}*g*y{n}
 S1 | N | T_1 S_1 F_1 N_1 | -m1*(ddx1*(x1/h1) + (ddy1 + g)*(y1/h1)) - m2*(ddx2*(x1/h1) + (ddy2 + g)*(y1/h1))
 S2 | N | T_2 S_2 F_2 N_2 | -m2*(ddx2*((x2 - xp1)/h2) + (ddy2 + g)*((y2 - yp1)/h2))
@@ -108,14 +109,14 @@ M12 | kg m2 | M_12 m_12 H_12 d_12 M_21 m_21 B_12 D_12 D_21 | b_ + turns_*d_
 M22 | kg m2 | M_22 m_22 H_22 d_22 B_22 D_22 | d_
 C11 | N m s | C_11 c_11 h_11 V_11 | turns_*s_*dtheta2
 C22 | - | C_22 c_22 h_22 V_22 | 0*s_
-C12 | N m s | C_12 c_12 h_12 V_12 | s_*turning
+C12 | N m s | C_12 c_12 h_12 V_12 | s_*turning_
 C21 | N m s | C_21 c_21 h_21 V_21 | -s_*dtheta1
 D11 | N m s | C_11 c_11 h_11 V_11 | 2*C11
 D12 | N m s | C_12 c_12 h_12 V_12 | s_*dtheta2
 C1 | N m | | C11*dtheta1 + C12*dtheta2
 C2 | N m | | C21*dtheta1
-G1 | N m | G_1 g_1 phi_1 Phi_1 N_1 | g*((m1*h1 + m2*l1)*rise(theta1) + turns_*m2*h2*rise(second))
-G2 | N m | G_2 g_2 phi_2 Phi_2 N_2 | g*(m2*h2*rise(second))
+G1 | N m | G_1 g_1 phi_1 Phi_1 N_1 | g*((m1*h1 + m2*l1)*rise(theta1) + turns_*m2*h2*rise(second_))
+G2 | N m | G_2 g_2 phi_2 Phi_2 N_2 | g*(m2*h2*rise(second_))
 tau1 | N m | tau_1 Q_1
 tau2 | N m | tau_2 tau u Q_2
 v1 | m/s | v_1 | h1*dtheta1
@@ -131,12 +132,14 @@ turned | N m | *C *c *h *H | vector(C1, C2)
 weight | N m | *G *g *Phi *phi *tau_g | vector(G1, G2)
 pull | N m | *tau_g *G | vector(-G1, -G2)
 B | - | *B *b | vector(0, 1)
-s_ | - | | m2*l1*h2*sin(theta1 - second)
+second_ | - | | turns_*theta1 + theta2
+turning_ | - | | turns_*dtheta1 + dtheta2
+s_ | - | | m2*l1*h2*sin(theta1 - second_)
 a_ | - | | m1*h1*h1 + m2*l1*l1 + I1
-b_ | - | | m2*l1*h2*cos(theta1 - second)
+b_ | - | | m2*l1*h2*cos(theta1 - second_)
 d_ | - | | m2*h2*h2 + I2
-f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - s_*turning**2
-k_ | - | | -g*(m2*h2)*rise(second) + s_*dtheta1**2
+f_ | - | | -g*(m1*h1 + m2*l1)*rise(theta1) - s_*turning_**2
+k_ | - | | -g*(m2*h2)*rise(second_) + s_*dtheta1**2
 force_ | - | | vector(f_ + turns_*k_ + tau1, k_ + tau2)
 """
 
@@ -149,7 +152,7 @@ l | m | l L ell l_1 l_p L_p r R length l_pole l_pend l_rod
 h | m | l L ell h d l_1 a l_c b l_p L_p l_cm l_G r R l_pole l_pend
 I | kg m2 | I J I_G I_1 J_1 I_p J_p i_p I_cm I_c J_c I_pole I_pend I_rod I_com Theta
 J | kg m2 | J I I_O J_O I_t J_t | m*h*h + I
-xp | m | x_p x_2 x_m x_1 x_G X_m X_p | x + h*(side*across(theta))
+xp | m | x_p x_2 x_m x_1 x_G X_m X_p | x + h*(side_*across(theta))
 yp | m | y_p y_2 y_m y y_1 y_G Y_m Y_p | h*high(theta)
 rp | m | *r_p *r_m *r_2 *r *x_p | vector(xp, yp)
 T | N m | T K E_k E_c | (px*dx + ptheta*dtheta)/2
@@ -164,7 +167,7 @@ Sc | N | S T R N F_T F_r | -S
 M11 | kg | M_11 m_11 H_11 D_11 | M + m
 M12 | kg m | M_12 M_21 m_12 m_21 H_12 H_21 D_12 | b_
 M22 | kg m2 | M_22 m_22 H_22 D_22 | J
-turn | - | *C *H | vector(vector(0, -side*(m*h)*sin(theta)*dtheta), vector(0, 0))
+turn | - | *C *H | vector(vector(0, -side_*(m*h)*sin(theta)*dtheta), vector(0, 0))
 turned | - | *C *c *h | vector(F - f_, 0)
 q | - | q *q | vector(x, theta)
 mass | - | *M *H *D | vector(vector(M + m, b_), vector(b_, J))
@@ -176,8 +179,8 @@ ptheta | N m s | p_theta p_2 | b_*dx + J*dtheta
 F | N | F u f f_x f_c F_x Q_x Q_1 U tau F_c F_1 force F_ext F_a
 N | N | N H N_x | m*ddxp
 P | N | P V N_y | m*(g + ddyp)
-b_ | - | | side*(m*h)*cos(theta)
-f_ | - | | F + side*(m*h)*sin(theta)*dtheta**2
+b_ | - | | side_*(m*h)*cos(theta)
+f_ | - | | F + side_*(m*h)*sin(theta)*dtheta**2
 k_ | - | | -g*(m*h)*rise(theta)
 force_ | - | | vector(f_, k_)
 """
@@ -191,9 +194,9 @@ m{n} | kg | m_{n} M_{n} m
 l{n} | m | l_{n} L_{n} l L
 h{n} | m | h_{n} l_c{n} r_{n} d_{n} a_{n} l_{n} L_{n} l L
 I{n} | kg m2 | I_{n} J_{n} I J
-x1 | m | x_1 | x + side*(h1*across(theta1))
+x1 | m | x_1 | x + side_*(h1*across(theta1))
 y1 | m | y_1 h_1 | h1*high(theta1)
-x2 | m | x_2 | x + side*(l1*across(theta1) + h2*across(theta2))
+x2 | m | x_2 | x + side_*(l1*across(theta1) + h2*across(theta2))
 y2 | m | y_2 h_2 | l1*high(theta1) + h2*high(theta2)
 vc | m/s | v_c v_0 v_M | dx
 v1 | m/s | v_1 | sqrt(dx1**2 + dy1**2)
@@ -209,14 +212,14 @@ p1 | N m s | p_theta1 p_2 | b_*dx + a_*dtheta1 + e_*dtheta2
 p2 | N m s | p_theta2 p_3 | c_*dx + e_*dtheta1 + d_*dtheta2
 F | N | F u f F_x Q_x Q_1 U tau
 m_ | - | | M + m1 + m2
-b_ | - | | side*(m1*h1 + m2*l1)*cos(theta1)
-c_ | - | | side*(m2*h2)*cos(theta2)
+b_ | - | | side_*(m1*h1 + m2*l1)*cos(theta1)
+c_ | - | | side_*(m2*h2)*cos(theta2)
 a_ | - | | m1*h1**2 + I1 + m2*l1**2
 e_ | - | | m2*l1*h2*cos(theta1 - theta2)
 d_ | - | | m2*h2**2 + I2
 s_ | - | | m2*l1*h2*sin(theta1 - theta2)
-f_ | - | | -side*(m1*h1 + m2*l1)*sin(theta1)*dtheta1
-k_ | - | | -side*(m2*h2)*sin(theta2)*dtheta2
+f_ | - | | -side_*(m1*h1 + m2*l1)*sin(theta1)*dtheta1
+k_ | - | | -side_*(m2*h2)*sin(theta2)*dtheta2
 mass | - | *M *H *D | vector(vector(m_, b_, c_), vector(b_, a_, e_), vector(c_, e_, d_))
 turn | - | *C *H | vector(vector(0, f_, k_), vector(0, 0, s_*dtheta2), vector(0, -s_*dtheta1, 0))
 turned | - | *C *c *h | vector(f_*dtheta1 + k_*dtheta2, s_*dtheta2**2, -s_*dtheta1**2)
@@ -260,78 +263,65 @@ W | N | | vector(0, 0, -m*g)
 
 
 def _spec(
-    kind: str,
-    title: str,
-    table: str,
-    coordinates: str,
-    parameters: str,
-    body: str,
-    pose: str,
-    indices: str = " ",
-    words: Mapping[str, str] | None = None,
-    more: Mapping[str, str] | None = None,
-    absent: tuple[str, ...] = (),
-    **others: Any,
+    table: str, moving: str, fixed: str, body: str, pose: str, more: Mapping[str, str], marks: str, **others: Any
 ) -> Spec:
-    """A system from its table with what all share, for one kind of body and one pose.
+    """A system from its table with what all share, for one kind of body and one pose; `others` as in table_spec.
 
-    In `parameters` a * is the place of those of the bodies, each with one of the `indices`; `words` replaces words of the
-    formulas, and `more` holds further formulas: what they give is no parameter.
+    Of the parameters, `fixed`, a * is the place of those of the bodies, each with one of the `marks`; what `more` formulas
+    give is none.
     """
-    given, marks = BODIES[body][1], [index.strip() for index in indices]
-    texts = {f"{name}{i}": re.sub(r"\b[mlh]\b", rf"\g<0>{i}", text) for name, text in given.items() for i in marks}
-    texts |= more or {}
-    own = [f"{name}{i}" for name in "hI" for i in marks]
-    names = (name for one in parameters.split() for name in (own if one == "*" else [one]) if name not in texts)
-    every = {**dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True)), **(words or {})}
-    rows = re.sub(rf"\b(?:{'|'.join(every)})\b", lambda word: every[word[0]], _COMMON + table.strip())
-    unused = (*_NO_INERTIA * (body == "point"), *absent)
-    moving = tuple(coordinates.split())
-    return table_spec(kind, title, rows, moving, tuple(names), formulas(texts), absent=unused, **others)
+    given = BODIES[body][1]
+    texts = {f"{n}{i}".strip(): re.sub(r"\b[mlh]\b", rf"\g<0>{i}", given[n]) for n in given for i in marks} | dict(more)
+    own = " ".join(f"{name}{i}" for name in "hI" for i in marks)
+    names = tuple(name for name in fixed.replace("*", own).split() if name not in texts)
+    words = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
+    rows = re.sub(rf"\b(?:{'|'.join(words)})\b", lambda word: words[word[0]], _COMMON + table.strip())
+    others["absent"] = (*_NO_INERTIA * (body == "point"), *others.get("absent", ()))
+    return table_spec(table=rows, coordinates=tuple(moving.split()), parameters=names, more=formulas(texts), **others)
 
 
 def _plane(body: str, pose: str) -> Spec:
-    kind, extra = f"plane {body} {pose}", ("h", *("I", "J") * (body == "any"), "omega", "v", "x")
+    extra = ("h", *("I", "J") * (body == "any"), "omega", "v", "x")
     title = f"a pendulum in a plane, {BODIES[body][0]}, in its angle from {POSES[pose][0]}"
-    values = {"theta0": AMPLITUDE}
-    return _spec(kind, title, _PLANE, "theta", "m g l theta0 *", body, pose, extra=extra, values=values)
+    others = {"kind": f"plane {body} {pose}", "title": title, "extra": extra, "values": {"theta0": AMPLITUDE}}
+    return _spec(_PLANE, "theta", "m g l theta0 *", body, pose, {}, " ", **others)
 
 
 def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
     loads = {"": (), "acrobot": ("tau2",), "both": ("tau1", "tau2")}[drive]
     driven = ("", ", with a torque at the second joint", ", with torques at both joints")[len(loads)]
-    more = {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": "1" if relative else "0"}
+    more = {name: "0" for name in ("tau1", "tau2") if name not in loads} | {"turns_": str(int(relative))}
     more |= {f"{name}2": f"{name}1" for name in "mlhI"} if equal else {}
     kinds = {"point": "point masses", "uniform": "uniform rods", "any": "rigid bodies", "tip": BODIES["tip"][0]}[body]
     which, both = ("relative", "theta1+theta2") if relative else ("absolute", "theta1-theta2")
-    second = ("(theta1 + theta2)", "(dtheta1 + dtheta2)") if relative else ("theta2", "dtheta2")
     kind = f"double {body} {which}{' equal' * equal} {pose} {drive}".rstrip()
-    of, where = f"{'equal ' * equal}{kinds}", f"{which} angles from {POSES[pose][0]}"
-    title = f"a double pendulum in a plane of {of}, in {where}{driven}"
-    words, parameters = {"second": second[0], "turning": second[1]}, f"m1 m2 g l1 l2 * {' '.join(loads)}"
-    atoms, absent = (f"sin {both}", f"cos {both}"), ("h1", "h2") * (body in ("point", "tip"))  # l_c1 is no length
-    return _spec(kind, title, _TWO, "theta1 theta2", parameters, body, pose, "12", words, more, absent, atoms=atoms)
+    title = (
+        f"a double pendulum in a plane of {'equal ' * equal}{kinds}, in {which} angles from {POSES[pose][0]}{driven}"
+    )
+    absent = ("h1", "h2") * (body in ("point", "tip"))  # l_c1 is no length
+    others = {"kind": kind, "title": title, "absent": absent, "atoms": (f"sin {both}", f"cos {both}")}
+    return _spec(_TWO, "theta1 theta2", f"m1 m2 g l1 l2 * {' '.join(loads)}", body, pose, more, "12", **others)
 
 
 def _cart(body: str, pose: str, mirrored: bool, two: bool = False) -> Spec:
-    side = {"side": "-1" if mirrored else "1"}
+    turned, more = f"{POSES[pose][0]}{_OTHER_WAY * mirrored}", {"side_": "-1" if mirrored else "1"}
+    kind = f"cart-{'double' if two else 'pole'} {body} {pose}{' mirrored' * mirrored}"
     if not two:
-        kind = f"cart-pole {body} {pose}{' mirrored' * mirrored}"
-        title = f"a pendulum on a cart, {BODIES[body][0]}, its angle from {POSES[pose][0]}{_OTHER_WAY * mirrored}"
-        return _spec(kind, title, _CART, "x theta", "M m g l * F", body, pose, words=side, extra=("J", "I", "F"))
-    kinds, where = "point masses" if body == "point" else "rigid bodies", f"their angles from {POSES[pose][0]}"
-    title = f"two pendulums, one below the other, on a cart, {kinds}, {where}{_OTHER_WAY * mirrored}"
-    kind, parameters = f"cart-double {body} {pose}{' mirrored' * mirrored}", "M m1 m2 g l1 l2 * F"
-    atoms = ("sin theta1-theta2", "cos theta1-theta2")
-    return _spec(kind, title, _CART_TWO, "x theta1 theta2", parameters, body, pose, "12", side, atoms=atoms)
+        title = f"a pendulum on a cart, {BODIES[body][0]}, its angle from {turned}"
+        others = {"kind": kind, "title": title, "extra": ("J", "I", "F")}
+        return _spec(_CART, "x theta", "M m g l * F", body, pose, more, " ", **others)
+    kinds = "point masses" if body == "point" else "rigid bodies"
+    title = f"two pendulums, one below the other, on a cart, {kinds}, their angles from {turned}"
+    others = {"kind": kind, "title": title, "atoms": ("sin theta1-theta2", "cos theta1-theta2")}
+    return _spec(_CART_TWO, "x theta1 theta2", "M m1 m2 g l1 l2 * F", body, pose, more, "12", **others)
 
 
 def _polar(body: str, up: bool) -> Spec:
     pose, where = ("up", "upwards") if up else ("down", "downwards")
     title = f"a spherical pendulum, {BODIES[body][0]}: theta is the polar angle from {where} and phi the azimuth"
+    others = {"kind": f"polar {body}{' up' * up}", "title": title, "extra": ("J", "p")}
     more = {} if body == "any" else {"J": "I + m*h**2"}
-    kind = f"polar {body}{' up' * up}"
-    return _spec(kind, title, _POLAR, "theta phi", "m g l h J", body, pose, more=more, extra=("J", "p"))
+    return _spec(_POLAR, "theta phi", "m g l h J", body, pose, more, " ", **others)
 
 
 _FLAGS, _VERTICAL, _SINGLE = (False, True), ("down", "up"), ("any", "point", "uniform")

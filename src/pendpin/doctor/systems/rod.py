@@ -233,29 +233,16 @@ SPECS: dict[str, Spec] = {
     for kind, (title, parameters, given, common) in KINDS.items()
 }
 
-_AXIAL = ("I3", "J3")
-_THIN = ("it is a uniform thin rod", SPECS["thin"], r"\bthin\b|slender")
-_SLENDER = with_zeros(SPECS["symmetric"], _AXIAL)  # without inertia about its axis
-_UNIFORM = ("it is a uniform rod of radius r", SPECS["uniform"], r"uniform|cylinder|homogeneous")
-_BOB = r"point mass|\bbob\b|massless|string|simple pendulum"
-_POINT = ("it is a point mass on a massless rod", SPECS["point"], _BOB)
-Special = tuple[str, Spec, str, tuple[str, ...]]
-# for each kind: words, what it is then, how a text says it, and what an equation on it does not contain
-SPECIAL: dict[str, tuple[Special, ...]] = {
-    "general": (
-        ("I3 = 0 and I1 = I2, as for a thin rod", _SLENDER, _THIN[2], _AXIAL),
-        (*_THIN, (*_AXIAL, "h")),
-        (*_UNIFORM, ("h",)),
-        ("I1 = I2", SPECS["symmetric"], r"symmetric|I_?1\s*=\s*I_?2", ("I1", "I2", "J1", "J2")),
-        (*_POINT, (*_AXIAL, "h")),
-    ),
-    "symmetric": (
-        ("I3 = 0, as for a thin rod", _SLENDER, _THIN[2], _AXIAL),
-        (*_THIN, (*_AXIAL, "h")),
-        (*_UNIFORM, ("h",)),
-        (*_POINT, (*_AXIAL, "h")),
-    ),
-    "uniform": ((*_THIN, (*_AXIAL, "r")), (*_POINT, (*_AXIAL, "r"))),
-    "thin": ((*_UNIFORM, ()), (*_POINT, ())),
-    "point": ((*_THIN, ()),),
+# other rods that an equation may be about: words, what it is then, how a text says it, and what an equation on it lacks
+_THIN, _BOB = r"\bthin\b|slender", r"point mass|\bbob\b|massless|string|simple pendulum"
+_SLENDER = with_zeros(SPECS["symmetric"], ("I3", "J3"))  # without inertia about its axis
+_OTHERS: dict[str, tuple[str, Spec, str, frozenset[str]]] = {
+    "slender": ("I3 = 0 and I1 = I2, as for a thin rod", _SLENDER, _THIN, frozenset(("I3", "J3"))),
+    "thin": ("it is a uniform thin rod", SPECS["thin"], _THIN, frozenset(("I3", "J3", "h", "r"))),
+    "uniform": ("it is a uniform rod of radius r", SPECS["uniform"], "uniform|cylinder|homogeneous", frozenset("h")),
+    "equal": ("I1 = I2", SPECS["symmetric"], r"symmetric|I_?1\s*=\s*I_?2", frozenset(("I1", "I2", "J1", "J2"))),
+    "point": ("it is a point mass on a massless rod", SPECS["point"], _BOB, frozenset(("I3", "J3", "h", "r"))),
 }
+_TRIED = {"general": "slender thin uniform equal point", "symmetric": "slender thin uniform point"}
+_TRIED |= {"uniform": "thin point", "thin": "uniform point", "point": "thin"}
+SPECIAL = {kind: [_OTHERS[name] for name in names.split()] for kind, names in _TRIED.items()}
