@@ -1,7 +1,7 @@
 """Special cases: conditions under which an equation that is not true in general may well be meant.
 
-A condition counts where the text says so. Small angles count without a word where an equation has no sine or cosine, and
-another rod where it has nothing that this rod lacks.
+A condition counts where the text says so. Small angles count without a word where an equation has no sine or cosine, no
+load where it has none, and another rod where it has nothing that this rod lacks.
 """
 
 import re
@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import Equation, evaluate, norm
+from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
 from pendpin.doctor.checking.residuals import (
     TOLERANCE,
     ZERO,
@@ -23,7 +23,7 @@ from pendpin.doctor.checking.residuals import (
     stack_residuals,
 )
 from pendpin.doctor.reading.tree import Node, Unread, parts
-from pendpin.doctor.systems.base import LOADS, Formula, Quantities, System, Values, inverse, random_states
+from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
 from pendpin.doctor.systems.rod import SPECIAL
 
@@ -39,15 +39,20 @@ TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes al
 
 
 class Condition(NamedTuple):
-    """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it."""
+    """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it.
+
+    Where the equation and most others have none of the `absent` quantities, it need not be stated.
+    """
 
     words: str
     stated: str
-    instead: tuple[tuple[str, float | Formula], ...]
+    instead: tuple[tuple[str, float | Formula], ...] = ()
+    absent: frozenset[str] | None = None
+    spec: Spec | None = None  # of another rod
 
 
 def conditions(system: System) -> list[Condition]:
-    """The special cases of a system that a text may state, the usual ones first; some need no word."""
+    """The special cases of a system, the usual ones first."""
     spec, at_zero = system.spec, lambda names: tuple((name, 0.0) for name in names)
     down = r"straight down|at rest|equilibrium|hangs? vertically"
     found = [Condition("at rest", r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move", at_zero(spec.rates))]
@@ -70,32 +75,31 @@ def conditions(system: System) -> list[Condition]:
             below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
             found.append(Condition(f"it is released at rest from {words}", "", (("theta", below), ("dtheta", rate))))
     if loads := [name for name in LOADS if name in spec.parameters]:
-        found.append(Condition(f"{' and '.join(loads)} = 0", "force|torque|free", at_zero(loads)))
+        found.append(Condition(f"{' and '.join(loads)} = 0", "force|torque|free", at_zero(loads), frozenset(loads)))
     weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
-    return [*found, Condition("there is no gravity", weightless, at_zero("g" * ("g" in spec.parameters)))]
+    found.append(Condition("there is no gravity", weightless, at_zero("g")))
+    others = SPECIAL.get(spec.kind, ())
+    return found + [Condition(words, stated, (), absent, other) for words, other, stated, absent in others]
 
 
 def holds_as_stated(equation: Equation, system: System, context: str) -> str:
     """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    for words, stated, instead in conditions(system):
-        if re.search(stated, context, re.IGNORECASE) and _holds_under(equation, system, instead):
-            return words
-    for words, spec, stated, _ in SPECIAL.get(system.kind, ()):
-        if re.search(stated, context, re.IGNORECASE) and _holds_under(equation, replace(system, spec=spec)):
-            return words
+    for case in conditions(system):
+        if re.search(case.stated, context, re.IGNORECASE) and _holds_under(equation, system, case):
+            return case.words
     return small_angles(equation, system) if SAID_SMALL.search(context) else ""
 
 
 def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
-    """What nothing states and with which an equation holds: small angles, or another rod, which has none of its quantities.
+    """What nothing states and under which an equation holds: small angles, no load, or another rod.
 
-    Neighbours that contain them show that the text is not about that rod, and so does a rod that was `chosen`.
+    Neighbours with what this lacks show that the text is not about it, and so does a system that was `chosen`.
     """
-    for words, spec, _, absent in SPECIAL.get(system.kind, ()) if not chosen else ():
-        others = sum(not _quantities_apart(other).isdisjoint(absent) for other in neighbours)
-        may = others < FEW and _quantities_apart(equation).isdisjoint(absent)
-        if may and _holds_under(equation, replace(system, spec=spec)):
-            return words
+    for case in conditions(system) if not chosen else ():
+        if case.absent is not None and case.absent.isdisjoint(_quantities_apart(equation)):
+            others = sum(not case.absent.isdisjoint(_quantities_apart(other)) for other in neighbours)
+            if others < FEW and _holds_under(equation, system, case):
+                return case.words
     return small_angles(equation, system)
 
 
@@ -103,12 +107,13 @@ def _quantities_apart(equation: Equation) -> set[str]:
     """The quantities of an equation but for one that stands alone on a side."""
     own = equation.definitions
     sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1 or side.value in own]
-    return replace(equation, sides=tuple(sides)).names
+    return set(map(equation.meaning, names_in(sides, own)))
 
 
-def _holds_under(equation: Equation, system: System, instead: tuple[tuple[str, float | Formula], ...] = ()) -> bool:
+def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
     """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
-    here, full = random_states(system, instead), random_states(system)
+    special = replace(system, spec=case.spec or system.spec)
+    here, full = random_states(special, case.instead), random_states(special)
     with suppress(Unread):
         if relative_error(equation, here, full) > TOLERANCE:
             return False

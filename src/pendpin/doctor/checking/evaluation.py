@@ -166,7 +166,8 @@ def _value(node: Node, parts: list[Values], context: Context) -> Values:
         case "symbol":
             return context.symbol(node.value, place)
         case "sum":
-            shape, total = max((part.shape[:-1] for part in parts), key=len), 0
+            shape = max((part.shape[:-1] for part in parts), key=len)
+            total: Any = 0
             for sign, part, child in zip(node.value, parts, node.children, strict=True):
                 if part.shape[:-1] != shape and not (child.kind == "number" and child.value == 0):
                     raise Mismatch("a number is added to a vector", child.span[0])

@@ -21,11 +21,7 @@ WHOLE = {"sqrt": 0.5, "norm": 1, "transpose": 1}  # functions of quantities with
 
 
 def residuals(
-    equation: Equation,
-    quantities: Quantities,
-    known: Known | None = None,
-    instead: Instead | None = None,
-    plain: bool = False,
+    equation: Equation, q: Quantities, known: Known | None = None, instead: Instead | None = None, plain: bool = False
 ) -> list[tuple[Values, Values]]:
     """Of each pair of neighbouring sides: left minus right, rows of scalars (k, n), and the size of the terms (n,).
 
@@ -38,8 +34,8 @@ def residuals(
     if equation.names & {"q_i", "dq_i"}:
         meant = ({"q_i": angle, "dq_i": f"d{angle}"} for angle in ("theta", "phi"))
         each = (replace(equation, meanings=equation.meanings | one) for one in meant)
-        return [pair for one in each for pair in residuals(one, quantities, known, instead, plain)]
-    known, context, found = {} if known is None else known, equation.context(quantities), list[tuple[Values, Values]]()
+        return [pair for one in each for pair in residuals(one, q, known, instead, plain)]
+    known, context, found = {} if known is None else known, equation.context(q), list[tuple[Values, Values]]()
     sides = equation.sides if len(equation.sides) > 1 else (*equation.sides, ZERO)
     values = [evaluate(side, context, known, instead) for side in sides]
     for (left, right), pair in zip(pairwise(values), pairwise(sides), strict=True):
@@ -51,15 +47,15 @@ def residuals(
                 raise Mismatch("a vector is set equal to a number", small.span[0])
             left, right = (np.zeros_like(right), right) if small is pair[0] else (left, np.zeros_like(left))
         size: Values = np.zeros(1)
-        if quantities.xp is np and instead is None:
+        if q.xp is np and instead is None:
             size = norm(left) + sum((scale(side, context, known) for side in pair), start=size)
         found.append(((left - right).reshape(-1, left.shape[-1]), size))
     if plain or not equation.energies:
         return found
     names = {id(node): equation.meaning(node.value) for node in equation.energies}
-    moved = {place: quantities[name] + quantities.number(ENERGIES[name]) for place, name in names.items()}
-    half = quantities.shape[-1] // 2
-    for i, (there, _) in enumerate(residuals(equation, quantities, None, moved | dict(instead or {}), plain=True)):
+    moved = {place: q[name] + q.number(ENERGIES[name]) for place, name in names.items()}
+    half = q.shape[-1] // 2
+    for i, (there, _) in enumerate(residuals(equation, q, None, moved | dict(instead or {}), plain=True)):
         rows, size = found[i]
         if np.any(slope := there - rows):
             with np.errstate(all="ignore"):
@@ -69,14 +65,10 @@ def residuals(
 
 
 def stack_residuals(
-    equation: Equation,
-    quantities: Quantities,
-    known: Known | None = None,
-    instead: Instead | None = None,
-    plain: bool = False,
+    equation: Equation, q: Quantities, known: Known | None = None, instead: Instead | None = None, plain: bool = False
 ) -> Values:
     """The residuals as one array (k, n); where a constant in the energies halves some rows, all have the first half."""
-    rows = [rows for rows, _ in residuals(equation, quantities, known, instead, plain)]
+    rows = [rows for rows, _ in residuals(equation, q, known, instead, plain)]
     states = min(part.shape[1] for part in rows)
     return np.concatenate([part[:, :states] for part in rows])
 

@@ -175,9 +175,9 @@ class Patient:
     def _forgotten(self) -> list[Monomial]:
         """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
         spec, q = self.spec, self.quantities
-        circular = [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
-        names = [*sorted(name for name in styled if name in q and np.any(q[name])), *circular]
+        names = sorted(name for name in styled if name in q and np.any(q[name]))
+        names += [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         above = ("sin ", "cos ") if self._is_planar else ("sin ",)  # and never below
         powers = [(name, power) for name in names for power in (1, -1) if power > 0 or not name.startswith(above)]
         return [Monomial(Fraction(1), (power,)) for power in powers]

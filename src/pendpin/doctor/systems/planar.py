@@ -274,7 +274,7 @@ def _spec(
     texts = {f"{n}{i}".strip(): re.sub(r"\b[mlh]\b", rf"\g<0>{i}", given[n]) for n in given for i in marks} | dict(more)
     own = " ".join(f"{name}{i}" for name in "hI" for i in marks)
     names = tuple(name for name in fixed.replace("*", own).split() if name not in texts)
-    words = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
+    words: dict[str, str] = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
     rows = re.sub(rf"\b(?:{'|'.join(words)})\b", lambda word: words[word[0]], _COMMON + table.strip())
     others["absent"] = (*_NO_INERTIA * (body == "point"), *others.get("absent", ()))
     return table_spec(table=rows, coordinates=tuple(moving.split()), parameters=names, more=formulas(texts), **others)
