@@ -106,8 +106,7 @@ def _document(equations: Any) -> Document:
     if isinstance(equations, Mapping):
         return Document(tuple(statements({str(name): _plain(value) for name, value in equations.items()})))
     if not isinstance(equations, str):
-        several = isinstance(equations, Iterable) and not isinstance(equations, bytes)
-        return Document(tuple(statements(map(_plain, equations if several else [equations]))))
+        return Document(tuple(statements(map(_plain, equations if isinstance(equations, Iterable) else [equations]))))
     if len(equations) > MOST_BYTES:
         raise InputError(f"larger than the {MOST_BYTES / 1e6:g} MB that equations may have")
     document = read_text(equations) if _MARKED.search(equations) else None

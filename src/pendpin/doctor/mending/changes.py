@@ -168,8 +168,9 @@ class Patient:
         known = (known | self.writer.styles.keys()) - {name}
         if name in arrays:
             return [other for other in dict.fromkeys(family) if other in known]
-        others = (one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q)
-        return [other for other in others if np.any(q[other])]
+        return [
+            one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q and q[one].any()
+        ]
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:

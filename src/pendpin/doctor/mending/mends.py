@@ -164,12 +164,11 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
     for cost, change, text, equation, shape in sorted(held, key=lambda one: (one[0], *one[1].order)):
         if len(chosen) == MOST_MENDS or (chosen and cost > chosen[0].cost + FARTHER):
             break
-        if any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes):
-            continue
-        if check(equation, patient.system)[0]:
+        again = any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes)
+        if not again and check(equation, patient.system)[0]:
             shapes.append(shape)
-            priced, alone = vars(replace(change, cost=cost)), patient.printed.alone
-            chosen.append(Mend(**priced, text=text, equation=equation, alone=alone))
+            told = vars(replace(change, cost=cost))
+            chosen.append(Mend(**told, text=text, equation=equation, alone=patient.printed.alone))
     return chosen
 
 

@@ -180,19 +180,6 @@ def with_zeros(spec: Spec, names: Collection[str]) -> Spec:
     return replace(spec, parameters=kept, formulas={**spec.formulas, **zeros}) if names else spec
 
 
-@cache
-def linearised(spec: Spec) -> Spec:
-    """The same system with accelerations and reactions to the first order in its state and loads, by a complex step."""
-
-    def solve(q: "Quantities") -> dict[str, Values]:
-        small = {*spec.state, *LOADS}
-        base = {name: value * (1e-30j if name in small else 1.0 + 0j) for name, value in q.base.items()}
-        near = Quantities(base, System(spec, q.convention), q.xp, true=True)
-        return {name: np.real(near[name]) + np.imag(near[name]) / 1e-30 for name in spec.unknowns}
-
-    return replace(spec, solve=solve, analytic=False)
-
-
 @dataclass(frozen=True)
 class System:
     """What the equations of a text are about, in the convention of the text."""
@@ -224,18 +211,12 @@ class Quantities:
     @cached_property
     def functions(self) -> dict[str, Any]:
         """What FUNCTIONS are for these numbers and this convention."""
-        xp, convention = self.xp, self.convention
-        numbers = {name: getattr(xp, name) for name in NUMBERS} | {"dot": dot, "cross": cross}
-        return numbers | {
-            "vector": lambda *rows: np.stack([r if isinstance(r, np.ndarray) else self.number(r) for r in rows]),
-            "slope": lambda name, variable: self.derivative(lambda q: q[name], variable),
-            "theta_sign": convention.theta,
-            "phi_sign": convention.phi,
-            "swapped": convention.swapped,
-            "along": convention.along,
-            "y_sign": -1 if convention.z == "up" else 1,
-            "z_sign": 1 if convention.z == "down" else -1,
-        }
+        own, numbers = self.convention, {name: getattr(self.xp, name) for name in NUMBERS}
+        vector = lambda *rows: np.stack([r if isinstance(r, np.ndarray) else self.number(r) for r in rows])  # noqa: E731
+        slope = lambda name, variable: self.derivative(lambda q: q[name], variable)  # noqa: E731
+        up_down = -1 if own.z == "up" else 1, 1 if own.z == "down" else -1
+        signs = dict(zip(SIGNS, (own.theta, own.phi, own.swapped, own.along, *up_down), strict=True))
+        return numbers | signs | {"dot": dot, "cross": cross, "vector": vector, "slope": slope}
 
     def __getitem__(self, name: str) -> Values:
         """A quantity: scalars (n,), vectors (3, n) and tensors (3, 3, n) in I. Raises KeyError for an unknown name."""
