@@ -118,8 +118,6 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
         if relative_error(equation, here, full) > TOLERANCE:
             return False
         zero = any(side.kind == "number" and not side.value for side in equation.sides)
-        if zero and {side.kind for side in equation.sides} == {"symbol", "number"}:
-            return True  # it says that one quantity is 0
         if max(np.abs(size).max() for _, size in residuals(equation, here)) < TRIVIAL:
             return False
         for side in () if zero else equation.sides:

@@ -206,19 +206,15 @@ class Patient:
         if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
             return
         missing, styles = needed - value, self.writer.styles
-        terms = [(monomial, "") for monomial in reader.read(missing, self._extras)] if missing.ndim == 1 else []
-        for name in self.spec.directions if missing.shape[:-1] == (3,) else ():
-            along = dot(missing, unit := self.quantities[name])
-            if np.abs(missing - along * unit).max() <= CLOSE * np.abs(missing).max():
-                terms += [(one, self.writer.symbol(name)) for one in reader.read(along, self._extras)]
+        terms = reader.read(missing, self._extras) if missing.ndim == 1 else ()
         end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
-        for monomial, direction in (term for term in terms if not self._is_odd(term[0], MOST_EXTRA)):
+        for monomial in (term for term in terms if not self._is_odd(term, MOST_EXTRA)):
             powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
             strange = sum(name not in styles for name, _ in powers)
             steep = sum(power < 0 and name not in self._below for name, power in powers)
             cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size
             cost += 0.03 * strange + 0.5 * steep + 0.5 * part.lone
-            text = f"{'+' if monomial.factor > 0 else '-'} {self.writer.monomial(monomial, direction)}"
+            text = f"{'+' if monomial.factor > 0 else '-'} {self.writer.monomial(monomial)}"
             yield Change(((end, end, f" {text}"),), cost, f"the term {text} is missing", "", text)
 
     @cached_property
@@ -232,7 +228,7 @@ class Patient:
         families = (set(family) for family in spec.families if len(names.intersection(family)) > 1)
         possible = names.union(spec.unknowns, ["Mc"], INERTIAS & {*spec.common}, *families) - lone
         below = self._below - lone
-        return {name: (1, 2) * ({*name.split(" - ")} <= possible) + (-1,) * (name in below) for name in spec.extra}
+        return {name: (1, 2) * (name in possible) + (-1,) * (name in below) for name in spec.extra}
 
     def _is_odd(self, monomial: Monomial, most: int) -> bool:
         """Whether it holds a quantity that is no usual one together with much else, or over an angle or a rate."""

@@ -69,8 +69,6 @@ def mends(patient: Patient, pairs: bool) -> list[Mend]:
     if numbers is None or len(every) > MOST_NODES:
         return []
     listed = sorted(patient.listed(), key=lambda change: change.order)[: MOST_WORK // len(every)]
-    if patient.equation.names & {"q_i", "dq_i"}:  # it is several equations: a part has no value of its own
-        return _verified(patient, listed)
     sized: list[Change] = []
     for part in every:
         if (needed := numbers.needed(part)) is not None:

@@ -120,7 +120,7 @@ class Numbers:
 
 
 class Monomial(NamedTuple):
-    """A fraction times powers of atoms: names of quantities, "sin phi" and the like, and differences "I1 - I3"."""
+    """A fraction times powers of atoms: names of quantities, "sin phi" and the like."""
 
     factor: Fraction
     powers: tuple[tuple[str, int], ...] = ()

@@ -28,9 +28,7 @@ class Writer:
         return " " if self.latex else "*"
 
     def symbol(self, name: str) -> str:
-        """A quantity, a function of an angle or of two, or a difference in brackets."""
-        if " - " in name:
-            return f"({' - '.join(map(self.symbol, name.split(' - ')))})"
+        """A quantity, or a function of an angle or of two."""
         function, _, angle = name.rpartition(" ")
         if function:
             shown = re.sub(r"[^-+]+", lambda match: self.symbol(match[0]), angle)
@@ -53,8 +51,8 @@ class Writer:
             return str(value)
         return rf"\frac{{{value.numerator}}}{{{value.denominator}}}" if self.latex else f"({value})"
 
-    def monomial(self, monomial: Monomial, last: str = "") -> str:
-        """A product without its sign; `last` is a unit vector that follows."""
+    def monomial(self, monomial: Monomial) -> str:
+        """A product without its sign."""
 
         def raised(name: str, power: int) -> str:
             """A function's exponent stands before its bracket in LaTeX."""
@@ -70,10 +68,8 @@ class Writer:
         above = [str(top)] * (top != 1 or not above) + above
         text, under = self.joint.join(above), self.joint.join(below)
         if under and self.latex:
-            text = rf"\frac{{{text}}}{{{under}}}"
-        elif under:
-            text += f"/({under})" if len(below) > 1 else f"/{under}"
-        return self.joint.join(part for part in (text, last) if part and not (last and part == "1"))
+            return rf"\frac{{{text}}}{{{under}}}"
+        return text + (f"/({under})" if len(below) > 1 else f"/{under}" if under else "")
 
     def of(self, span: Span) -> str:
         """The characters of a span."""

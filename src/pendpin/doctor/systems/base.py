@@ -146,7 +146,6 @@ class Spec:
     families: tuple[tuple[str, ...], ...] = ()
     vectors: frozenset[str] = frozenset()
     matrices: frozenset[str] = frozenset()
-    directions: tuple[str, ...] = ()
     moving: tuple[str, ...] = ()  # atoms of monomials: rates, sines and cosines
     extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
     values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers

@@ -27,7 +27,6 @@ from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 
 AXES = {"I": ("xhat", "yhat", "zhat"), "A": ("a1", "a2", "a3"), "B": ("b1", "b2", "b3")}
-DIRECTIONS = ("b1", "b2", "b3", "a1", "a2", "a3", "xhat", "yhat", "zhat")
 VECTORS = UNIT_VECTORS | {"field", "weight", "rG", "vG", "aG", "omega", "alpha", "R", "rT", "M"}
 MATRICES = {f"C_{a}{b}" for a in "IAB" for b in "IAB" if a != b} | {"inertia", "inertiaO"}
 STILL = {"m", "l", "g", "h", "r", "Fg", "I1", "I2", "I3", "J1", "J2", "J3"}  # what does not move
@@ -207,7 +206,6 @@ FAMILIES = (
     *(tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS),
 )
 _EXTRA = "ddtheta ddphi R1 R2 R3 M3 Mc I1 I2 I3 J1 J2 J3 h theta phi x y z vx vy vz w1 w2 w3"
-_DIFFERENCES = ("I1 - I3", "I2 - I3", "J1 - I3", "J2 - I3", "I2 - I1", "J2 - J1")
 
 SPECS: dict[str, Spec] = {
     kind: Spec(
@@ -226,9 +224,8 @@ SPECS: dict[str, Spec] = {
         families=FAMILIES,
         vectors=frozenset(VECTORS),
         matrices=frozenset(MATRICES),
-        directions=DIRECTIONS,
         moving=("dtheta", "dphi", "sin theta", "cos theta", "sin phi", "cos phi"),
-        extra=(*_EXTRA.split(), *_DIFFERENCES),
+        extra=tuple(_EXTRA.split()),
     )
     for kind, (title, parameters, given, common) in KINDS.items()
 }
