@@ -42,55 +42,44 @@ def largest_step(times: Array, step: float | None) -> float | None:
     return None if step is None else min(step, float(times[-1] - times[0]) or step)
 
 
-class Way(NamedTuple):
-    """From the last stored state to a sample: equal steps, and a shorter step from their end to the sample."""
-
-    # where they start in s, how many, and their length: the one asked, to the rounding of the times of samples, or a shorter
-    # one after a corner
-    blocks: list[tuple[float, int, float]]
-    start: float  # s, of the shorter step
-    left: float  # s, its length; 0 where a step ends at the sample
-
-
 class GridPlace(NamedTuple):
-    """Where the stored state of a method with fixed steps is."""
+    """Where the stored state of a method with fixed steps is, on steps of one size that are counted from an origin.
 
-    origin: float = 0.0  # s, from which steps are counted
+    It is at the end of a step; or inside one, behind a corner of what acts, from which it goes on to that end.
+    """
+
+    origin: float = 0.0  # s
     steps: int = -1  # whole ones since then; -1 before the first step of a run
     offset: float = 0.0  # s, behind the origin
 
+    def enter(self, t: float, plan: StepPlan) -> tuple["GridPlace", bool]:
+        """Where a segment from t in s begins, and whether t was behind the stored state, inside a step."""
+        place = GridPlace(t, 0, 0.0) if self.steps < 0 else self
+        inside = t != place.origin + place.offset
+        return (place._replace(offset=t - place.origin) if plan.anew and inside else place), inside
 
-class StepGrid:
-    """The ends of steps of one size in s, counted from an origin, and how far behind it the stored state is."""
+    def go_to(self, t: float, step: float) -> tuple["GridPlace", list[tuple[float, int, float]], tuple[float, float]]:
+        """The place behind a sample at t in s, and the way there by steps of a size in s.
 
-    # That state is at the end of a step; or inside one, behind a corner of what acts, from which it goes on to that end.
-
-    def __init__(self, step: float, place: GridPlace, t: float, plan: StepPlan) -> None:
-        """The steps of the segment before, which ended at `place`, from t in s on; new ones where there was none."""
-        self._step = step
-        self.place = GridPlace(t, 0, 0.0) if place.steps < 0 else place
-        self.inside = t != self.place.origin + self.place.offset  # whether t is behind the stored state, inside a step
-        if plan.anew and self.inside:
-            self.place = self.place._replace(offset=t - self.place.origin)
-
-    def go_to(self, t: float) -> Way:
-        """Move to a sample at t in s, and return the way there."""
+        The way is of equal steps, each time where they start, how many and how long: as asked, to the rounding of the times
+        of samples, or shorter after a corner. Then a shorter one: its start and length, 0 where a step ends at the sample.
+        """
         # Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
-        (origin, done, offset), blocks = self.place, list[tuple[float, int, float]]()
+        (origin, done, offset), blocks = self, list[tuple[float, int, float]]()
         elapsed = t - origin
-        count = max(done, count_whole_steps(elapsed, self._step))
-        at_end = count > done and abs(elapsed - count * self._step) <= NEAR * self._step
-        end = elapsed if at_end else count * self._step
-        if count > done and offset > done * self._step:  # behind a corner
-            first = end if count == done + 1 else (done + 1) * self._step
+        count = max(done, count_whole_steps(elapsed, step))
+        at_end = count > done and abs(elapsed - count * step) <= NEAR * step
+        end = elapsed if at_end else count * step
+        if count > done and offset > done * step:  # behind a corner
+            first = end if count == done + 1 else (done + 1) * step
             blocks.append((origin + offset, 1, first - offset))
             done, offset = done + 1, first
         if steps := count - done:
-            step = (end - offset) / steps if at_end else self._step
-            blocks.append((origin + offset, steps, step))
+            blocks.append((origin + offset, steps, (end - offset) / steps if at_end else step))
             done, offset = count, end
-        self.place = GridPlace(t, 0, 0.0) if at_end else GridPlace(origin, done, offset)
-        return Way(blocks, origin + offset, 0.0 if at_end else max(elapsed - offset, 0.0))
+        if at_end:
+            return GridPlace(t, 0, 0.0), blocks, (origin + offset, 0.0)
+        return GridPlace(origin, done, offset), blocks, (origin + offset, max(elapsed - offset, 0.0))
 
 
 class FixedMemory(NamedTuple):
@@ -114,25 +103,25 @@ class FixedStep(Integrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         memory = plan.memory or self.memory(y)
         assert isinstance(memory, FixedMemory)
-        grid = StepGrid(self.setting, memory.place, float(times[0]), plan)
+        place, inside = memory.place.enter(float(times[0]), plan)
         states, steps = np.full((len(times), len(y)), np.nan), 0
-        whole = np.array(y if plan.anew or not grid.inside else memory.state)
+        whole = np.array(y if plan.anew or not inside else memory.state)
         part = whole.copy()
         advance, finish = self.advancing(derivative, whole), self.advancing(derivative, part)
         states[0] = y
         for sample, t in enumerate(times[1:].tolist(), 1):
-            way = grid.go_to(t)
-            for start, count, step in way.blocks:
+            place, blocks, (last, left) = place.go_to(t, self.setting)
+            for start, count, step in blocks:
                 for done in range(0, count, LOOK_EVERY):
                     if done and not np.isfinite(whole).all():
                         return Segment(*finite_part(states, steps + done, NOT_FINITE))
                     advance(start + done * step, step, min(LOOK_EVERY, count - done))
                 steps += count
             part[:] = whole
-            if way.left:
-                finish(way.start, way.left, 1)
+            if left:
+                finish(last, left, 1)
             states[sample] = part
-        return Segment(*finite_part(states, steps, None), FixedMemory(grid.place, whole))
+        return Segment(*finite_part(states, steps, None), FixedMemory(place, whole))
 
     def advancing(self, derivative: Derivative, y: Array) -> Advance:
         """A function that advances y (size,), in place, by some steps from t."""

@@ -17,7 +17,7 @@ from pendpin.errors import InputError
 from pendpin.ground.arrays import EPS, Array, lapack
 from pendpin.ground.libraries import version
 from pendpin.integrators.base import FREE, Integrator, Segment, StepPlan
-from pendpin.integrators.fixed import GridPlace, StepGrid
+from pendpin.integrators.fixed import GridPlace
 from pendpin.scene import Method
 
 MOST_ITERATIONS = 40  # chosen, five times PATIENCE: what has not converged by then does not
@@ -110,15 +110,15 @@ class Gauss(Integrator):
         """The states (n, size) by collocation; further integrated quantities use the same rule."""
         memory, t = plan.memory or self.memory(y), float(times[0])
         assert isinstance(memory, GaussMemory)
-        grid = StepGrid(self.setting, memory.place, t, plan)
-        if plan.anew and grid.inside:
+        place, inside = memory.place.enter(t, plan)
+        if plan.anew and inside:
             memory = self.memory(y)
-        elif plan.anew or not grid.inside:
+        elif plan.anew or not inside:
             memory = memory._replace(others=y[2 * self._nv :])
         states, steps = [np.array(y)], 0
         for t in times[1:].tolist():
-            way = grid.go_to(t)
-            for t_step, step in ((start + i * h, h) for start, count, h in way.blocks for i in range(count)):
+            place, blocks, (last, left) = place.go_to(t, self.setting)
+            for t_step, step in ((start + i * h, h) for start, count, h in blocks for i in range(count)):
                 if not steps % CALLBACK_STEPS:
                     self._progress(t_step)
                 advanced = self._advanced(derivative, t_step, step, memory)
@@ -126,13 +126,13 @@ class Gauss(Integrator):
                     return Segment(np.array(states), steps, UNSOLVED.format(t_step))
                 memory, steps = advanced, steps + 1
             sample = memory
-            if way.left:
-                sample = self._advanced(derivative, way.start, way.left, memory, extrapolates=False)
+            if left:
+                sample = self._advanced(derivative, last, left, memory, extrapolates=False)
             if sample is None:
-                return Segment(np.array(states), steps, UNSOLVED.format(way.start))
+                return Segment(np.array(states), steps, UNSOLVED.format(last))
             q, p = sample.motion
             states.append(np.concatenate([q, self._form.velocity(q, p), sample.others]))
-        return Segment(np.array(states), steps, None, memory._replace(place=grid.place))
+        return Segment(np.array(states), steps, None, memory._replace(place=place))
 
     def _advanced(
         self, derivative: Derivative, t: float, h: float, memory: GaussMemory, extrapolates: bool = True
