@@ -274,9 +274,15 @@ def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
         for visual in link.findall("visual"):
             placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
             body = (frame.parentJoint or model.pin.njoints) - 1
-            color = _color(visual, materials, tones.setdefault(body, (COPPER, BRASS)[len(tones) % 2]))
-            geometry: Any = visual.find("geometry")
-            shape = geometry[0]
+            color = tones.setdefault(body, (COPPER, BRASS)[len(tones) % 2])
+            material = visual.find("material")
+            if material is not None and material.find("color") is None:
+                material = materials.get(str(material.get("name")))
+            if material is not None and (written := material.find("color")) is not None:
+                rgb = _numbers(written.get("rgba", "1 1 1 1"))[:3]
+                red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in rgb)
+                color = red << 16 | green << 8 | blue
+            shape: Any = visual.find("geometry/*")
             if shape.tag != "mesh":
                 keys = {"box": ("size",), "sphere": ("radius",)}.get(shape.tag, ("radius", "length"))
                 size = tuple(number for key in keys for number in _numbers(shape.get(key)))
@@ -291,18 +297,6 @@ def _origin(origin: Any) -> Array:
         return np.eye(4)
     rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
     return _placement(_numbers(origin.get("xyz", "0 0 0")), rotation)
-
-
-def _color(visual: Any, materials: dict[str, Any], other: int) -> int:
-    """The colour of a visual, 0xRRGGBB; `other` where it has none."""
-    material = visual.find("material")
-    if material is not None and material.find("color") is None:
-        material = materials.get(str(material.get("name")))
-    color = None if material is None else material.find("color")
-    if color is None:
-        return other
-    red, green, blue = (round(255 * min(max(part, 0.0), 1.0)) for part in _numbers(color.get("rgba", "1 1 1 1"))[:3])
-    return red << 16 | green << 8 | blue
 
 
 def _numbers(text: str) -> tuple[float, ...]:

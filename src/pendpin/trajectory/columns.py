@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import optional
-from pendpin.trajectory.parts import HingeReactions, Reactions
+from pendpin.trajectory.parts import HingeReactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
 
@@ -40,7 +40,11 @@ def columns(run: Any) -> dict[str, Place]:
     of_rods: list[tuple[str, str, Any]] = [(name, name, ()) for name in names]  # name, array, index behind the rod
     if is_chain(run):
         of_rods += [("tension", "R3", ()), *((f"omega{k + 1}", "omega", (k,)) for k in range(3))]
-    absent = [absent_moments(run, i) for i in range(rods)]
+    absent = list[tuple[str, ...]]()  # moments that the joint of a rod cannot carry: they are 0, and no quantities
+    for number in (f"_{i + 1}" * (tips > 1) for i in range(rods)):
+        theta, phi = f"theta{number}" in joints, f"phi{number}" in joints
+        of_hinge = ("M1", "M2") if theta and phi else ("M1", "Mc") if theta else ("M2", "Mc")
+        absent.append(of_hinge if isinstance(reactions, HingeReactions) else ())
     for name, part, index in of_rods:
         for i in (i for i in range(rods) if name not in absent[i]):
             places[f"{name}_{i + 1}" if rods > 1 else name] = (part, (..., i, *index))
@@ -55,15 +59,6 @@ def columns(run: Any) -> dict[str, Place]:
         places |= {f"angular_momentum_{axis}": ("angular_momentum", (..., k)) for k, axis in enumerate(AXES)}
     places |= {f"work_{kind}": (kind, ...) for kind in run.work}
     return places | {name: (name, ...) for name in ENERGIES}
-
-
-def absent_moments(run: Any, rod: int) -> tuple[str, ...]:
-    """Which moments the joint of a rod cannot carry, by its place: they are 0, and no quantities."""
-    if isinstance(run.rod_reactions, Reactions):
-        return ()
-    suffix = f"_{rod + 1}" if run.tips.shape[1] > 1 else ""
-    theta, phi = f"theta{suffix}" in run.joints, f"phi{suffix}" in run.joints
-    return ("M1", "M2") if theta and phi else ("M1", "Mc") if theta else ("M2", "Mc")
 
 
 def is_chain(run: Any) -> bool:
