@@ -148,9 +148,7 @@ def with_gravity(model: Any, field: Array) -> Any:
     return copy
 
 
-def find_bodies(
-    model: Any, drawn: Mapping[str, tuple[Array, float]], tips: Mapping[str, Sequence[float]]
-) -> tuple[Body, ...]:
+def find_bodies(model: Any, drawn: Mapping[str, tuple[Array, float]], tips: Mapping[str, Any]) -> tuple[Body, ...]:
     """The links with a mass or an inertia of a pin.Model, in model order.
 
     `drawn` gives the two ends (2, 3) m, in the link frame, and the radius of links that are drawn as rods; `tips` the

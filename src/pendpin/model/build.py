@@ -308,17 +308,10 @@ def _loaded(record: str, content: bytes) -> Model:
     return _model_of_pin(loaded, urdf.source, urdf.drawn, model.tips, **says)
 
 
-def _model_of_pin(
-    loaded: Any,
-    where: str,
-    drawn: Mapping[str, tuple[Array, float]],
-    tips: Mapping[str, Sequence[float]],
-    findings: tuple[str, ...] = (),
-    **says: Any,
-) -> Model:
+def _model_of_pin(loaded: Any, where: str, drawn: Mapping[str, tuple[Array, float]], tips: Any, **says: Any) -> Model:
     """The model of a pin.Model. Raises InputError where a joint of it has no acceleration."""
     joints = tuple(loaded.names)[1:]
-    findings += _refuse_what_cannot_move(loaded, joints, where)
+    findings = (*says.pop("findings", ()), *_refuse_what_cannot_move(loaded, joints, where))
     rods, bodies = find_rods(loaded), find_bodies(loaded, drawn, tips)
     return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, **says)
 

@@ -190,9 +190,7 @@ def _run_on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
         yield min(outcomes, key=lambda o: np.inf if o.measured is None else o.measured)
 
 
-def _run_peer(
-    make_peers: Callable[..., Iterator[simulators.Peer]], method: str, setting: float, scene: Scene
-) -> Trajectory:
+def _run_peer(make_peers: Callable[..., Any], method: str, setting: float, scene: Scene) -> Trajectory:
     """A scene run by another simulator; NaN for what it does not compute. Raises RunError if it does not reach its end."""
     peer = next(peer for peer in make_peers(simulators.task_of(scene)) if peer.name == method)
     setting *= (scene.duration or 1.0) if peer.kind == "step" else 1.0

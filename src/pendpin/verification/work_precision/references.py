@@ -4,7 +4,7 @@ Each is computed twice, with its finest setting and a coarser one; the differenc
 much more than these errors, one of them is wrong, and there is no reference.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import partial
 
@@ -63,9 +63,7 @@ class Reference:
 Maker = Callable[[Scene, Model, float, float], Solution]  # with the length and the limit of each run, s
 
 
-def reference(
-    scene: Scene, error: float, solutions: tuple[Maker, ...] | None = None, limit: float = np.inf
-) -> Reference:
+def reference(scene: Scene, error: float, solutions: Sequence[Maker] | None = None, limit: float = np.inf) -> Reference:
     """The motion of a scene, to within `error` of its length, at its output times up to its horizon.
 
     The first two of `solutions` that can run the scene are used; by default the exact solution if there is one, a power
