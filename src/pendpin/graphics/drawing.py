@@ -124,17 +124,12 @@ class Drawing:
         )
 
 
-def smooth_trail(drawing: Drawing, per_second: float, most: int) -> tuple[Array, Array]:
-    """The trail of a drawing as `smooth` gives it; where its velocity is not known, differences of the points give it."""
-    velocity = np.gradient(drawing.trail, drawing.t, axis=0) if drawing.velocity is None else drawing.velocity
-    return smooth(drawing.t, drawing.trail, velocity, per_second, most)
-
-
-def smooth(t: Array, points: Array, velocities: Array, per_second: float, most: int) -> tuple[Array, Array]:
-    """Times (m,) and points (m, 3) along a path, from points (n, 3) and velocities (n, 3) at times t (n,), s.
+def smooth(t: Array, points: Array, velocities: Array | None, per_second: float, most: int) -> tuple[Array, Array]:
+    """Times (m,) and points (m, 3) along a path, from points (n, 3) and velocities (n, 3), if known, at times t (n,), s.
 
     Cubics, straight where samples are far apart, in at most `most` pieces that turn by TURN and last 1/per_second s.
     """
+    velocities = np.gradient(points, t, axis=0) if velocities is None else velocities
     before, after, spans, steps = velocities[:-1], velocities[1:], np.diff(t)[:, None], np.diff(points, axis=0)
     turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=-1), (before * after).sum(-1))  # rad
     pieces = np.concatenate([[0.0], np.cumsum(np.maximum(turns / TURN, np.diff(t) * per_second))])

@@ -255,7 +255,7 @@ def draw_path(ax: Any, run: RunRecord, view: str) -> None:
     ax.update_datalim([(middle[right] + side * reach, middle[up]) for side in (-1, 1)])  # one scale for all three views
     if len(path) > 2:
         rate = len(path) / np.ptp(run.t)  # a second: no coarser than the samples
-        path = smooth(run.t, path, np.gradient(path, run.t, axis=0), rate, max(MOST_POINTS, len(path)))[1]
+        path = smooth(run.t, path, None, rate, max(MOST_POINTS, len(path)))[1]
     ax.plot(path[:, right], path[:, up], color=COLORS[0], linewidth=0.8)
     ax.plot(path[:1, right], path[:1, up], "o", color=COLORS[1], markersize=5)
     ax.set_aspect("equal", adjustable="datalim")

@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendpin.errors import InputError, MissingLibrary, choices, inside
-from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth_trail
+from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth
 from pendpin.graphics.figure import NOTHING
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template, read_whole, write_whole
@@ -120,7 +120,7 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
     rate = max(FRAMES_PER_SECOND, LEAST_FRAMES / duration)
     keys = pick(drawing.t, rate, POSES // len(bodies))
     poses = drawing.poses[keys][:, bodies]
-    trail_times, trail = smooth_trail(drawing, rate, TRAIL_POINTS)
+    trail_times, trail = smooth(drawing.t, drawing.trail, drawing.velocity, rate, TRAIL_POINTS)
     forces, moments = (_fractions(loads, keys, bodies) for loads in (drawing.forces, drawing.moments))
     rounding = NOTHING * drawing.extent * forces["largest"] if forces else 0.0  # of the forces: no moments are shown
     rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))

@@ -15,7 +15,7 @@ from typing import Any, cast
 import numpy as np
 
 from pendpin.errors import InputError, MissingLibrary, shown
-from pendpin.graphics.drawing import Drawing, Runs, labels_of, runs_of, smooth_trail
+from pendpin.graphics.drawing import Drawing, Runs, labels_of, runs_of, smooth
 from pendpin.graphics.page import FRAMES_PER_SECOND as PAGE_RATE
 from pendpin.graphics.page import compress, page, pick, solids, write_page
 from pendpin.graphics.report import Check, page_report
@@ -117,7 +117,8 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     rows = pick(run.t, FILM_RATE, MOST_FRAMES)
     times, path = run.t, run.tips[:, -1]
     if len(times) > 1:
-        times, path = smooth_trail(drawing_of(run), PATH_RATE, PATH_POINTS)
+        drawing = drawing_of(run)
+        times, path = smooth(drawing.t, drawing.trail, drawing.velocity, PATH_RATE, PATH_POINTS)
     path = _project(path)
     all_ends = [
         _project(ends_of(one)) for one in runs
