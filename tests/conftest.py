@@ -10,7 +10,7 @@ import pytest
 from hypothesis import HealthCheck, settings
 
 from browser import Browser, chromium
-from pendpin.runs.preparation import known_dynamics, known_notes, known_runs
+from pendpin.runs.preparation import known_dynamics, known_runs
 
 # no deadlines, no looks at how fast examples come: nothing here depends on a clock
 settings.register_profile("usual", deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -42,8 +42,8 @@ def browser() -> Iterator[Browser]:
 def nothing_known(request: pytest.FixtureRequest) -> Iterator[None]:
     """What was bound with a library or function that a test replaces is not met by other tests, nor theirs by it."""
     replaces = "monkeypatch" in request.fixturenames
-    for known in (known_dynamics, known_notes, known_runs) if replaces else ():
+    for known in (known_dynamics, known_runs) if replaces else ():
         known.clear()
     yield
-    for known in (known_dynamics, known_notes, known_runs) if replaces else ():
+    for known in (known_dynamics, known_runs) if replaces else ():
         known.clear()

@@ -9,7 +9,6 @@ data do not tell one kind from its neighbours. benchmarks/fit_coverage.py shows 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -124,22 +123,13 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
 # --- the memory of residuals ----------------------------------------------------------------------------------------
 
 
-@dataclass(frozen=True, eq=False)
-class Series:
+class Series(NamedTuple):
     """N residuals one after the other: by piece, then by column, then by time."""
 
     rows: tuple[Array, Array, Array]  # each (N,): piece, sample and column of each
     gap: Array  # (N,) s since the one before; infinite at the first of a piece and column
-
-    @cached_property
-    def firsts(self) -> Array:
-        """The S residuals at which a piece and column begins, (S,)."""
-        return np.flatnonzero(np.isinf(self.gap))
-
-    @cached_property
-    def edges(self) -> Array:
-        """The residuals at which a piece begins, but for the first (P - 1,)."""
-        return np.flatnonzero(np.diff(self.rows[0])) + 1
+    firsts: Array  # (S,) the residuals at which a piece and column begins
+    edges: Array  # (P - 1,) those at which a piece begins, but for the first
 
 
 class Kinds(NamedTuple):
@@ -161,7 +151,8 @@ def series_of(t: Array, seen: Mask) -> Series:
     piece, column, sample = np.nonzero(seen.transpose(0, 2, 1))
     gap = np.diff(t[sample, piece], prepend=np.nan)
     first = (np.diff(piece, prepend=-1) != 0) | (np.diff(column, prepend=-1) != 0)
-    return Series((piece, sample, column), np.where(first, np.inf, gap))
+    edges = np.flatnonzero(np.diff(piece)) + 1
+    return Series((piece, sample, column), np.where(first, np.inf, gap), np.flatnonzero(first), edges)
 
 
 def likely_kinds(series: Series, r: Array, starts: Array, scores: Array) -> Kinds:

@@ -10,6 +10,7 @@ from typing import Any, Self
 
 import numpy as np
 
+from pendpin.dynamics.dynamics import efforts as efforts_of
 from pendpin.engines import ProgressCallback
 from pendpin.errors import PendpinError, RunError, amount, say_note
 from pendpin.ground.arguments import flag, function
@@ -24,7 +25,6 @@ from pendpin.motions.search import Extreme
 from pendpin.motions.summary import Summary, summary, text
 from pendpin.runs.checkpoint import EVERY, Checkpoint
 from pendpin.runs.limits import Deadline
-from pendpin.runs.preparation import known_notes
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene
 from pendpin.trajectory import HingeReactions, RunRecord, samples_of, with_samples
@@ -156,9 +156,7 @@ class Trajectory(RunRecord):
         together as "contacts". Their sum is the inverse dynamics of the motion. By name: run["effort_gravity_theta_1"].
         Raises InputError.
         """
-        from pendpin.dynamics.dynamics import efforts
-
-        return efforts(with_samples(self))
+        return efforts_of(with_samples(self))
 
     def to_csv(self, path: str | Path, *names: str) -> Path:
         """Write a CSV file with a column for each name, t first, every digit kept; all `names` if absent. InputError."""
@@ -299,8 +297,7 @@ def simulate(
     settings = {"method": method, "tolerance": tolerance, "step": step, "accuracy": accuracy}
     energy_balance, anyway = flag("energy_balance", energy_balance), flag("anyway", anyway)
     chosen = varied(scene, duration, samples, times, settings)
-    model = build(chosen.model)
-    for note in known_notes.look_up((model, chosen), lambda: notes(chosen, model)):
+    for note in notes(chosen, build(chosen.model)):
         say_note(note, stacklevel=3)
     saved = None if checkpoint is None else Checkpoint(path_of(checkpoint), every)
     try:

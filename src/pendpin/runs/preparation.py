@@ -23,7 +23,6 @@ MACHINE_CODE = ("auto", "compiled")  # engines with which something may be compi
 MOST_KEPT = 8  # scenes, in a thread
 MOST_JOINTS = 20  # of a scene that is kept: Pinocchio's data grow like nv³, 600 MB at 200 joints
 known_dynamics, known_runs = ThreadCache["Dynamics"](MOST_KEPT), ThreadCache["Prepared"](MOST_KEPT)
-known_notes = ThreadCache[tuple[str, ...]](MOST_KEPT)
 
 
 class EnergyBalance:

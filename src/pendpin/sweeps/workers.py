@@ -8,7 +8,7 @@ import pickle
 import signal
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from itertools import islice
@@ -68,7 +68,9 @@ def in_threads(run: Callable[[int, int, Event], Any], spans: Sequence[Span], wor
     """The results of blocks from threads of this process; closing the iterator sets the event, and begins no more."""
     pool, stopped = ThreadPoolExecutor(workers), Event()
     try:
-        yield from _results({pool.submit(run, *span, stopped): place for place, span in enumerate(spans)})
+        places = {pool.submit(run, *span, stopped): place for place, span in enumerate(spans)}
+        for done in as_completed(places):
+            yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
     finally:
         stopped.set()
         pool.shutdown(cancel_futures=True)
@@ -87,7 +89,8 @@ def in_processes(run: Callable[[int, int], Any], spans: Sequence[Span], workers:
             places = {pool.submit(_run_span, *span): place for place, span in enumerate(spans)}
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        yield from _results(places)
+        for done in as_completed(places):
+            yield places.pop(done), done.result()
         pool.shutdown()
     except BrokenProcessPool:
         remedy = 'in a script put the call under `if __name__ == "__main__":`; if memory ran out, take fewer workers'
@@ -95,11 +98,6 @@ def in_processes(run: Callable[[int, int], Any], spans: Sequence[Span], workers:
     finally:
         open_end.close()  # ends the running processes
         pool.shutdown(cancel_futures=True)
-
-
-def _results(places: dict[Future[Any], int]) -> Results:
-    for done in as_completed(places):
-        yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
 
 
 _run: Any = None  # of a process: packed until its first span
