@@ -1,10 +1,9 @@
 """The cross-check: the same states by every route, and the largest difference of every pair of routes."""
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 
@@ -225,8 +224,21 @@ def compare(
     places = {"acceleration": list(model.joints), "force": others, "moment": others}
     places |= {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
     bound = BOUND * max(1, q.shape[1] / 2)  # for every rod, or two joints, through which rounding errors propagate
-    states = _States(np.arange(len(q)), q, v, sizes, places, bound)
-    rows = [row for pair in combinations(answers, 2) for row in _compare_pair(pair, answers, states)]
+
+    def compare_pairs(pairs: Iterable[tuple[str, str]], answers: Mapping[str, Answer], at: Indices) -> list[CheckRow]:
+        rows = []  # the largest difference, at some of the states, in each quantity that both routes of a pair give
+        for pair in pairs:
+            one, other = (answers[name] for name in pair)
+            for quantity in (name for name in one if name in other):
+                size = sizes[quantity][at]
+                relative = _relative_difference(one[quantity], other[quantity], size)
+                i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
+                ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
+                where = int(at[i]), tuple(q[at[i]].tolist()), tuple(v[at[i]].tolist())
+                rows.append(CheckRow(quantity, places[quantity][j], *pair, float(relative[i, j]), ulps, *where, bound))
+        return rows
+
+    rows = compare_pairs(combinations(answers, 2), answers, np.arange(len(q)))
     if in_50_digits:  # the states at which routes differ most, half of these, and the first ones
         worst = np.zeros(len(q))
         for one, other in combinations(answers.values(), 2):
@@ -236,21 +248,9 @@ def compare(
         chosen = np.unique([*np.argsort(worst)[-max(1, in_50_digits // 2) :], *first])
         answers = {name: {k: x[chosen] for k, x in answer.items()} for name, answer in answers.items()}
         answers |= {REFERENCE: dict(recursion_route(dynamics, exact(50))(q[chosen], v[chosen]))}
-        sizes, in_50_digits = {k: x[chosen] for k, x in sizes.items()}, len(chosen)
-        states = _States(chosen, q[chosen], v[chosen], sizes, places, bound)
-        rows += [row for name in routes for row in _compare_pair((name, REFERENCE), answers, states)]
+        rows += compare_pairs(((name, REFERENCE) for name in routes), answers, chosen)
+        in_50_digits = len(chosen)
     return CheckReport(tuple(rows), len(q), in_50_digits, tuple(routes), bound)
-
-
-class _States(NamedTuple):
-    """The states of a comparison, their rounding scales, and the names of each quantity's columns."""
-
-    indices: Indices  # (n,)
-    q: Array  # (n, nv)
-    v: Array
-    sizes: dict[str, Array]  # quantity -> (n, places)
-    places: dict[str, list[str]]
-    bound: float
 
 
 def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[str, Array]:
@@ -267,20 +267,4 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[st
 
 def _relative_difference(first: Array, second: Array, size: Array) -> Array:
     """Differences over rounding scales (n, places); the numbers may be of the reference route."""
-    with np.errstate(invalid="ignore"):  # NaN is an answer too, and a broken one
-        return np.abs(first - second).astype(float) / np.maximum(size, TINY)
-
-
-def _compare_pair(pair: tuple[str, str], answers: Mapping[str, Answer], states: _States) -> list[CheckRow]:
-    """The largest difference of two routes in each quantity that both give."""
-    one, other = (answers[name] for name in pair)
-    rows = []
-    for quantity in (name for name in one if name in other):
-        size = states.sizes[quantity]
-        relative = _relative_difference(one[quantity], other[quantity], size)
-        i, j = np.unravel_index(int(np.argmax(np.where(np.isnan(relative), np.inf, relative))), relative.shape)
-        ulps = float(relative[i, j] * size[i, j] / np.spacing(max(size[i, j], TINY)))
-        where = int(states.indices[i]), tuple(states.q[i].tolist()), tuple(states.v[i].tolist())
-        place = states.places[quantity][j]
-        rows.append(CheckRow(quantity, place, *pair, float(relative[i, j]), ulps, *where, states.bound))
-    return rows
+    return np.abs(first - second).astype(float) / np.maximum(size, TINY)  # NaN is an answer too, and a broken one
