@@ -16,7 +16,7 @@ from pendpin.dynamics.contacts import Mode
 from pendpin.errors import Halted, InputError, Interrupted, shown
 from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import ArrayFile, open_arrays, refuse_targets, write_whole
+from pendpin.ground.files import open_arrays, refuse_targets, write_whole
 from pendpin.ground.libraries import VERSION, installed
 from pendpin.integrators import Memory
 from pendpin.scene import Scene
@@ -111,11 +111,19 @@ class Checkpoint:
             meta = json.loads(str(read_array(file, "meta", (), text=True)))
             if not isinstance(meta, dict) or meta.get("checkpoint") != FORMAT:
                 raise ValueError("it is something else, or of another version of pendpin")
-            difference = _difference(meta.get("run"), self.run)
-            state = first if difference else _read(file, first)
-        if difference:
-            raise InputError(f"{self.path}: the checkpoint of another run: {difference}; {REMEDY}")
-        return state
+            if (difference := _difference(meta.get("run"), self.run)) is None:
+                most, columns = first.room.shape
+                n = (*file.header("samples").shape, 0)[0]
+                if not 1 <= n <= most:
+                    raise ValueError(f"{n} samples, where 1 to {most} are wanted")
+                first.room[:n] = read_array(file, "samples", (n, columns))
+                last = _restored(first.last, lambda name, shape: read_array(file, name, shape))
+                counts = read_array(file, "counts", (4,))
+                if (counts < 0).any() or (counts[:3] % 1).any():
+                    raise ValueError("array 'counts' holds no counts")
+                log, (*whole, seconds) = list(read_events(file)), counts.tolist()
+                return RunState(first.room, n, last, *map(int, whole), seconds, log, len(log))
+        raise InputError(f"{self.path}: the checkpoint of another run: {difference}; {REMEDY}")
 
     @property
     def due(self) -> bool:
@@ -165,21 +173,6 @@ def identity(scene: Scene, energy_balance: bool, engine: str) -> dict[str, Any]:
 def versions() -> dict[str, str | None]:
     """The versions on which the bits of a result depend."""
     return {"pendpin": VERSION} | installed("pin", "numpy", "scipy", "CyRK", "heyoka")
-
-
-def _read(file: ArrayFile, first: RunState) -> RunState:
-    """The state in a file, in the shapes of `first`. Raises ValueError for arrays that do not fit."""
-    most, columns = first.room.shape
-    n = (*file.header("samples").shape, 0)[0]
-    if not 1 <= n <= most:
-        raise ValueError(f"{n} samples, where 1 to {most} are wanted")
-    first.room[:n] = read_array(file, "samples", (n, columns))
-    last = _restored(first.last, lambda name, shape: read_array(file, name, shape))
-    counts = read_array(file, "counts", (4,))
-    if (counts < 0).any() or (counts[:3] % 1).any():
-        raise ValueError("array 'counts' holds no counts")
-    log, (steps, evaluations, events, seconds) = list(read_events(file)), counts.tolist()
-    return RunState(first.room, n, last, int(steps), int(evaluations), int(events), seconds, log, len(log))
 
 
 def _arrays_of(record: Any, name: str = "last") -> dict[str, Any]:
