@@ -152,7 +152,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
         x = problem.prior
         return _finish(setting, problem, x, solve_starts(problem, x, _guess_starts(setting, problem, x), 0), 0)
-    x = guess.regress(setting.regression, p.prior, p.scale, p.lower, p.upper, p.still)
+    x = guess.regress(setting.regression, p)
     whole, starts, misfit = _try_whole_swings(setting, problem, x)
     if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior))[2] < misfit:
         x, (whole, starts, misfit) = problem.prior, other  # noise spoils accelerations first
@@ -172,7 +172,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     sizes = np.where(p.prior != 0, np.abs(p.prior), p.scale)
     sizes[: p.nz] = np.where(setting.free.positive, 1.0, sizes[: p.nz])
     sizes[: p.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
-    x = guess.nearest_to_guess(setting.regression, x, p.prior, sizes, p.scale, p.lower, p.upper)
+    x = guess.nearest_to_guess(setting.regression, p, x, sizes)
     progress("error bars")
     return _finish(setting, p, x, solved)
 

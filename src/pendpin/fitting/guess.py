@@ -7,8 +7,8 @@ import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
 from pendpin.fitting.data import Sensors, Swing, tips_at
-from pendpin.fitting.problem import Pendulum
-from pendpin.ground.arrays import Array, Mask
+from pendpin.fitting.problem import Pendulum, Problem
+from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
 
 INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
@@ -111,38 +111,36 @@ def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: 
     return angles
 
 
-def regress(samples: Regression, prior: Array, scale: Array, lower: Array, upper: Array, still: Mask) -> Array:
+def regress(samples: Regression, p: Problem) -> Array:
     """The unknowns (nx,) that explain the measured accelerations best: robust least squares, a tenth of a second."""
     size = np.sqrt(np.mean(samples.measured**2)) or 1.0
 
     def evaluate(x: Array) -> tuple[Array, Array]:  # residuals: accelerations less the measured ones over their size
-        a, J = samples.accelerations(np.where(still, prior, x))
+        a, J = samples.accelerations(np.where(p.still, p.prior, x))
         off = (a - samples.measured) / size
         fine = np.abs(off) < FAR_OFF  # nor is it NaN
-        J = np.where(fine[:, None] & ~still, np.nan_to_num(J) / size, 0.0)
-        pull = PULL * (x - prior) / scale
-        return np.concatenate([np.where(fine, off, FAR_OFF), pull]), np.concatenate([J, np.diag(PULL / scale)])
+        J = np.where(fine[:, None] & ~p.still, np.nan_to_num(J) / size, 0.0)
+        pull = PULL * (x - p.prior) / p.scale
+        return np.concatenate([np.where(fine, off, FAR_OFF), pull]), np.concatenate([J, np.diag(PULL / p.scale)])
 
-    options: Any = {"x_scale": scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
-    options |= {"jac": lambda x: evaluate(x)[1], "bounds": (lower, upper)}
-    best = least_squares(lambda x: evaluate(x)[0], np.clip(prior, lower, upper), **options).x
-    return np.where(still, prior, best)
+    options: Any = {"x_scale": p.scale, "loss": "soft_l1", "f_scale": 0.05, "max_nfev": 40, "ftol": ENOUGH}
+    options |= {"jac": lambda x: evaluate(x)[1], "bounds": (p.lower, p.upper)}
+    best = least_squares(lambda x: evaluate(x)[0], np.clip(p.prior, p.lower, p.upper), **options).x
+    return np.where(p.still, p.prior, best)
 
 
-def nearest_to_guess(
-    samples: Regression, x: Array, prior: Array, sizes: Array, scale: Array, lower: Array, upper: Array
-) -> Array:
+def nearest_to_guess(samples: Regression, p: Problem, x: Array, sizes: Array) -> Array:
     """The unknowns (nx,) nearest to the guess in units of its size with the accelerations of x (nx,); x where that fails."""
     aim, y = samples.accelerations(x)[0], x
     weight = SAME / (np.linalg.norm(aim) or 1.0)
     for _ in range(30):
         a, J = samples.accelerations(y)
         Q, R = np.linalg.qr(np.concatenate([weight * J * sizes, np.eye(len(x))]))
-        goal = Q.T @ np.concatenate([weight * (aim - a), (prior - y) / sizes])
-        reach = np.minimum(REACH * scale, np.maximum(np.abs(y), sizes) / 2) / sizes
-        bounds = np.clip((lower - y) / sizes, -reach, -1e-12), np.clip((upper - y) / sizes, 1e-12, reach)
+        goal = Q.T @ np.concatenate([weight * (aim - a), (p.prior - y) / sizes])
+        reach = np.minimum(REACH * p.scale, np.maximum(np.abs(y), sizes) / 2) / sizes
+        bounds = np.clip((p.lower - y) / sizes, -reach, -1e-12), np.clip((p.upper - y) / sizes, 1e-12, reach)
         step = lsq_linear(R, goal, bounds, method="bvls").x
-        y = np.clip(y + sizes * step, lower, upper)
+        y = np.clip(y + sizes * step, p.lower, p.upper)
         if np.abs(step).max() < 1e-9:
             break
     same = np.linalg.norm(samples.accelerations(y)[0] - aim) * weight < 1.0
