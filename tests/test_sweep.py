@@ -101,7 +101,7 @@ def test_cases_in_vectors_meet_their_accuracy(target: float, reach: float) -> No
     starts = np.random.default_rng(2).uniform(-reach, reach, (20, 2))
     chosen = scene(duration=4.0).replace(solver=pp.Solver(accuracy=target))
     task = Task(chosen, plan.pairs(dict(zip(KEYS, starts.T, strict=True))), ("theta_1.final", "theta_2.final"))
-    found = Block.empty(20, 2)
+    found = Block(np.full((20, 2), np.nan), np.full(20, "", dtype=object))
     met = np.flatnonzero(task.batch.fill(starts, found))
     assert len(met) >= 15
     exact = pp.sweep(scene(duration=4.0), task.plan, task.measures, method="taylor", tolerance=1e-17)
