@@ -18,7 +18,6 @@ from pendpin.integrators.base import Integrator, Run, StepPlan
 from pendpin.integrators.choice import integrator_class, integrator_for
 from pendpin.integrators.gauss import Gauss, rule
 from pendpin.model.build import build
-from pendpin.runs.checkpoint import Shifts
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import loop_of, run_prepared
@@ -76,7 +75,7 @@ def test_cutting_a_run_changes_nothing(method: str, model: pp.Chain, engine: str
         return loop.finish(done, None, None)
 
     whole, *parts = map(cut, (100, 1, 2))
-    shifted_by_nothing = run_prepared(Prepared.of(given), lambda t: None, Deadline(None), shifts=Shifts(0.0, 2))
+    shifted_by_nothing = run_prepared(Prepared.of(given), lambda t: None, Deadline(None), shifts=(0.0, 2))
     for q, steps in [*((part.q, part.steps) for part in parts), (shifted_by_nothing.q, shifted_by_nothing.stats.steps)]:
         assert np.abs(q - whole.q).max() < 1e-12
         assert steps == whole.steps

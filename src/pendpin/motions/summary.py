@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from contextlib import suppress
-from types import MappingProxyType
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -40,7 +39,7 @@ class Figure(NamedTuple):
 class Summary(Result, dict[str, Figure]):
     """The extremes of a run by name; it prints as a table. `remark` says where they are not those between the samples."""
 
-    def __init__(self, rows: Mapping[str, Figure] = MappingProxyType({}), remark: str = "") -> None:
+    def __init__(self, rows: Mapping[str, Figure], remark: str = "") -> None:
         super().__init__(rows)
         self.remark = remark
 
@@ -60,7 +59,7 @@ def summary(run: Any) -> Summary:
     cannot be built again.
     """
     if not len(run.t):
-        return Summary()
+        return Summary({})
     try:
         if run.stats.stopped:  # nobody who has stopped a run waits for more of it
             raise InputError("the run ended early; run.maximum(name) searches between them")

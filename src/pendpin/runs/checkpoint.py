@@ -84,12 +84,9 @@ class RunState:
         return RunState(self.room, n, last, *counts, self.seconds, self.log, len(self.log))
 
 
-@dataclass(frozen=True)
-class Shifts:
-    """Shifts of a motion without events: every few samples, each number of its state by a part of its largest so far."""
-
-    size: float  # relative to the largest value, away from 0, so that shifts add up; 0 only cuts the run into parts
-    samples: int  # from one shift to the next, at most
+# Of a motion without events: each number of its state is shifted by this part of its largest so far, away from 0, so that
+# shifts add up, every so many samples. A part of 0 only cuts the run.
+Shifts = tuple[float, int]
 
 
 # --- its file -------------------------------------------------------------------------------------------------------

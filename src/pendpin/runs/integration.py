@@ -201,9 +201,10 @@ class SmoothLoop(IntegrationLoop):
             return self._integrate(y, times, first_step, memory)
         # They come at the beginning of a segment, but for the start, and behind every few output times.
         segment, rows, steps, size = Segment(y[None], 0, memory=memory), [y[None]], 0, len(y) - self.accounts
-        cuts = at[self.shifts.samples - 1 :: self.shifts.samples]
+        part_of_largest, every = self.shifts
+        cuts = at[every - 1 :: every]
         for begin, end in pairwise([0, *cuts[cuts < len(times) - 1], len(times) - 1]):
-            y, part = segment.y[-1].copy(), self.shifts.size * (times[begin] > self.times[0])
+            y, part = segment.y[-1].copy(), part_of_largest * (times[begin] > self.times[0])
             if begin and not (self.integrator.step or self.engine.on_angles):
                 y[:size] = self.engine.project(y[:size])
             y[:size] = self._shift("y", y[:size], part)

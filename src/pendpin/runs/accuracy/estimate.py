@@ -26,7 +26,6 @@ from pendpin.effects import Effect, Torque
 from pendpin.ground.arrays import EPS, Array
 from pendpin.runs.accuracy.runs import Attempt, Ruler, Runs
 from pendpin.runs.accuracy.thresholds import ESTIMATE, INSTABILITY, ROUNDING
-from pendpin.runs.checkpoint import Shifts
 from pendpin.scene import Scene, Start
 from pendpin.trajectory import RunRecord
 
@@ -198,5 +197,5 @@ def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: floa
         positions = np.clip(positions, contacts.lower, contacts.upper)  # else it would be moved to its stop
     rates = v0 + units * dv * aside
     start = Start(time=scene.start.time, positions=tuple(positions.tolist()), velocities=tuple(rates.tolist()))
-    shifts = Shifts(units * EPS, max(1, len(runs.times) // ROUNDING.later_shifts))
+    shifts = units * EPS, max(1, len(runs.times) // ROUNDING.later_shifts)
     return runs.run(scene.model_copy(update={"start": start}), shifts=shifts)
