@@ -55,11 +55,7 @@ class _Model(NamedTuple):
 
     setting: Setting
     solution: Solution
-
-    @property
-    def scene(self) -> Scene:
-        values = self.setting.free.values(self.solution.z).tolist()
-        return substitute(self.setting.scene, self.setting.free.keys, values, replace_checked)
+    scene: Scene  # with the fitted numbers in it
 
 
 def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
@@ -99,7 +95,9 @@ def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
-    return _Model(setting, Solution(problem, x, solved, fit.solution.certainty))
+    solution, free = Solution(problem, x, solved, fit.solution.certainty), setting.free
+    fitted = substitute(scene, free.keys, free.values(solution.z).tolist(), replace_checked)
+    return _Model(setting, solution, fitted)
 
 
 def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
@@ -112,7 +110,7 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
     hold_out = None
     if fit.hold_out:
         part = float(np.mean(~np.concatenate(fit.hold_out.compared)))
-        errors = [predict(*model, fit.hold_out.swings, part, interval=False).errors() for model in (now, other)]
+        errors = [predict(*model[:2], fit.hold_out.swings, part, interval=False).errors() for model in (now, other)]
         hold_out = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
 
