@@ -211,7 +211,6 @@ class Fit(Result):
         return f" {self.setting.table.in_si(column)[1]}" if column != key else ""
 
     def _words(self) -> list[str]:
-        """The verdict and its reasons, as lines of text."""
         rows = []
         if far := self._outliers:
             one, named = len(far) == 1, []

@@ -64,7 +64,6 @@ class Variations:
 
     @cached_property
     def pace(self) -> Pace:
-        """How fast the effects change."""
         scene, (q, v) = self.scene, np.split(self.start, 2)
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
         return timing(dynamics, scene.effects, q, v, scene.duration, None).pace

@@ -38,6 +38,7 @@ SAMPLES_AT_ONCE = 256  # between two chances to stop
 STEPS_AT_ONCE = 65_536  # in so many samples, at most
 
 Sums = Sequence[Sequence[int]]  # places of joints whose angles are added
+Level = tuple[int, float, int]  # joint, angle in rad of any turn, and direction: 1 rising, -1 falling, 0 both
 
 
 def takes(scene: Scene) -> bool:
@@ -51,14 +52,6 @@ def takes(scene: Scene) -> bool:
         and all(effect.smooth for effect in scene.effects)
         and len(build(scene.model).joints) <= MOST_JOINTS
     )
-
-
-class Level(NamedTuple):
-    """Where a motion is noted: at each crossing of an angle with a level, in any turn."""
-
-    joint: int
-    angle: float  # rad
-    direction: int  # 1 rising, -1 falling, 0 both
 
 
 class Cases(NamedTuple):
@@ -278,9 +271,10 @@ class Series:
         noted = [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]
         if self._level:
             ways = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
-            place = self._places.tolist().index(self._level.joint)
-            guard, notes = hy.sin(state[place] - self._level.angle), _Notes(place, self._level.angle, self._width)
-            noted.append(hy.nt_event_batch(guard, notes, direction=ways[self._level.direction]))
+            joint, angle, direction = self._level
+            place = self._places.tolist().index(joint)
+            guard, notes = hy.sin(state[place] - angle), _Notes(place, angle, self._width)
+            noted.append(hy.nt_event_batch(guard, notes, direction=ways[direction]))
         events = {"nt_events": noted} if noted else {}
         series = hy.taylor_adaptive_batch(
             list(zip(state, rates, strict=True)),

@@ -115,7 +115,6 @@ class SmoothLoop(IntegrationLoop):
         self._budget = max(LEAST_EVALUATIONS, EVALUATIONS * SMALL // max(SMALL, self.nv))
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """The first sample, from q, v (nv,)."""
         t, y, work, density = float(self.times[0]), self.engine.pack(q, v), np.zeros(self.accounts), 0.0
         self.sample(t, y)
         whole = np.concatenate([y, work])

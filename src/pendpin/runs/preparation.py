@@ -112,7 +112,6 @@ class Prepared:
 
     @cached_property
     def timing(self) -> Timing:
-        """How fast the effects change during the run."""
         scene, dynamics = self.scene, self.dynamics
         return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
 

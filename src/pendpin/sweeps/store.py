@@ -212,7 +212,6 @@ def write_table(dataset: Any, path: Path) -> Path:
 
 
 def _blocks_of(data: Any) -> Blocks:
-    """How the cases of a sweep are cut."""
     return Blocks(data["why"].shape, int(np.prod(data["why"].encoding["chunks"])))
 
 

@@ -17,7 +17,7 @@ from pendpin.ground.report import Report, Result, Table
 from pendpin.model.bodies import mass_matrix
 from pendpin.model.build import build, start_state
 from pendpin.motions.periodic import wrap
-from pendpin.runs.batches import Level, Series, takes
+from pendpin.runs.batches import Series, takes
 from pendpin.scene import Scene, Start, chosen_scene, unit_of_key
 from pendpin.stability.sections.points import PATIENCE, Crossing, Section
 
@@ -132,7 +132,7 @@ def _points_side_by_side(scene: Scene, section: Crossing, starts: Sequence[Start
     if tolerance is None or not takes(scene) or section.name not in turns or not {*section.of} <= {*names}:
         return values
     q, v = (np.array(x) for x in zip(*(start_state(model, start) for start in starts), strict=True))
-    level = Level(model.joints.index(section.name), section.level, section.direction)
+    level = model.joints.index(section.name), section.level, section.direction
     series = Series(scene, tolerance, np.stack([q, v], 1), level=level)
     if series.covered:
         columns = [1 + names.index(name) for name in section.of]
