@@ -23,7 +23,6 @@ SMOOTHING = 0.7  # of the time scale, to either side: local polynomials
 SHORT = 12.6  # time scales: about one period, the length of the first pieces
 FAR, LAST = 20, 3  # steps at most, of the search and over all samples
 COARSE = 1e-3  # of the sum of squares: what a step gains that still pays before the last search
-HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 MOST_CHANGE = 0.3  # of the logarithm of a positive number: its natural scale is not above this
 ROUGHLY = 100.0  # times its size: how far a friction may be from its guess, where a body may be by its size
 UNSEEN = 1e-6  # of the accelerations, by a change of a number by its own size: it does not change them
@@ -200,7 +199,6 @@ def _pose_problem(setting: Setting) -> Problem:
         np.concatenate([free.lower, -none]),
         np.concatenate([free.upper, none]),
         np.concatenate([free.start, np.zeros(many)]),
-        HOLD,
         fixed_offsets(setting),
         np.pad(free.is_stribeck_speed, (0, many)),
     )

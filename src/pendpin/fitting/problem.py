@@ -36,6 +36,7 @@ TOLERANCE = 1e-10  # of the motions; pieces magnify it a thousandfold at most, a
 EVALUATIONS, FEW = 2000, 10  # at most, for each time scale of the data and some more; good models take 100
 MOST_KEPT = 256  # motions with the same numbers: the last ones of all pieces of most data
 LOST = 1e6  # a residual that is no number, in units of the weights
+HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may accelerate by and stay
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
 
@@ -190,7 +191,6 @@ class Problem:
     lower: Array  # (nx,)
     upper: Array  # (nx,)
     prior: Array  # (nx,) the guess, to which what the data do not determine is held
-    hold: float  # weight of the guess, in units of scale
     offsets: Array  # (columns,) those of columns whose offsets are not free
     still: Mask  # (nx,) unknowns that stay where they are
     share: Array | float = 1.0  # (M, columns, P) of each residual
@@ -305,11 +305,11 @@ def search(p: Problem, x: Array, starts: Array, most: int, tolerance: float = 0.
     less than `tolerance` of the sum of squares.
     """
     at, reach = solve_starts(p, x, starts), LONGEST
-    pull = p.hold * (x - p.prior) / p.scale  # of the guess
+    pull = HOLD * (x - p.prior) / p.scale  # of the guess
     cost, J = float((at.unexplained**2).sum() + (pull**2).sum()), at.rest(at.J)
     for _ in range(most):
         # The best step for linear residuals within the bounds and the box, and its gain.
-        Q, R = np.linalg.qr(np.concatenate([J.reshape(-1, len(x)) * p.scale, p.hold * np.eye(len(x))]))
+        Q, R = np.linalg.qr(np.concatenate([J.reshape(-1, len(x)) * p.scale, HOLD * np.eye(len(x))]))
         seen = Q.T @ np.concatenate([at.unexplained.reshape(-1), pull])
         damped = np.concatenate([R, RANK * np.linalg.norm(R, axis=0).max() * np.eye(len(x))])
         below, above = (p.lower - x) / p.scale, (p.upper - x) / p.scale
@@ -325,7 +325,7 @@ def search(p: Problem, x: Array, starts: Array, most: int, tolerance: float = 0.
         except InputError:  # no scene has such numbers: a rod without any mass
             reach = np.abs(dx / p.scale).max() / 4
             continue
-        new_pull = p.hold * (tried - p.prior) / p.scale
+        new_pull = HOLD * (tried - p.prior) / p.scale
         new_cost = float((new.unexplained**2).sum() + (new_pull**2).sum())
         if new_cost < cost:
             x, at, cost, pull, J, reach = tried, new, new_cost, new_pull, new.rest(new.J), 2 * reach
