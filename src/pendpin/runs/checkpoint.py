@@ -118,8 +118,8 @@ class Checkpoint:
                 counts = read_array(file, "counts", (4,))
                 if (counts < 0).any() or (counts[:3] % 1).any():
                     raise ValueError("array 'counts' holds no counts")
-                log, (*whole, seconds) = list(read_events(file)), counts.tolist()
-                return RunState(first.room, n, last, *map(int, whole), seconds, log, len(log))
+                log, (steps, evaluations, events, seconds) = list(read_events(file)), counts.tolist()
+                return RunState(first.room, n, last, int(steps), int(evaluations), int(events), seconds, log, len(log))
         raise InputError(f"{self.path}: the checkpoint of another run: {difference}; {REMEDY}")
 
     @property
