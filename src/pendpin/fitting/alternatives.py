@@ -95,7 +95,7 @@ def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
     x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
-    solution, free = Solution(problem, x, solved, fit.solution.certainty), setting.free
+    solution, free = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty), setting.free
     fitted = substitute(scene, free.keys, free.values(solution.z).tolist(), replace_checked)
     return _Model(setting, solution, fitted)
 

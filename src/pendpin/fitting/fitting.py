@@ -90,18 +90,10 @@ class Solution:
 
     problem: Problem  # with every sample of the data
     x: Array  # (nx,)
+    z: Array  # (nz,) of these the search coordinates
+    offsets: Array  # (columns,) the zeros of the columns
     solved: Solved
     certainty: Certainty
-
-    @property
-    def z(self) -> Array:
-        """The search coordinates (nz,)."""
-        return self.problem.split(self.x)[0]
-
-    @property
-    def offsets(self) -> Array:
-        """The zeros of the columns (columns,)."""
-        return self.problem.split(self.x)[1]
 
 
 def data_table(scene: Scene) -> Data:
@@ -291,4 +283,4 @@ def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: 
     rest = solved.unexplained.reshape(shape)
     Q = solved.Q.reshape(*shape, solved.Q.shape[-1])
     worth = certainty(rest, J.reshape(*shape, len(x)), Q, full.scale, full.batch.swing, full.batch.t, seen)
-    return Solution(full, x, solved, worth)
+    return Solution(full, x, *full.split(x), solved, worth)
