@@ -6,7 +6,6 @@ The motions are those of the scene, from stick to slip and back, and the derivat
 
 from contextlib import suppress
 from dataclasses import dataclass, field
-from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -46,20 +45,13 @@ class Pendulum:
     """A scene whose free numbers are search coordinates z (nz,), with its n joints that move."""
 
     scene: Scene  # with the guesses; its start is at rest, at the first time of the data
+    model: Model  # of it
     free: Free
     sensors: Sensors
     moving: tuple[int, ...]  # joints, in model order
+    places: list[int]  # (2n,) of these in a state: of their angles, then of their rates
     pace: float  # s, the time scale of the data
     last: "list[Bound]" = field(default_factory=list)  # the one that was asked for last
-
-    @cached_property
-    def model(self) -> Model:
-        return build(self.scene.model)
-
-    @cached_property
-    def places(self) -> list[int]:
-        """The places of the moving joints in a state: of their angles, then of their rates (2n,)."""
-        return [part * len(self.model.joints) + joint for part in range(2) for joint in self.moving]
 
     def at(self, z: Array) -> "Bound":
         """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
@@ -166,7 +158,8 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     equations = EquationsOfMotion(engine, effects, begin)
     still = staying_zero(equations, [part * len(q) + j for part in range(2) for j in resting])
     moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)
-    return Pendulum(moved, free, sensors, moving, pace)
+    places = [part * len(q) + j for part in range(2) for j in moving]
+    return Pendulum(moved, model, free, sensors, moving, places, pace)
 
 
 class Residuals(NamedTuple):
