@@ -64,10 +64,6 @@ class Task:
         return [slice(end - m.size, end) for m, end in zip(self.chosen, ends, strict=True)]
 
     @cached_property
-    def two(self) -> bool:
-        return any(m.two for m in self.chosen)
-
-    @cached_property
     def batch(self) -> "Batch | None":
         """What runs the cases side by side; None where series do not take the scene, or a key changes the run."""
         solver, kinds = self.scene.solver, {parsed(key)[0] for key in self.plan.keys}
@@ -178,7 +174,7 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
     try:
         scene = set_numbers(task.scene, task.plan.keys, row)
         run = looser = run_to_setting(scene, progress=progress)
-        if task.two:  # at a tolerance or accuracy 100 times looser, or a step twice as long
+        if any(m.two for m in task.chosen):  # at a tolerance or accuracy 100 times looser, or a step twice as long
             if scene.solver.step is not None:
                 setting = {"step": 2 * scene.solver.step}
             else:
@@ -213,7 +209,8 @@ class Batch:
             self.series = self.ladder.series[::-1]
         else:
             fine = scene.solver.tolerance or 0.0
-            self.series = [made(tolerance) for tolerance in ([fine, min(0.1, LOOSER * fine)] if task.two else [fine])]
+            looser = [min(0.1, LOOSER * fine)] if any(m.two for m in task.chosen) else []
+            self.series = [made(tolerance) for tolerance in (fine, *looser)]
         # Where in (q, v) each key belongs, if all are angles or rates of the start in radians: then no scene is made.
         model, paths = self.series[0].dynamics.model, [parsed(key) for key in task.plan.keys]
         self._state, self._joints = start_state(model, scene.start), None
