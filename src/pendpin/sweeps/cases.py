@@ -4,6 +4,7 @@ Smooth scenes of few joints go side by side in the processor's vectors (runs/bat
 own. What a case gives does not depend on its neighbours.
 """
 
+import math
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
@@ -60,8 +61,8 @@ class Task:
     @cached_property
     def columns(self) -> list[slice]:
         """Where the numbers of each measure are in a row of all of them."""
-        ends = np.cumsum([m.size for m in self.chosen]).tolist()
-        return [slice(end - m.size, end) for m, end in zip(self.chosen, ends, strict=True)]
+        sizes = [math.prod(length for _, length in m.dims) for m in self.chosen]
+        return [slice(end - size, end) for size, end in zip(sizes, np.cumsum(sizes).tolist(), strict=True)]
 
     @cached_property
     def batch(self) -> "Batch | None":

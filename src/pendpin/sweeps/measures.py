@@ -60,10 +60,6 @@ class Measure:
     ends: bool = False  # whether `of_motion` looks at the start and the end alone
     dims: tuple[tuple[str, int], ...] = ()  # names and lengths of the dimensions of its values, if it is not one number
 
-    @property
-    def size(self) -> int:
-        return math.prod(length for _, length in self.dims)
-
 
 def measure(name_or_function: str | Function) -> Measure:
     """A measure by its name, or a function of a run. Raises InputError for an unknown name."""
