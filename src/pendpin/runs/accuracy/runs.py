@@ -16,7 +16,7 @@ from pendpin.runs.accuracy.thresholds import SAMPLE, SETTING
 from pendpin.runs.checkpoint import Shifts
 from pendpin.runs.limits import Deadline
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.run import ENERGY_ERROR, balanced, prepare, run_prepared
+from pendpin.runs.run import ENERGY_ERROR, prepare, run_prepared
 from pendpin.scene import Scene, fixed_methods, method_of
 from pendpin.trajectory import RunRecord, samples_of
 
@@ -78,14 +78,6 @@ class Runs:
                 raise RunError(message, self.keep_output_times(_thin_out(run, denser))) from None
         self.seconds += run.stats.seconds
         return _thin_out(run, denser)
-
-    def complete(self, attempt: Attempt) -> RunRecord:
-        """The run of an attempt with all its samples; cut where its energies do not add up. RunError, InputError."""
-        try:
-            good = attempt.run.sound == balanced(attempt.run) == len(self.times)
-        except np.linalg.LinAlgError:
-            good = False
-        return attempt.run if good else self.run(attempt.scene, whole=True)
 
     def run_differently(self, scene: Scene, before: RunRecord) -> RunRecord:
         """A run that differs from the one before: with denser samples if the first try is equal to it."""

@@ -28,7 +28,7 @@ from pendpin.runs.accuracy.runs import (
 )
 from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, SEARCH, SETTING
 from pendpin.runs.limits import Deadline
-from pendpin.runs.run import ENERGY_ERROR, prepare
+from pendpin.runs.run import ENERGY_ERROR, balanced, prepare
 from pendpin.scene import Scene, method_of
 from pendpin.trajectory import RunRecord
 
@@ -179,9 +179,14 @@ class _Search:
             names = ", ".join(note.partition(")")[0] + ")" for note in self.assumed)
             reason = f"steps of {longest:.2g} s give another motion: {names} may act for less"
         if error[-1] <= self.target:
-            whole = replace(self.last, run=self.runs.complete(self.last))
-            if len(whole.run.t) == len(self.runs.times):
-                self.attempts[-1] = whole
+            run = self.last.run
+            try:
+                good = run.sound == balanced(run) == len(self.runs.times)
+            except np.linalg.LinAlgError:
+                good = False
+            run = run if good else self.runs.run(self.last.scene, whole=True)  # cut where its energies do not add up
+            if len(run.t) == len(self.runs.times):
+                self.attempts[-1] = replace(self.last, run=run)
                 return self._complete(max(float(error[-1]), ESTIMATE.negligible * self.target * self._is_unstable()))
             error, reason = np.full(len(error), np.inf), ENERGY_ERROR
         if self._rounding_is_too_large():
