@@ -31,7 +31,7 @@ def swing(count: int, spacing: float = 0.01, name: str = "1") -> Swing:
 def test_pieces_are_the_swing_in_as_few_parts_as_may_be(count: int, longest: float) -> None:
     """One after the other they are the swing; all of one length but for a sample, none too long, and none too short."""
     whole = swing(count)
-    pieces = cut_pieces([whole], longest)
+    pieces = cut_pieces(whole, longest)
     assert np.concatenate([piece.t for piece in pieces]).tolist() == whole.t.tolist()
     assert np.concatenate([piece.y for piece in pieces]).tolist() == whole.y.tolist()
     sizes = [len(piece.t) for piece in pieces]

@@ -172,7 +172,7 @@ def test_pieces_are_the_swing(samples: int, longest: float) -> None:
     Longer by 1e-9 of it is not longer: the number of pieces is rounded down by as much, against the rounding of times.
     """
     swing = swing_of(samples)
-    pieces = cut_pieces([swing], longest)
+    pieces = cut_pieces(swing, longest)
     assert np.concatenate([piece.t for piece in pieces]).tolist() == swing.t.tolist()
     assert np.concatenate([piece.y for piece in pieces]).tolist() == swing.y.tolist()
     sizes = [len(piece.t) for piece in pieces]

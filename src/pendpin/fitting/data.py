@@ -95,20 +95,17 @@ def thin_out(swings: Sequence[Swing], spacing: float) -> tuple[Swing, ...]:
     return tuple(thinned)
 
 
-def cut_pieces(swings: Sequence[Swing], longest: float) -> tuple[Swing, ...]:
-    """The swings cut into pieces of equal lengths, none longer than `longest` in s."""
-    pieces = []
-    for swing in swings:
-        count = max(1, math.ceil((swing.t[-1] - swing.t[0]) / longest - 1e-9))
-        count = min(count, max(1, len(swing.t) // FEWEST))
-        edges = np.round(np.linspace(0, len(swing.t), count + 1)).astype(int)
-        pieces += [swing.part(slice(a, b)) for a, b in pairwise(edges)]
-    return tuple(pieces)
+def cut_pieces(swing: Swing, longest: float) -> tuple[Swing, ...]:
+    """A swing cut into pieces of equal lengths, none longer than `longest` in s."""
+    count = max(1, math.ceil((swing.t[-1] - swing.t[0]) / longest - 1e-9))
+    count = min(count, max(1, len(swing.t) // FEWEST))
+    edges = np.round(np.linspace(0, len(swing.t), count + 1)).astype(int)
+    return tuple(swing.part(slice(a, b)) for a, b in pairwise(edges))
 
 
 def batch(swings: Sequence[Swing], longest: float) -> Batch:
     """The swings in pieces of at most `longest` s, side by side."""
-    cut = [(k, piece) for k, s in enumerate(swings) for piece in cut_pieces([s], longest)]
+    cut = [(k, piece) for k, s in enumerate(swings) for piece in cut_pieces(s, longest)]
     most = max(len(piece.t) for _, piece in cut)
     t = np.array([np.pad(piece.t, (0, most - len(piece.t)), mode="edge") for _, piece in cut]).T
     pads = [((0, most - len(piece.t)), (0, 0)) for _, piece in cut]

@@ -171,7 +171,9 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
 def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
     """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
     shift, starts = setting.shift @ offsets, []
-    for piece in cut_pieces(swings, longest):  # by cubics over the first moments
+    for piece in (
+        piece for swing in swings for piece in cut_pieces(swing, longest)
+    ):  # by cubics over the first moments
         count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pace)).sum(), 5, len(piece.t)))
         q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
         starts.append(np.concatenate([q[0] - shift, rate[0]]))

@@ -94,7 +94,7 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     predicted = []
     for k, swing in enumerate(setting.swings):
         places = np.flatnonzero(p.batch.swing == k)
-        pieces = zip(places, cut_pieces([swing], p.batch.longest), strict=True)
+        pieces = zip(places, cut_pieces(swing, p.batch.longest), strict=True)
         predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
     compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
     return Prediction(setting.swings, tuple(predicted), compared, setting.columns, setting.table, setting.robust)
