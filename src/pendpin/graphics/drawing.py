@@ -179,7 +179,7 @@ def labels_of(runs: Sequence[RunRecord]) -> list[str]:
     for labels in (methods, titles, [f"{title}, {how}" for title, how in zip(titles, methods, strict=True)]):
         if len(set(labels)) == len(labels):
             return labels
-    tables = [dict(leaves(run.scene)) for run in runs]
+    tables = [leaves(run.scene) for run in runs]
     keys = [k for k in dict.fromkeys(k for table in tables for k in table) if len({repr(t.get(k)) for t in tables}) > 1]
     more = f", ... ({len(keys)} numbers)" if len(keys) > MOST_KEYS else ""
     numbers = [", ".join(f"{key} {table.get(key, 'absent')}" for key in keys[:MOST_KEYS]) + more for table in tables]

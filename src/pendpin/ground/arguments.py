@@ -109,22 +109,16 @@ def number_at(record: Any, key: str) -> float:
     return float(value)
 
 
-def places_of(name: str, value: Any, path: KeyPath = ()) -> list[KeyPath]:
-    """The key paths in nested tables and lists that end in a name, in their order."""
+def nested(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
+    """All that is in nested tables and lists, what holds others before these, with its key path."""
     items = value.items() if isinstance(value, Mapping) else enumerate(value) if isinstance(value, list | tuple) else ()
-    paths = []
     for part, inner in items:
-        paths += [(*path, part)] * (part == name) + places_of(name, inner, (*path, part))
-    return paths
+        yield (*path, part), inner
+        yield from nested(inner, (*path, part))
 
 
-def leaves(value: Any, path: str = "") -> Iterator[tuple[str, Any]]:
-    """Every value of nested tables and lists, with its key path."""
-    if isinstance(value, dict):
-        for name, part in value.items():
-            yield from leaves(part, f"{path}.{name}" if path else str(name))
-    elif isinstance(value, list | tuple):
-        for i, part in enumerate(value):
-            yield from leaves(part, f"{path}[{i}]")
-    else:
-        yield path, value
+def leaves(value: Any) -> dict[str, Any]:
+    """Every value in nested tables and lists that holds no others, by its key path as text."""
+    ends = [(path, inner) for path, inner in nested(value) if not isinstance(inner, Mapping | list | tuple)]
+    steps = [[f"[{part}]" if isinstance(part, int) else f".{part}" for part in path] for path, _ in ends]
+    return {"".join(step).removeprefix("."): inner for step, (_, inner) in zip(steps, ends, strict=True)}

@@ -12,7 +12,7 @@ from pydantic_core import PydanticSerializationError
 
 from pendpin.effects import AnyEffect, Effect, Gravity, has_kind
 from pendpin.errors import InputError, KeyPath, inside, shown, written
-from pendpin.ground.arguments import parsed, places_of
+from pendpin.ground.arguments import nested, parsed
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import folder_of, path_of, write_whole
 from pendpin.ground.records import FrozenDict, NotNegative, Number, Positive, Record
@@ -129,7 +129,8 @@ class Scene(Record):
         for path, value in (changes or {}).items():
             name, *rest = parsed(path)
             first = str(name)
-            if first not in Scene.model_fields and (places := places_of(first, self.model_dump())):
+            where = {} if first in Scene.model_fields else self.model_dump()
+            if places := [place for place, _ in nested(where) if place[-1] == first]:
                 others = f" (or {len(places) - 1} more of that name)" * (len(places) > 1)
                 raise InputError(f"{path}: unknown key; did you mean {written((*places[0], *rest))}{others}?")
             before = data.get(first, getattr(self, first) if first in Scene.model_fields else None)

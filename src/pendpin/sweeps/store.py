@@ -239,7 +239,7 @@ def _change(name: str, there: Any, here: Any) -> str:
     if name == "cases":
         return "its cases have other numbers"
     if name in ("scene", "versions"):
-        there, here = ({} if text is None else dict(leaves(json.loads(text))) for text in (there, here))
+        there, here = ({} if text is None else leaves(json.loads(text)) for text in (there, here))
         name = next(key for key in {**here, **there} if there.get(key) != here.get(key))
         there, here = there.get(name), here.get(name)
     return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"

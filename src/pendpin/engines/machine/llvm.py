@@ -13,7 +13,6 @@ import sys
 import time
 from collections.abc import Callable, Hashable, Sequence
 from ctypes import POINTER, byref, c_bool, c_char_p, c_double, c_int, c_int64, c_uint64, c_void_p
-from dataclasses import dataclass
 from functools import cache, cached_property, partial
 from threading import Lock, RLock
 from typing import Any, NamedTuple
@@ -170,8 +169,7 @@ def _routine(name: str) -> int:
         return _libraries[name].address(name)
 
 
-@dataclass(frozen=True, eq=False)
-class Table:
+class Table(NamedTuple):
     """Numbers over time: a row holds from its own time to the next."""
 
     times: Array  # (n,) s
