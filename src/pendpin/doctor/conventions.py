@@ -1,12 +1,13 @@
 """The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
-from itertools import product
+from itertools import compress, product
 from typing import Any
 
-from pendpin.doctor.checking.residuals import TOLERANCE
-from pendpin.doctor.printed import Printed, candidates
+import numpy as np
+
+from pendpin.doctor.printed import Printed, readings_that_hold
 from pendpin.doctor.reading.names import CONSTANTS
-from pendpin.doctor.reading.tree import Unread, parts, symbols
+from pendpin.doctor.reading.tree import parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.errors import InputError, not_one_of
@@ -38,16 +39,20 @@ def conventions_of(text: str) -> Convention:
     return Convention(**changes)
 
 
-def _holds(one: Printed, system: System) -> bool | None:
-    """Whether an equation holds at random states; None for one that cannot be read or tells little of the convention."""
-    inside = list(parts(one.sides))
-    silent = any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
-    if one.defines or len(inside) > MOST_SEARCHED or silent:
-        return None
-    try:
-        return candidates(one, system)[0][1] < TOLERANCE
-    except Unread:
-        return None
+def _telling(equations: list[Printed]) -> list[Printed]:
+    """The equations that tell a convention: those that can be read, are no definitions, and are not too long."""
+    found = list[Printed]()
+    for one in (one for one in equations if one.ways and not one.defines and not one.lacking):
+        inside = list(parts(one.sides))
+        if len(inside) <= MOST_SEARCHED and not any(p.kind == "derivative" or p.value in CONSTANTS for p in inside):
+            found.append(one)
+    return found
+
+
+def _count(equations: list[Printed], systems: tuple[System, ...]) -> np.ndarray:
+    """How many equations hold for each of some systems."""
+    held = [[reading is not None for reading in readings_that_hold(one, systems)] for one in equations]
+    return np.array(held, dtype=bool).reshape(-1, len(systems)).sum(0)
 
 
 def find_convention(equations: list[Printed], rod: str, swaps: bool = True) -> tuple[Convention, list[str]]:
@@ -56,22 +61,23 @@ def find_convention(equations: list[Printed], rod: str, swaps: bool = True) -> t
     It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
     `swaps` says whether the names of the angles may be swapped.
     """
-    usual, spec = Convention(), SPECS[rod]
-    verdicts = [(one, _holds(one, System(spec))) for one in equations]
-    right, wrong = ([one for one, holds in verdicts if holds is which] for which in (True, False))
-    held = dict[Convention, int]()
-    for convention in EVERY if wrong else ():
-        system = System(spec, convention)
-        if (swaps or not convention.swapped) and any(_holds(one, system) for one in wrong[:MOST_SAMPLED]):
-            healed = sum(_holds(one, system) is True for one in wrong)
-            if healed > 1 or healed == len(wrong):
-                held[convention] = healed + sum(_holds(one, system) is True for one in right)
-    best, read = max(held, key=lambda convention: held[convention], default=usual), len(right) + len(wrong)
-    if held and held[best] >= max(len(right) + 2, 0.6 * read):
-        return best, []
-    if held and held[best] == read:
-        return usual, [f"All equations hold if {best.words}; if that is meant, give it as the convention."]
-    return usual, []
+    usual, told = (System(SPECS[rod]),), _telling(equations)
+    wrong = [one for one in told if not _count([one], usual)[0]]
+    right = [one for one in told if one not in wrong]
+    systems = tuple(System(SPECS[rod], one) for one in EVERY if swaps or not one.swapped)
+    for some, least in ((wrong[:MOST_SAMPLED], 1), (wrong, min(2, len(wrong)))):
+        healed = _count(some, systems)
+        systems, healed = tuple(compress(systems, healed >= least)), healed[healed >= least]
+        if not (wrong and systems):
+            return Convention(), []
+    held = healed + _count(right, systems)
+    best = int(np.argmax(held))
+    if held[best] >= max(len(right) + 2, 0.6 * len(told)):
+        return systems[best].convention, []
+    if held[best] == len(told):
+        words = systems[best].convention.words
+        return Convention(), [f"All equations hold if {words}; if that is meant, give it as the convention."]
+    return Convention(), []
 
 
 def likely_rod(equations: list[Printed]) -> str:
@@ -94,9 +100,11 @@ def likely_rod(equations: list[Printed]) -> str:
         apart = any(one.styled for one in written) or (indices & {"1", "x"} and indices & {"2", "y"})
         guess = "general" if apart else "symmetric"
 
+    told = _telling(equations)
+
     def score(rod: str) -> float:
         alike = rod == guess or {rod, guess} == {"symmetric", "general"}
-        held = sum(_holds(one, System(SPECS[rod])) is True for one in equations)
+        held = _count(told, (System(SPECS[rod]),))[0]
         return held + SYMBOLS_COUNT * alike + ITSELF * (rod == guess)
 
     return max(RODS, key=score)

@@ -22,7 +22,7 @@ from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
-from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
+from pendpin.doctor.mending.mends import Mend, mends, mends_of_definition, styles_of
 from pendpin.doctor.mending.writing import Writer
 from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
 from pendpin.doctor.reading.documents import Document
@@ -85,6 +85,9 @@ class _Doctor:
     styles: dict[bool, dict[str, str]]  # in LaTeX, and in plain text
     in_use: set[str]  # the symbols that the laws of the text use, also through definitions
     neighbours: list[Equation] = field(default_factory=list)  # those that hold in this reading
+    healed: dict[tuple[str, int], list[Mend]] = field(
+        default_factory=dict
+    )  # mends of definitions, by name and equation
 
     @property
     def system(self) -> System:
@@ -208,12 +211,17 @@ class _Doctor:
         for name in sorted(found.equation.definitions.keys() & inside(found.equation)):
             using = [f for f in findings if f.equation and f.kind != "definition" and name in inside(f.equation)]
             sources = [one for one in self.reading.equations if one.defines == name and len(one.sides) == 2]
+            sources = [replace(one, words=self.reading.words) for one in sources]
             if len(sources) != 1 or not all(f.when for f in using):
                 continue
             wrong = [f.equation for f in (found, *using) if f.equation]
             writer = self._patient(sources[0], Equation(sources[0].sides)).writer
-            tried = (mends_of_definition(one, sources[0], wrong, self.system, writer) for one in wrong)
-            healed = next(filter(None, tried), [])
+            healed = list[Mend]()
+            for one in wrong:  # each is tried once for all that use the definition
+                if (mark := (name, id(one))) not in self.healed:
+                    self.healed[mark] = mends_of_definition(one, sources[0], wrong, self.system, writer)
+                if healed := self.healed[mark]:
+                    break
             if healed and (not found.mends or healed[0].cost < found.mends[0].cost):
                 found = replace(found, verdict="fails", proved=True, mends=tuple(healed), remark="")
                 found = replace(found, follows=sources[0].number)
@@ -245,7 +253,7 @@ class _Doctor:
         terms = [term for side in one.sides for term in (side.children if side.kind == "sum" else (side,))]
         if one.names & CONSTANTS or any(term.kind != "symbol" for term in terms):
             return False
-        words = replace(one.words, chosen={})
+        words = replace(self.reading.words, chosen={})
         equation = Equation(tuple(bound(side, words) for side in one.sides))
         readings = (e for e in equation.readings(words) if e.names <= {"T", "V", "L", "E"} and len(e.names) > 2)
         return any(holds(e, random_states(self.system)) for e in readings)
@@ -261,4 +269,4 @@ class _Doctor:
         own = styles_of(one, equation.sides)
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
-        return Patient(one, equation, self.system, writer)
+        return Patient(replace(one, words=self.reading.words), equation, self.system, writer)

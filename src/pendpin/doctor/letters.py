@@ -6,25 +6,24 @@ section does not hold. A letter that the text defines itself has that meaning, w
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import islice, permutations, product
 
+import numpy as np
+
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.definitions import quantity_of
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.printed import Printed, bind, holding
-from pendpin.doctor.reading.legend import read_symbols
-from pendpin.doctor.reading.names import Vocabulary, Written, raw
+from pendpin.doctor.printed import Printed, Text, holding, letters_in, readings_that_hold
+from pendpin.doctor.reading.names import Vocabulary, Written
 from pendpin.doctor.reading.states import COORDINATE
 from pendpin.doctor.reading.tree import parts, symbols, walk
-from pendpin.doctor.systems.base import Spec, System
-from pendpin.doctor.systems.rod import SPECS
+from pendpin.doctor.systems.base import Spec, System, Values
 
 Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]  # what letters of a text stand for
-Again = Callable[..., list[Printed]]  # the equations of a text, read with other words
 
 _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
@@ -57,11 +56,10 @@ class Letters:
         return [name for name in sorted(self.every) if name[0] in ANGLE_LETTERS or name in turned]
 
 
-def letters_of(equations: list[Printed], table: dict[str, str]) -> Letters:
-    """The letters of some equations."""
-    words, _ = read_symbols(table, replace(SPECS["thin"], words=raw), {})
+def letters_of(equations: list[Printed]) -> Letters:
+    """The letters of some equations of whose letters nothing is known."""
     moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
-    for node in (node for one in bind(equations, words, {}, {}) for node in parts(one.sides)):
+    for node in (node for one in equations for node in parts(one.sides)):
         if node.kind == "symbol" and node.written:
             name = (node.written.letter, node.written.index)
             every[name] += 1
@@ -146,61 +144,47 @@ def telling(equations: list[Printed]) -> list[Printed]:
 
 def held(equations: list[Printed], system: System) -> float:
     """How many equations hold; those of motion and energy, which say most, twice."""
-    return sum(credit(one, system) for one in telling(equations))
+    return sum(float(credit(one, (system,))[0]) for one in telling(equations))
 
 
 @lru_cache(maxsize=MOST_KNOWN)
-def credit(one: Printed, system: System, small: bool = False) -> float:
-    """What an equation counts for a system, or for `small` angles: nothing where it does not hold."""
-    if small:
-        readings = [] if one.defines else one.readings()
-        equation = next((reading for reading in readings if small_angles(reading, system)), None)
-    else:
-        equation = holding(one, system)
-    if equation is not None:
-        return weight(equation, system.spec)
-    if not small and (quantity := quantity_of(one, system)):
-        return ANSWER if quantity[0] in (*system.spec.unknowns, "ddq") else NAMED
-    if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
-        return float(any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant(system.spec)))
-    return 0.0
+def credit(one: Printed, systems: tuple[System, ...], small: bool = False) -> Values:
+    """What an equation counts for systems of the same names, or for `small` angles: nothing where it does not hold."""
+    counts = np.zeros(len(systems))
+    right = [None] * len(systems) if small else readings_that_hold(one, systems)
+    for i, (system, equation) in enumerate(zip(systems, right, strict=True)):
+        if small and not one.defines:
+            equation = next((reading for reading in one.readings() if small_angles(reading, system)), None)
+        if equation is not None:
+            counts[i] = weight(equation, system.spec)
+        elif not small and (quantity := quantity_of(one, system)):
+            counts[i] = ANSWER if quantity[0] in (*system.spec.unknowns, "ddq") else NAMED
+        elif 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
+            counts[i] = any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant)
+    return counts
 
 
-def settled(equations: list[Printed], system: System, again: Again, inside: Sequence[bool]) -> list[Printed]:
-    """The equations, each of whose letters has the meaning with which most of those `inside` a section hold."""
-    words = next((one.words for one in equations if one.ways), None)
-    if words is None:
-        return equations
-    here = lambda every: [one for one, now in zip(every, inside, strict=True) if now]  # noqa: E731
-    if not telling(here(equations)):
-        return equations
-    for _ in range(MOST_CHANGED):
-        section = here(equations)
-        own, most, better = _own(section, system, words), held(section, system) + HARDLY, dict[Name, str]()
-        singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
-        for change in filter(None, (own, *singles)):
-            if (count := held(here(_with(equations, again, words, change)[0]), system)) > most:
-                most, better = count, change
-        for name in own if better is own and len(own) > 1 else ():  # a letter that need not be the text's own is not
-            fewer = {other: meaning for other, meaning in better.items() if other != name}
-            better = fewer if held(here(_with(equations, again, words, fewer)[0]), system) >= most else better
-        if not better:
-            break
-        equations, words = _with(equations, again, words, better)
-    return _agreed(equations, system, again, words)
-
-
-def _with(
-    equations: list[Printed], again: Again, words: Vocabulary, change: dict[Name, str]
-) -> tuple[list[Printed], Vocabulary]:
-    """The equations with other meanings of some letters, bound again where they have one, or use what it defines."""
-    words = replace(words, chosen=words.chosen | change)
-    changed = again(words, before=equations, names=change.keys())
-    if len(changed) != len(equations):
-        return changed, words
-    return [
-        new if one.used_letters & change.keys() else one for one, new in zip(equations, changed, strict=True)
-    ], words
+def settled(text: Text, words: Vocabulary, system: System, inside: np.ndarray) -> Vocabulary:
+    """The words in which each letter has the meaning with which most of those `inside` a section hold."""
+    here = lambda words: text.bind(words, inside)  # noqa: E731
+    if telling(here(words)):
+        for _ in range(MOST_CHANGED):
+            section, better = here(words), dict[Name, str]()
+            own, most = _own(section, system, words), held(section, system) + HARDLY
+            singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
+            for change in filter(None, (own, *singles)):
+                if (count := held(here(words.choosing(change)), system)) > most:
+                    most, better = count, change
+            for name in (
+                own if better is own and len(own) > 1 else ()
+            ):  # a letter that need not be the text's own is not
+                fewer = {other: meaning for other, meaning in better.items() if other != name}
+                better = fewer if held(here(words.choosing(fewer)), system) >= most else better
+            if not better:
+                break
+            words = words.choosing(better)
+        words = _agreed(text, system, words)
+    return words
 
 
 def _meanings(name: Name, words: Vocabulary) -> list[str]:
@@ -214,27 +198,24 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
 def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
     """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
     found: dict[Name, str] = {}
-    for one in (one for one in equations if one.ways and len(one.sides) == 2):
-        left, right = one.sides
-        state = left.kind == right.kind == "symbol" and left.value in system.spec.state  # theta1dot = z1
-        named, other = (right, left) if state else (left, right)
+    for one in (one for one in equations if len(one.sides) == 2 and holding(one, system) is None):
+        named, other = one.sides
+        if named.kind == other.kind == "symbol" and named.value in system.spec.state:  # theta1dot = z1
+            named, other = other, named
         if named.kind == "symbol" and (written := named.written) and not written.dots and symbols(other):
             meanings = _meanings((written.letter, written.index), words)
-            if meanings and not {*meanings} & {*system.spec.state} and holding(one, system) is None:
+            if meanings and not {*meanings} & {*system.spec.state}:
                 found[written.letter, written.index] = ""
     return found
 
 
 def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
     """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
-    right, wrong, lone = set[Name](), Counter[Name](), set[Name]()
-    for one in (one for one in equations if one.ways):
-        if holding(one, system) is not None:
-            right |= one.used_letters
-        else:
-            wrong.update(one.used_letters)
-            lone |= {(s.written.letter, s.written.index) for s in one.sides if s.kind == "symbol" and s.written}
-    for name, _ in wrong.most_common():
+    readable = [one for one in equations if one.ways]
+    wrong = [one for one in readable if holding(one, system) is None]
+    right = set[Name]().union(*(one.used_letters for one in readable if one not in wrong))
+    lone = letters_in(side for one in wrong for side in one.sides if side.kind == "symbol")
+    for name, _ in Counter(name for one in wrong for name in sorted(one.used_letters)).most_common():
         meanings = _meanings(name, words)
         own = (name in lone or name not in right) and meanings
         if own and not set(meanings) & {*system.spec.state, *system.spec.unknowns}:
@@ -242,18 +223,15 @@ def _other_meanings(equations: list[Printed], system: System, words: Vocabulary)
         yield from ((name, meaning) for meaning in (meanings if len(meanings) > 1 else ()))
 
 
-def _agreed(equations: list[Printed], system: System, again: Again, words: Vocabulary) -> list[Printed]:
-    """The equations, where a letter that means another thing in one of them alone means there what it does elsewhere."""
-    count = lambda every: sum(holding(one, system) is not None for one in every)  # noqa: E731
+def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
+    """The words, where a letter that means another thing in one equation alone means there what it does elsewhere."""
+    count = lambda words: sum(holding(one, system) is not None for one in text.bind(words))  # noqa: E731
     for _ in range(MOST_CHANGED):
-        for name, usual in _slips(equations, system, words):
-            changed, other = _with(equations, again, words, {name: usual})
-            if count(equations) - count(changed) in (0, 1):
-                equations, words = changed, other
-                break
-        else:
+        changes = (words.choosing({name: usual}) for name, usual in _slips(text.bind(words), system, words))
+        if (other := next((other for other in changes if count(words) - count(other) in (0, 1)), None)) is None:
             break
-    return equations
+        words = other
+    return words
 
 
 def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:

@@ -1,7 +1,7 @@
 """From statements to equations that can be checked: every reading of a text, and the likeliest of them."""
 
 from collections import Counter
-from collections.abc import Collection, Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
@@ -9,14 +9,14 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, relative_error, relative_errors
 from pendpin.doctor.reading.documents import Statement
-from pendpin.doctor.reading.grammar import lone, parse
+from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound, raw
 from pendpin.doctor.reading.states import as_derivatives, find_renames
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols, walk
-from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols
+from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
@@ -49,31 +49,38 @@ class Printed:
     definitions: dict[str, Node] = field(default_factory=dict)
     alone: bool = True  # no other equation stands in its text
     renames: tuple[Rename, ...] = ()  # what its names became before they had a meaning, as y[1] a rate
-    _meant: dict[int, list[Equation]] = field(default_factory=dict, init=False)
 
     def readings(self) -> Iterator[Equation]:
         """Every way to read it, the likeliest first."""
         for sides, tight in self.ways:
             yield from Equation(sides, definitions=self.definitions, tight=tight).readings(self.words)
 
-    def meant(self, spec: Spec) -> list[Equation]:
-        """The readings whose dimensions agree; all where none do, as where a length of 1 is not written."""
-        key = id(spec.words)
-        if key not in self._meant:
-            every = list(self.readings())
-            self._meant[key] = [one for one in every if not of_equation(one, spec)[1]] or every
-        return self._meant[key]
+    @cached_property
+    def sound(self) -> list[Equation]:
+        """The readings whose dimensions agree."""
+        return [one for one in self.readings() if not of_equation(one, self.words.spec)[1]]
+
+    @cached_property
+    def meant(self) -> list[Equation]:
+        """These; all where there are none, as where a length of 1 is not written."""
+        return self.sound or [*self.readings()]
 
     @cached_property
     def letters(self) -> set[tuple[str, str]]:
         """The letters with their indices that stand in it."""
-        return {(part.written.letter, part.written.index) for part in parts(self.sides) if part.written}
+        return letters_in(self.sides)
+
+    @cached_property
+    def strange_rates(self) -> set[tuple[str, str]]:
+        """The symbols without a meaning whose rates stand in it, and how they are printed, but for any coordinate q_i."""
+        rates = (node.children[0] for node in parts(self.sides) if node.kind == "derivative" and node.value == "t")
+        found = ((str(p.value), p.written) for p in rates if p.written and str(p.value).startswith("?"))
+        return {(name, w.letter + w.index) for name, w in found if w.letter != "q" or w.index in ("1", "2")}
 
     @cached_property
     def used_letters(self) -> set[tuple[str, str]]:
         """The letters with their indices that stand in it or in the definitions of the text."""
-        inside = (part.written for node in self.definitions.values() for part in walk(node) if part.written)
-        return self.letters | {(written.letter, written.index) for written in inside}
+        return self.letters | letters_in(self.definitions.values())
 
     def read_again(self, text: str, tight: bool) -> list[tuple[Node, ...]]:
         """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
@@ -88,7 +95,7 @@ class Printed:
         """Its sides as it is read first; none where it cannot be read."""
         return self.ways[0][0] if self.ways else ()
 
-    @property
+    @cached_property
     def names(self) -> set[str]:
         """The symbols in it as it is read first."""
         return set().union(*map(symbols, self.sides))
@@ -96,20 +103,21 @@ class Printed:
     @property
     def unknown(self) -> set[str]:
         """The symbols in it that have no meaning."""
-        return {name for name in self.names if name.startswith("?") and not self._defined(name)} - CONSTANTS
+        return self._without_meaning(self.names)
 
     @cached_property
     def lacking(self) -> set[str]:
         """The symbols in it and in the definitions that it uses that have no meaning."""
-        fresh, seen = set(self.names), set[str]()
-        while fresh:
-            seen |= fresh
-            used = (symbols(self.definitions[name]) for name in fresh & self.definitions.keys())
-            fresh = set().union(*used) - seen
-        return {name for name in seen if name.startswith("?") and not self._defined(name)} - CONSTANTS
+        return self._without_meaning(self.names.union(*(node.names for node in self.definitions.values())))
 
-    def _defined(self, name: str) -> bool:
-        return name in self.definitions or name.rpartition("_")[0] in self.definitions
+    def _without_meaning(self, names: set[str]) -> set[str]:
+        every = (name for name in names - CONSTANTS - self.definitions.keys() if name.startswith("?"))
+        return {name for name in every if name.rpartition("_")[0] not in self.definitions}
+
+
+def letters_in(sides: Iterable[Node]) -> set[Name]:
+    """The letters with their indices in some expressions."""
+    return {(part.written.letter, part.written.index) for part in parts(sides) if part.written}
 
 
 def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
@@ -128,68 +136,101 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     return [replace(one, ways=tuple(way), renames=renames) for one, way in zip(found, ways, strict=True)]
 
 
-def bind(
-    raw: list[Printed],
-    words: Vocabulary,
-    given: dict[str, Node],
-    usual: dict[str, Node],
-    before: list[Printed] | None = None,
-    names: Collection[Name] = (),
-) -> list[Printed]:
-    """The same equations with the meanings that some words give, and with the symbols that the text defines.
+class Text:
+    """The equations of a text. Each is bound once for all words that agree on its letters and on what it uses."""
 
-    `before` holds them bound to words that differ in some `names` only. A symbol has the meaning that the last definition
-    before it gave it, or the first one after it, or the `usual` one.
-    """
-    if before is None:
-        words = words.among(set().union(*(one.letters for one in raw)))
-    found = []
-    for i, one in enumerate(raw):
-        if before is not None and not one.letters & {*names}:
-            found.append(replace(before[i], words=words, definitions={}, defines=""))
-            continue
-        every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
-        ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
-        if one.ways and len(one.ways[0][0]) == 1 and one.statement.name:
-            with suppress(Unread):  # the name of a side alone is the left side if it is a quantity's
-                left = lone(one.statement.name, words)
-                if left and left.kind == "symbol" and not left.value.startswith("?"):
-                    ways = [((replace(left, span=(0, 0)), *sides), tight) for sides, tight in ways] + ways
-        found.append(replace(one, words=words, ways=tuple(ways)))
-    if before is None and (own := _own_letters(found, words)):
-        return bind(raw, replace(words, chosen=words.chosen | own), given, usual)
-    used = set().union(*(one.names for one in found))
-    usual = {name: meaning for name, meaning in usual.items() if name in used}
-    made: list[tuple[int, str, Node]] = []
-    for i, one in enumerate(found):
-        old = {name for _, name, _ in made} if one.statement.chained else set[str]()
-        made += [(i, *definition) for definition in _definitions(one, given) if definition[0] not in old]
-    # what is computed is no name of what stands before it, as acc in v_dot = acc
-    computed = {one.sides[0].value for one in found if len(one.sides) == 2 and one.sides[1].children}
-    made = [one for one in made if found[one[0]].sides[0].value == one[1] or one[1] not in computed]
-    # of what is computed twice, each use means what was computed last before it
-    twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
-    versions = {f"{name}@{place}": node for place, name, node in made if name in twice}
+    def __init__(self, raw: list[Printed]) -> None:
+        self.raw, self._bound = raw, dict[tuple, Printed]()
+        self.letters = set[Name]().union(*(one.letters for one in raw))
+        self._names = [_read_name(one) for one in raw]  # of sides alone
+        # the letters that tell what each means: u is one of the matrix B
+        self._telling = [
+            sorted(one.letters | letters_in(name) | {("u", "")}) for one, name in zip(raw, self._names, strict=True)
+        ]
+        self._letters, self._dampings = set[Name]().union(*self._telling), _dampings(raw)
 
-    def latest(node: Node, place: int) -> Node:
-        if node.kind == "symbol" and node.value in twice:
-            before = [at for at, name, _ in made if name == node.value and at < place]
-            return replace(node, value=f"{node.value}@{before[-1]}") if before else node
-        return replace(node, children=tuple(latest(child, place) for child in node.children)) if node.children else node
+    def own_words(self, words: Vocabulary) -> Vocabulary:
+        """Some words, where letters that the text uses otherwise do not stand for what they usually do."""
+        while True:
+            words = words.among(self.letters)
+            if not (own := _own_letters(self._with_meanings(words), words, self._dampings)):
+                return words
+            words = replace(words, chosen=words.chosen | own)
 
-    if twice:
-        made = [(place, name, latest(node, place)) for place, name, node in made]
-        versions = {name: latest(node, int(name.rpartition("@")[2])) for name, node in versions.items()}
-    entries = []
-    for i, one in enumerate(found):
-        later = {name: meaning for place, name, meaning in reversed(made) if place > i}
-        known = later | {name: meaning for place, name, meaning in made if place <= i}
-        own = next((name for place, name, _ in made if place == i), "")
-        entries.append(replace(one, definitions=usual | known | versions | given, defines=own))
-    return entries
+    def _with_meanings(self, words: Vocabulary) -> list[Printed]:
+        """The equations with the meanings that some words give their letters."""
+        system = words.spec.kind.split()[0] if words.spec else ""
+        told = {name: words.meanings_of(name) for name in self._letters}
+        found = []
+        for i, one in enumerate(self.raw):
+            mark = (i, system, *(told[name] for name in self._telling[i]))
+            if mark not in self._bound:
+                every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
+                ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
+                for left in (bound(name, words) for name in self._names[i]):
+                    if left.kind == "symbol" and not left.value.startswith("?"):
+                        ways = [((left, *sides), tight) for sides, tight in ways] + ways
+                self._bound[mark] = replace(one, words=words, ways=tuple(ways))
+            found.append(self._bound[mark])
+        return found
+
+    def bind(self, words: Vocabulary, inside: np.ndarray | None = None) -> list[Printed]:
+        """The equations, or those `inside` a section, with the meanings that some words give and the symbols of the text.
+
+        A symbol has the meaning that the last definition before it gave it, or the first one after it, or the usual one.
+        """
+        bare, made = self._with_meanings(words), list[tuple[int, str, Node]]()
+        for i, one in enumerate(bare):
+            old = {name for _, name, _ in made} if one.statement.chained else set[str]()
+            made += [(i, *each) for each in _definitions(one, words.given) if each[0] not in old]
+        # what is computed is no name of what stands before it, as acc in v_dot = acc
+        computed = {one.sides[0].value for one in bare if len(one.sides) == 2 and one.sides[1].children}
+        made = [one for one in made if bare[one[0]].sides[0].value == one[1] or one[1] not in computed]
+        # of what is computed twice, each use means what was computed last before it
+        twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
+
+        def latest(node: Node, place: int) -> Node:
+            if node.kind == "symbol" and node.value in twice:
+                before = [at for at, name, _ in made if name == node.value and at < place]
+                return replace(node, value=f"{node.value}@{before[-1]}") if before else node
+            if not node.names & twice:
+                return node
+            return replace(node, children=tuple(latest(child, place) for child in node.children))
+
+        meanings: dict[str, list[tuple[int, Node]]] = {}
+        for place, name, node in made:
+            meanings.setdefault(name, []).append((place, latest(node, place)))
+            meanings |= {f"{name}@{place}": meanings[name][-1:]} if name in twice else {}
+        meanings = {n: [(-1, node)] for n, node in words.usual.items()} | meanings
+        meanings |= {n: [(-1, node)] for n, node in words.given.items()}
+        entries, own = list[Printed](), {place: name for place, name, _ in reversed(made)}
+        for i in range(len(bare)) if inside is None else np.flatnonzero(inside).tolist():
+            one = bare[i]
+            used, sources, fresh = dict[str, Node](), list[tuple](), [*one.names]
+            while fresh:  # through definitions too, and the vectors of components
+                name = fresh.pop()
+                name = name if name in meanings else name.rpartition("_")[0]
+                if name in meanings and name not in used:
+                    place, used[name] = next((m for m in reversed(meanings[name]) if m[0] <= i), meanings[name][0])
+                    sources.append((name, place, id(bare[place]) if place >= 0 else key(used[name])))
+                    fresh += used[name].names
+            mark = (id(one), own.get(i, ""), frozenset(sources))
+            if mark not in self._bound:
+                self._bound[mark] = replace(one, definitions=used, defines=own.get(i, ""))
+            entries.append(self._bound[mark])
+        return entries
 
 
-def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]:
+def _read_name(one: Printed) -> tuple[Node, ...]:
+    """The name before an equation of one side, which is the left side if it is a quantity's; else none."""
+    if one.statement.name and one.ways and len(one.ways[0][0]) == 1:
+        with suppress(Unread):
+            found = parse(one.statement.name)
+            return (replace(found[0][0], span=(0, 0)),) if [*map(len, found)] == [1] else ()
+    return ()
+
+
+def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name]) -> dict[Name, str]:
     """Letters that do not stand for the constants or vectors that they may stand for elsewhere.
 
     Such as a_1 that equations give another dimension, q of a number, and b that multiplies a rate wherever it stands.
@@ -206,10 +247,10 @@ def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]
         if usual or not symbols(right) or not fixed:
             continue
         number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
-        if number or all(of_equation(equation, spec)[1] for equation in one.readings()):
+        if number or not one.sound:
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
     own = {name: "" for name, used in found.items() if not used & found.keys()}
-    for name in _dampings(equations) if spec else ():
+    for name in dampings if spec else ():
         if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
             own[name] = ""
     return own
@@ -229,9 +270,8 @@ def _dampings(equations: list[Printed]) -> set[Name]:
         for child in node.children:
             visit(child, around - _order(child) * (node.kind == child.kind == "product"))
 
-    for one in equations:
-        for side in one.sides if len(one.names) > 1 else ():
-            visit(side, 0)
+    for side in (side for one in equations if len(one.names) > 1 for side in one.sides):
+        visit(side, 0)
     return {name for name, found in orders.items() if found == {1}}
 
 
@@ -328,14 +368,26 @@ def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
 
 
 @lru_cache(maxsize=20_000)
+def readings_that_hold(one: Printed, systems: tuple[System, ...]) -> list[Equation | None]:
+    """The reading of an equation that holds for each of some systems of the same names.
+
+    None where none does, or where it says what a symbol is.
+    """
+    found: list[Equation | None] = [None] * len(systems)
+    if one.lacking or (one.defines and len(one.sides) == 2):
+        return found
+    for equation in one.meant:
+        with suppress(Unread, KeyError):
+            right = relative_errors(equation, states_of(systems)) < TOLERANCE
+            found = [old or (equation if now else None) for old, now in zip(found, right, strict=True)]
+        if all(found):
+            break
+    return found
+
+
 def holding(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
-    if one.defines and len(one.sides) == 2:
-        return None
-    for equation in one.meant(system.spec):
-        if holds(equation, random_states(system)):
-            return equation
-    return None
+    return readings_that_hold(one, (system,))[0]
 
 
 @lru_cache(maxsize=1000)
@@ -371,18 +423,15 @@ def kind_of(equation: Equation, spec: Spec) -> str:
             return kind
     if any(name.startswith("C_") for name in names):
         return "direction cosines"
-    if _is_moment(equation, spec):
+    dimension, disagreement = of_equation(equation, spec)
+    is_moment = dimension == (1, 2, -2) and bool(names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
+    if names & {"M3", "Mc", "M1", "M2", "M"}:  # in newtons M is the mass of a cart
+        is_moment = dimension != (1, 1, -2)
+    elif disagreement:
+        is_moment = bool(names & {"I1", "I2", "I3"})
+    if is_moment:
         return "moment balance"
     return next((kind for kind, members in BALANCES if names & members), "relation")
-
-
-def _is_moment(equation: Equation, spec: Spec) -> bool:
-    found, disagreement = of_equation(equation, spec)
-    if equation.names & {"M3", "Mc", "M1", "M2", "M"}:
-        return found != (1, 1, -2)  # in newtons M is the mass of a cart
-    if disagreement:
-        return bool(equation.names & {"I1", "I2", "I3"})
-    return found == (1, 2, -2) and bool(equation.names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
 
 
 # what an equation is about that is not solved for one quantity, by what stands in it

@@ -1,31 +1,22 @@
 """What a text is about: every system, with every way to read its letters, scored against all equations of a section."""
 
 import re
-from collections import Counter
+from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
-from dataclasses import dataclass, field, replace
-from functools import cached_property, lru_cache, partial
+from dataclasses import dataclass, replace
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.residuals import of_equation, stack_residuals
+from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
-from pendpin.doctor.letters import (
-    Again,
-    Letters,
-    Renamed,
-    credit,
-    letters_of,
-    renamings,
-    settled,
-    telling,
-)
-from pendpin.doctor.printed import Printed, bind, read_equations
+from pendpin.doctor.letters import Letters, Renamed, credit, letters_of, renamings, settled, telling
+from pendpin.doctor.printed import Printed, Text, read_equations
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import read_symbols
-from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.names import Vocabulary, Written, raw
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.planar import BODIES, FAMILIES, POSES
@@ -63,20 +54,12 @@ FOREIGN = re.compile(
 )
 FURUTA = re.compile(r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.I)  # some equations are a rod's
 WORDS = {  # of texts about each family
-    "cart-pole": re.compile(
-        r"\b(?:cart|trolley|carriage|chariot|wagen|carro|carrito|carrinho|carrello|cart-?pole)s?\b|тележк|小车|滑块|台車|카트",
-        re.I,
-    ),
-    "double": re.compile(
-        r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|双摆|"
-        r"二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
-        re.I,
-    ),
-    "polar": re.compile(
-        r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
-        re.I,
-    ),
-    "rod": re.compile(r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal", re.I),
+    "cart-pole": r"\b(?:cart|trolley|carriage|chariot|wagen|carro|carrito|carrinho|carrello|cart-?pole)s?\b|тележк|小车|"
+    r"滑块|台車|카트",
+    "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
+    r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
+    "polar": r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
+    "rod": r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal",
 }
 UPRIGHT = re.compile(
     r"upright|inverted|invertido|invertito|inverso|inversé|inverses|перев[её]рнут|обратн\w* маятник|倒立|역진자|도립|"
@@ -85,10 +68,13 @@ UPRIGHT = re.compile(
 )
 
 
+RELATED = {"acrobot": "double", "cart-double": "cart-pole"}  # families that the same words name
+
+
 @lru_cache(maxsize=200)
 def _words_of(text: str) -> tuple[set[str], bool]:
     """The families that the words of a section name, and whether they say that something stands upright."""
-    return {name for name, words in WORDS.items() if words.search(text)}, bool(UPRIGHT.search(text))
+    return {name for name, words in WORDS.items() if re.search(words, text, re.I)}, bool(UPRIGHT.search(text))
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,35 +82,31 @@ class Reading:
     """The equations of a document read as those of one system. `chosen` says that the user named the system."""
 
     equations: list[Printed]
+    words: Vocabulary  # to which they are bound
     system: System
     title: str
     remarks: tuple[str, ...] = ()
     chosen: bool = False
     unknown: bool = False
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
-    again: Again | None = None  # binds them to other words
-    angles: dict[str, str] = field(default_factory=dict)  # guessed: the letters of the angles
     small: bool = False  # what holds for small angles counts, where nothing else does
+    alike: tuple[System, ...] = ()  # those for which the same equations are evaluated at once
 
     @cached_property
     def credits(self) -> np.ndarray:
         """What each equation counts for this reading, (n,): 0 where it does not hold."""
-        counted = {one.number for one in telling(self.equations)}
-        every = (credit(one, self.system, self.small) if one.number in counted else 0.0 for one in self.equations)
-        return np.array([*every])
+        systems = self.alike if self.system in self.alike else (self.system,)
+        counts, place = np.zeros(len(self.equations)), systems.index(self.system)
+        for one in telling(self.equations):
+            counts[one.number - 1] = credit(one, systems, self.small)[place]
+        return counts
 
     @cached_property
     def strangers(self) -> list[set[str]]:
         """The letters with rates in each equation that this system does not have and the text does not define."""
         known = {one.defines for one in self.equations}
         known |= {f"?d{name.lstrip('?')}" for name in known}
-        found = list[set[str]]()
-        for one in self.equations:
-            rates = [node.children[0] for node in parts(one.sides) if node.kind == "derivative" and node.value == "t"]
-            lacks = [p for p in rates if p.written and str(p.value).startswith("?") and p.value not in known]
-            names = {(p.written.letter, p.written.index) for p in lacks if p.written}
-            found.append({letter + index for letter, index in names if letter != "q" or index in ("1", "2")})
-        return found
+        return [{letter for name, letter in one.strange_rates if name not in known} for one in self.equations]
 
     def score(self, inside: np.ndarray, text: str) -> float:
         """How well it explains a section and its words: its own equations, and a little those of the others.
@@ -132,9 +114,7 @@ class Reading:
         A system of more coordinates counts a little more, and a rod on a joint, of which this is about.
         """
         kinds = self.system.kind.split()
-        family = {"acrobot": "double", "cart-double": "cart-pole"}.get(
-            kinds[0], "rod" if kinds[0] in RODS else kinds[0]
-        )
+        family = "rod" if kinds[0] in RODS else RELATED.get(kinds[0], kinds[0])
         said, upright = _words_of(text)
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
@@ -194,11 +174,8 @@ def _can_be_chosen(one: Printed, names: list[set[str]], system: System) -> bool:
     lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
-    for equation in one.readings():
-        rows = stack_residuals(equation, random_states(system), plain=True)
-        if rows.min() <= 0 <= rows.max() and not of_equation(equation, system.spec)[1]:
-            return True
-    return False
+    rows = (stack_residuals(equation, random_states(system), plain=True) for equation in one.sound)
+    return any(row.min() <= 0 <= row.max() for row in rows)
 
 
 def check_choices(rod: str | None, convention: str | None) -> None:
@@ -213,7 +190,7 @@ class _Page:
     """A document, its equations as they are written, what the user says of its symbols, and its choices."""
 
     document: Document
-    raw: list[Printed]
+    text: Text
     table: dict[str, str]
     kind: str | None
     convention: str | None
@@ -221,23 +198,21 @@ class _Page:
     @cached_property
     def letters(self) -> list[Letters]:
         """The letters of the whole document, and of each section."""
-        each = [[self.raw[i] for i in np.flatnonzero(inside)] for inside, _ in self.sections]
-        return [letters_of(equations, self.table) for equations in (self.raw, *(each if len(each) > 1 else ()))]
+        every = self.text.bind(read_symbols(self.table, replace(SPECS["thin"], words=raw), {}))
+        each = [[every[i] for i in np.flatnonzero(inside)] for inside, _ in self.sections]
+        return [letters_of(equations) for equations in (every, *(each if len(each) > 1 else ()))]
 
     @property
     def sections(self) -> Iterator[tuple[np.ndarray, str]]:
         """Of each section which equations stand in it, and its text."""
-        where = np.array([one.statement.section for one in self.raw])
+        where = np.array([one.statement.section for one in self.text.raw])
         for section in sorted(set(where.tolist())):
             texts = self.document.sections
             yield where == section, texts[section] if section < len(texts) else self.document.text
 
-    def bound(self, spec: Spec, renamed: Renamed, short: bool = False) -> tuple[list[Printed], Again]:
-        """The equations in the words of a system, and what binds them to other words; `short`: s and c stand for phi's."""
-        words, given = read_symbols(self.table, spec, renamed, self.document.text)
-        usual = {f"?{letter}": lone(f"{name}(phi)", words) for letter, name in (("s", "sin"), ("c", "cos")) if short}
-        again = partial(bind, self.raw, given=given, usual={name: node for name, node in usual.items() if node})
-        return again(words), again
+    def words(self, spec: Spec, renamed: Renamed) -> Vocabulary:
+        """What the letters of the document mean for a system, some of them renamed."""
+        return self.text.own_words(read_symbols(self.table, spec, renamed, self.document.text))
 
 
 def read(document: Document, choices: dict[str, Any]) -> Recognition:
@@ -245,12 +220,13 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     kind, convention = choices.get("rod") or document.rod, choices.get("convention") or document.convention
     check_choices(kind, convention)
     table = {**document.symbols, **choices.get("symbols", {})}
-    page = _Page(document, read_equations(document.statements), table, kind, convention)
+    page = _Page(document, Text(read_equations(document.statements)), table, kind, convention)
     if scene := choices.get("scene"):
         spec = scene_spec(scene)
-        reading = Reading(page.bound(spec, {})[0], System(spec), spec.title, (), True)
-        return Recognition(reading, (reading,) * len(page.raw), ((),) * len(page.raw))
-    whole = np.ones(len(page.raw), dtype=bool)
+        words = page.words(spec, {})
+        reading = Reading(page.text.bind(words), words, System(spec), spec.title, (), True)
+        return Recognition(reading, (reading,) * len(page.text.raw), ((),) * len(page.text.raw))
+    whole = np.ones(len(page.text.raw), dtype=bool)
     readings = [*_rods(page)] if kind not in FAMILIES else []
     readings += [*_others(page)] if kind not in RODS and convention is None else []
     readings.sort(key=lambda one: -one.score(whole, document.text))
@@ -260,7 +236,7 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     return _by_section(page, readings)
 
 
-def _closest(readings: list[Reading], inside: np.ndarray, text: str) -> list[Reading]:
+def _closest(page: _Page, readings: list[Reading], inside: np.ndarray, text: str) -> list[Reading]:
     """The readings that explain a section about as well, few of a family, each letter of which has one meaning."""
     scores = {id(one): one.score(inside, text) for one in readings}
     best, found = max(scores.values()), list[Reading]()
@@ -269,16 +245,16 @@ def _closest(readings: list[Reading], inside: np.ndarray, text: str) -> list[Rea
         family = " ".join(word for word in one.system.kind.split() if word in (*FAMILIES, *RODS, *POSES))
         if scores[id(one)] > best - CLOSE and often[family] < MOST_ALIKE and len(found) < MOST_SETTLED:
             often[family] += 1
-            again = settled(one.equations, one.system, one.again, inside.tolist()) if one.again else one.equations
-            found.append(replace(one, equations=again, again=None))
+            words = settled(page.text, one.words, one.system, inside)
+            found.append(replace(one, equations=page.text.bind(words), words=words, alike=()))
     return found
 
 
 def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     """Each section read as by what explains it best, with the others that explain about as much."""
-    text, count = page.document.text, len(page.raw)
+    text, count = page.document.text, len(page.text.raw)
     whole = np.ones(count, dtype=bool)
-    near = _closest(readings, whole, text)
+    near = _closest(page, readings, whole, text)
     main = replace(max(near, key=lambda one: one.score(whole, text)), chosen=page.kind is not None)
     main = main if main.chosen or main.unknown else _doubted(main, text)
     chosen: list[Reading] = [main] * count
@@ -290,7 +266,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         # what the page's reading does not explain
         some = (main.equations[i] for i in np.flatnonzero(inside & (main.credits == 0)))
         wanting = any(len(one.names) > 1 and not one.defines for one in some)
-        here = [main, *near, *(_closest(readings, inside, words) if len(sections) > 1 and wanting else ())]
+        here = [main, *near, *(_closest(page, readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
@@ -303,19 +279,18 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
             best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
-        mine, close = here[best], zip(scores, here, strict=True)
-        close = [(scores[best] - score, one) for score, one in close if scores[best] - score < CLEARLY]
+        mine, less = here[best], [scores[best] - score for score in scores]
+        every = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
+        same = lambda one, but, mine=mine: without(but, one.system.kind) == without(but, mine.system.kind)  # noqa: E731
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
-        alike = (one for one in readings if without(BODIES, one.system.kind) == without(BODIES, mine.system.kind))
-        kin = [one for one in alike if one.system != mine.system and (one.credits > mine.credits).sum() > 1]
+        kin = [one for one in readings if same(one, BODIES) and one.system != mine.system]
+        kin = [one for one in kin if (one.credits > mine.credits).sum() > 1]
         if "down" in mine.system.kind.split() and _words_of(text)[1]:  # the words of the page say that something stands
-            same = without(POSES, mine.system.kind)
-            upright = (one for one in readings if "up" in one.system.kind.split())
-            kin += [one for one in upright if without(POSES, one.system.kind) == same]
-        every = (*((less, one) for less, one in close if one is not mine), *((CLEARLY, one) for one in kin))
+            kin += [one for one in readings if same(one, POSES) and "up" in one.system.kind.split()]
+        every = (*every, *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
         strange = np.array([bool(letters) for letters in mine.strangers]) & inside
-        others = _closest(readings, strange, words) if strange.any() else [mine]
+        others = _closest(page, readings, strange, words) if strange.any() else [mine]
         other = max(others, key=lambda one: one.score(strange, words))
         apart = strange & (other.credits > mine.credits)
         if not other.credits[strange].any() and not any(other.strangers[i] for i in np.flatnonzero(strange)):
@@ -333,22 +308,22 @@ def without(words: Collection[str], kind: str) -> list[str]:
 
 def _rods(page: _Page) -> Iterator[Reading]:
     """The equations read as those of a rod on a universal joint, also with other names of its angles in both orders."""
-    yield _as_rod(page, {}, {})
+    yield _as_rod(page, {})
     tried = set[tuple[Name, ...]]()
     for found in page.letters:
         letters = tuple(name for name in found.angles if name in found.moving and name[1] in ("", "1", "2"))
         if len(letters) == 2 and not {"theta", "phi"} <= {name[0] for name in letters} and letters not in tried:
             tried.add(letters)
             for pair in (letters, letters[::-1]):
-                angles = {"_".join(name).rstrip("_"): angle for name, angle in zip(pair, ("theta", "phi"), strict=True)}
-                renamed = dict(zip(pair, (Written("theta"), Written("phi")), strict=True))
-                yield _as_rod(page, renamed, angles)
+                yield _as_rod(page, dict(zip(pair, (Written("theta"), Written("phi")), strict=True)))
 
 
-def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
+def _as_rod(page: _Page, renamed: Renamed) -> Reading:
     """The equations read as those of a rod on a universal joint, of the kind and in the convention that explain most."""
     own = page.kind if page.kind in RODS else None
-    equations, again = page.bound(SPECS["thin"], renamed, short=True)
+    words = page.words(SPECS["thin"], renamed)
+    words.usual.update({f"?{name[0]}": node for name in ("sin", "cos") if (node := lone(f"{name}(phi)", words))})
+    equations = page.text.bind(words)
     kind, remarks = own or likely_rod(equations), list[str]()
     if page.convention is not None:
         base, conventions = conventions_of(page.convention), ()
@@ -356,8 +331,8 @@ def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
         base, remarks = find_convention(equations, kind, swaps=not renamed)
         conventions = SINGLE
     if own is None and kind == "point":
-        words = "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
-        remarks.insert(0, words)
+        told = "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
+        remarks.insert(0, told)
     if base.words:
         remarks.insert(0, f"The text has its own convention: {base.words}.")
     title, chained = SPECS[kind].title, False
@@ -365,11 +340,12 @@ def _as_rod(page: _Page, renamed: Renamed, angles: dict[str, str]) -> Reading:
         chained = True
         title = "a chain of rods, each equation as one of a single rod"
         remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
-    if angles:
-        text = ",".join(f"{name}={angle}" for name, angle in angles.items())
+    if renamed:
+        text = ",".join(f"{'_'.join(name).rstrip('_')}={angle.letter}" for name, angle in renamed.items())
         remarks.insert(0, f"The angles are read so that most equations hold; confirm it with --symbols {text}.")
     system = System(SPECS[kind], base)
-    return Reading(equations, system, title, tuple(remarks), own is not None, chained, conventions, again, angles)
+    chosen = own is not None
+    return Reading(equations, words, system, title, tuple(remarks), chosen, chained, conventions)
 
 
 def _others(page: _Page) -> Iterator[Reading]:
@@ -390,17 +366,19 @@ def _others(page: _Page) -> Iterator[Reading]:
             if renamed in seen:
                 continue
             seen.append(renamed)
-            bound: dict[str, tuple[list[Printed], Again, bool]] = {}  # by the body: the same names
+            alike: dict[str, list[Spec]] = defaultdict(list)  # by the body: the same names
             for spec in bodies:
                 sideways = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
-                if sideways or (" equal" in spec.kind and unequal):
-                    continue
-                if (body := spec.kind.split()[1]) not in bound:
-                    equations, again = page.bound(spec, renamed)
-                    loaded = any(e.names & {*LOADS} for one in equations for e in one.meant(spec))
-                    bound[body] = (equations, again, loaded)
-                equations, again, loaded = bound[body]
-                yield Reading(equations, System(spec if loaded else unloaded(spec)), spec.title, again=again)
+                if not sideways and not (" equal" in spec.kind and unequal):
+                    alike[spec.kind.split()[1]].append(spec)
+            found = list[Reading]()
+            for kin in alike.values():
+                words = page.words(kin[0], renamed)
+                equations = page.text.bind(words)
+                loaded = any(e.names & {*LOADS} for one in equations for e in one.meant)
+                systems = tuple(System(spec if loaded else unloaded(spec)) for spec in kin)
+                found += [Reading(equations, words, one, one.spec.title, alike=systems) for one in systems]
+            yield from sorted(found, key=lambda one: [spec.kind for spec in bodies].index(one.system.kind))
 
 
 def _doubted(reading: Reading, text: str) -> Reading:

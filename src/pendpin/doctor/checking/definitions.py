@@ -31,7 +31,7 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong, as is a place to another
     usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)} & {(1, 2, -2), (0, 1, 0)}
     rows, first, apart = _quantities_of(system)
-    for equation in (each for each in one.meant(system.spec)[:MOST_MEANT] if _is_own(each, one, system)):
+    for equation in (each for each in one.meant[:MOST_MEANT] if _is_own(each, one, system)):
         try:
             with np.errstate(all="ignore"):
                 value = evaluate(one.sides[1], equation.context(random_states(system)))

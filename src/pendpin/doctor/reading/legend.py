@@ -1,14 +1,13 @@
 """What a text, or its reader, says of its symbols: "where $A$ is the transverse inertia", a row of a table, --symbols."""
 
 import re
-from collections.abc import Iterator
 from dataclasses import replace
 from functools import lru_cache
 
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
 from pendpin.doctor.reading.states import COORDINATE
-from pendpin.doctor.reading.tree import Node, Unread, symbols
+from pendpin.doctor.reading.tree import Unread, symbols
 from pendpin.doctor.systems.base import Spec
 from pendpin.errors import InputError, not_one_of, shown
 
@@ -87,25 +86,24 @@ _ANGLES = re.compile(
 )
 
 
-def named(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
-    """The symbols that a text names in passing, and how that is printed in the systems that the doctor knows."""
-    for match in _NAMED.finditer(text):
-        if not _NO_NAME.fullmatch((match["before"] or "").strip()) and not re.search(r"\d", match["symbol"]):
-            yield match["symbol"], _printed(match["phrase"])
-    for match in _PASSING.finditer(text):
-        names = _printed(f"{match['phrase']}{match['after'] or ''}")
-        yield from ((symbol, names) for symbol in (match["symbol"], match["other"]) if symbol)
-
-
-def legend(text: str) -> Iterator[tuple[str, tuple[Written, ...]]]:
-    """The symbols of which a text says what they are, and how that is printed in the systems that the doctor knows."""
+@lru_cache(maxsize=10)
+def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
+    """The symbols of which a text says what they are, how that is printed in systems, and whether it says so in passing."""
+    found = list[tuple[str, tuple[Written, ...], bool]]()
     for match in _ANGLES.finditer(text):
         pairs = (("symbol", "first"), ("other", "second"))
-        yield from ((match[symbol], (Written(match[name]),)) for symbol, name in pairs)
+        found += [(match[symbol], (Written(match[name]),), False) for symbol, name in pairs]
     for match in (one for said in (_SAID, _SAID_PLAINLY, _VALUED) for one in said.finditer(text)):
         groups, phrase = match.groupdict(), match["phrase"][:MOST_WORDS]
         if (printed := _printed(phrase)) or _DAMPING.search(phrase):
-            yield groups.get("symbol") or groups.get("bare") or "", printed
+            found.append((groups.get("symbol") or groups.get("bare") or "", printed, False))
+    for match in _NAMED.finditer(text):
+        if not _NO_NAME.fullmatch((match["before"] or "").strip()) and not re.search(r"\d", match["symbol"]):
+            found.append((match["symbol"], _printed(match["phrase"]), True))
+    for match in _PASSING.finditer(text):
+        names = _printed(f"{match['phrase']}{match['after'] or ''}")
+        found += [(symbol, names, True) for symbol in (match["symbol"], match["other"]) if symbol]
+    return found
 
 
 def _printed(phrase: str) -> tuple[Written, ...]:
@@ -116,14 +114,13 @@ def _printed(phrase: str) -> tuple[Written, ...]:
 
 def read_symbols(
     table: dict[str, str], spec: Spec, renamed: dict[tuple[str, str], Written], text: str = ""
-) -> tuple[Vocabulary, dict[str, Node]]:
+) -> Vocabulary:
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
     words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
     for i, name in enumerate(spec.coordinates, start=1):
         words.renamed[COORDINATE, str(i)] = Written(name.rstrip("12"), 0, name[-1:].strip("aeihpqstx"))
     _say(words, spec, text)
-    found: dict[str, Node] = {}
     for name, meaning in table.items():
         try:
             left, right = _key(name), lone(str(meaning), words)
@@ -140,14 +137,8 @@ def read_symbols(
         if right.kind == "symbol" and right.written and not left.dots:
             words.renamed[left.letter, left.index] = right.written
         else:
-            found[words(left)[0]] = right
-    return words, found
-
-
-@lru_cache(maxsize=10)
-def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
-    """The symbols of which a text says what they are, and that it names in passing."""
-    return [*((*one, False) for one in legend(text)), *((*one, True) for one in named(text))]
+            words.given[words(left)[0]] = right
+    return words
 
 
 def _say(words: Vocabulary, spec: Spec, text: str) -> None:

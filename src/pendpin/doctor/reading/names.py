@@ -140,8 +140,11 @@ class Vocabulary:
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
     taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
+    given: dict[str, Node] = field(default_factory=dict)  # what some symbols are, whatever the text says
+    usual: dict[str, Node] = field(default_factory=dict)  # what others are unless the text says it
     spec: Any = None  # the system whose words they are
     _known: dict[Written, tuple[str, ...]] = field(default_factory=dict, init=False)
+    _letters: dict[tuple[str, str], tuple[tuple[str, ...], ...]] = field(default_factory=dict, init=False)
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
@@ -153,6 +156,12 @@ class Vocabulary:
         own = [("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings]
         return replace(self, taken=dict([*firsts, *own]))
 
+    def choosing(self, change: dict[tuple[str, str], str]) -> "Vocabulary":
+        """The same with one meaning alone for some letters."""
+        words = replace(self, chosen=self.chosen | change)
+        words._letters.update({name: found for name, found in self._letters.items() if name not in change})
+        return words
+
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
         if (
@@ -160,6 +169,13 @@ class Vocabulary:
         ) is None:  # a text of a hundred equations asks for each some thousand times
             found = self._known[written] = self._find(written)
         return found
+
+    def meanings_of(self, name: tuple[str, str]) -> tuple[tuple[str, ...], ...]:
+        """The meanings of a letter as it may be printed: all that tells what an equation with it means."""
+        if name not in self._letters:
+            every = (Written(name[0], dots, name[1], styled) for dots in (0, 1) for styled in (False, True))
+            self._letters[name] = tuple(map(self, every))
+        return self._letters[name]
 
     def _find(self, written: Written) -> tuple[str, ...]:
         name = (written.letter, written.index)
