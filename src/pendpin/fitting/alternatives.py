@@ -73,19 +73,17 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
                 compared.append((_compare(name, present, fit, now, other), other))
         return compared
 
-    keys, taken = list(fit.setting.free.keys), []
-    omitted = {other[0] for other in _omissions(fit.scene, keys)}
+    omitted, taken = {other[0] for other in _omissions(fit.scene, [*fit.setting.free.keys])}, []
     progress("the fit as it is")
-    now = _refit(fit, fit.solution, fit.scene, keys)
+    now = _refit(fit, fit.solution, fit.scene, [*fit.setting.free.keys])
     while True:
-        others = sorted(compare(_additions(now, keys)), key=lambda other: other[0].criterion)
+        others = sorted(compare(_additions(now)), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].needed), None)
         if best is None:
             break
         taken.append(best[0])
-        keys = list(best[1].setting.free.keys)
-        now = _refit(fit, best[1].solution, best[1].scene, keys)
-    present = (other for other in _omissions(now.scene, keys) if other[0] in omitted)
+        now = _refit(fit, best[1].solution, best[1].scene, [*best[1].setting.free.keys])
+    present = (other for other in _omissions(now.scene, [*now.setting.free.keys]) if other[0] in omitted)
     parts = [*taken, *(part for part, _ in [*others, *compare(present)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
@@ -132,8 +130,8 @@ def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
             yield where, True, _change(scene, i, replace_checked(effect, {"coefficient": 0.0})), rest
 
 
-def _additions(now: _Model, keys: list[str]) -> Iterator[_Other]:
-    scene = now.scene
+def _additions(now: _Model) -> Iterator[_Other]:
+    scene, keys = now.scene, [*now.setting.free.keys]
     kinds, many, model = {effect.kind for effect in scene.effects}, len(scene.effects), scene.model
     weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
     size = SMALL * sum(weights)

@@ -226,10 +226,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
 
 
 def balanced(record: RunRecord) -> int:
-    """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then.
-
-    A run from rest exchanges little at first, so the last such sample counts, not the first that is not.
-    """
+    """The number of samples up to which the energy is off by at most OFF of the energy exchanged until then."""
     so_far, errors = np.maximum.accumulate, list[tuple[Array, Array]]()  # each with its scale, (n,) J
     kinetic, potential = record.kinetic, record.potential
     if record.stats.conservative:
@@ -244,4 +241,4 @@ def balanced(record: RunRecord) -> int:
     force, moment = (np.linalg.norm(x, axis=-1).max(1) for x in np.split(record.wrench, 2, -1))
     least = ROUNDING * so_far(moment + force * np.linalg.norm(record.tips, axis=-1).max(1, initial=0.0))
     bad = np.any([error > OFF * np.maximum(scale, least) for error, scale in errors], 0)
-    return int(np.flatnonzero(~bad)[-1]) + 1
+    return int(np.flatnonzero(~bad)[-1]) + 1  # not the first that is bad: a run from rest exchanges little at first

@@ -79,10 +79,7 @@ class Plan:
 
 
 def short_names(keys: Sequence[str]) -> list[str]:
-    """A name for each key path, as `.sel(length=...)` takes it: as few of its last parts as tell it from the others.
-
-    Raises InputError for what is not a key path.
-    """
+    """A name for each key path, as `.sel(length=...)` takes it: as few of its last parts as tell it apart. InputError."""
     parts = [[re.sub(r"\W", "_", str(part)) for part in parsed(key)] for key in keys]
     names: list[str] = []
     for i, own in enumerate(parts):
@@ -244,10 +241,7 @@ RESAMPLES = 200  # bootstrap: the half-widths are then known to a twentieth
 
 
 def sobol_plan(spreads: Mapping[str, Spread], count: int, seed: int = 0) -> Plan:
-    """The cases of Saltelli's scheme: count (keys + 2) of them. Raises InputError for a count that is not a power of 2.
-
-    Each base case has one row of A, one row for each key in which that key's number is B's, and one row of B.
-    """
+    """The cases of Saltelli's scheme: for each of `count` a row of A, one for each key with its B, one of B. InputError."""
     from scipy.stats import qmc
 
     if count < 2 or count & (count - 1):

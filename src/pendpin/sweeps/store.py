@@ -58,10 +58,7 @@ class Blocks:
 
 
 class Store:
-    """The results of a sweep in memory, and in a Zarr store where there is a path: made anew, or resumed if it is there.
-
-    `data` is the xarray.Dataset of it. Raises InputError where that cannot be.
-    """
+    """The results of a sweep, an xarray.Dataset, and their Zarr store if there is a path: new, or resumed. InputError."""
 
     def __init__(self, task: Task, path: Path | None, size: int) -> None:
         self.task, self.path = task, path

@@ -17,7 +17,6 @@ from pendpin.ground.arrays import EPS, Array
 from pendpin.runs.accuracy import estimate
 from pendpin.runs.accuracy.runs import (
     Attempt,
-    Refinement,
     Runs,
     are_equal,
     choose_method,
@@ -75,7 +74,7 @@ class _Search:
 
     def __init__(self, scene: Scene, runs: Runs) -> None:
         self.scene, self.runs, self.target = scene, runs, scene.solver.accuracy or 0.0
-        self.refinement: Refinement = choose_refinement(scene, runs)
+        self.refinement = choose_refinement(scene, runs)
         self.method = method_of(self.refinement.method)
         first = scene.by(self.method.name, self.refinement.first)
         run, self.units = estimate.run_first(runs, first, self.target) if scene.duration else (runs.run(first), 0.0)
