@@ -8,9 +8,8 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.check import check, is_general, when
+from pendpin.doctor.checking.check import bare, check, in_use, is_general, quantity_of, when
 from pendpin.doctor.checking.conditions import (
-    PIVOT,
     ROUGHLY,
     holds_as_stated,
     holds_if,
@@ -18,7 +17,6 @@ from pendpin.doctor.checking.conditions import (
     loads_in_words,
     without,
 )
-from pendpin.doctor.checking.definitions import bare, in_use, quantity_of
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
@@ -187,11 +185,7 @@ class _Doctor:
 
     def _with_loads(self, found: Finding, equation: Equation, loads: set[str], condition: str) -> Finding:
         """The verdict on an equation that holds under the `condition` that some loads are 0."""
-        words = (
-            loads_in_words(equation, self.system, loads)
-            if "small" not in condition and not all(map(PIVOT.match, loads))
-            else None
-        )
+        words = loads_in_words(equation, self.system, loads) if "small" not in condition else None
         if words:
             return replace(found, verdict="holds", remark=words, equation=without(equation, loads))
         if words is None:

@@ -13,8 +13,8 @@ from itertools import islice, permutations, product
 
 import numpy as np
 
+from pendpin.doctor.checking.check import quantity_of
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
-from pendpin.doctor.checking.definitions import quantity_of
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.printed import Printed, Text, holding, letters_in, readings_that_hold
 from pendpin.doctor.reading.names import Vocabulary, Written

@@ -14,14 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
-from pendpin.doctor.checking.residuals import (
-    TOLERANCE,
-    ZERO,
-    holds,
-    relative_error,
-    residuals,
-    stack_residuals,
-)
+from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, holds, relative_error, residuals, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
 from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
@@ -33,7 +26,6 @@ SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first or
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
-PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
@@ -159,7 +151,7 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not (moves or all(map(PIVOT.match, unknown))) or (any(map(other, unknown)) and not sure):
+    if not moves or (any(map(other, unknown)) and not sure):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
