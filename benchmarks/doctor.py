@@ -211,7 +211,7 @@ def _healed(text: str, good: str) -> bool:
     if mend is None:
         return False
     meant = Equation(tuple(parse(good, WORDS)[0]), meanings=mend.equation.meanings, frame=mend.equation.frame)
-    a, b = (standing(equation, found.system)[0] for equation in (meant, mend.equation))
+    a, b = (standing(equation, found.system) for equation in (meant, mend.equation))
     return a.shape == b.shape and bool(np.abs(a - b).max() < 1e-7)
 
 
@@ -284,7 +284,7 @@ def as_before(mended: Equation, text: str, index: int, system: System) -> bool:
     original = read(read_text(text), {}).equations[index]
     for equation in original.readings():
         try:
-            a, b = (standing(one, system)[0] for one in (equation, mended))
+            a, b = (standing(one, system) for one in (equation, mended))
         except (Unread, KeyError):
             continue
         if a.shape == b.shape and np.abs(a - b).max() < 1e-7:

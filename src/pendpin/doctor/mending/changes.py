@@ -201,19 +201,15 @@ class Patient:
                 likely = found.factor > 0 and found.size <= MOST_FACTORS and found != Monomial(Fraction(1))
                 if likely and not self._is_odd(found, 2):
                     cost = 1.22 + 0.01 * len(part.parents) + oddness(found.factor) + 0.5 * part.lone
-                    cost += (0.3 * (found.size - 1) + 0.4 * (found.factor != 1)) * bool(found.powers)
+                    cost += (0.3 * (found.size - 1) + 0.3 * (found.factor != 1)) * bool(found.powers)
                     yield self._missing(part, found, cost)
         if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
             return
-        missing, styles = needed - value, self.writer.styles
-        terms = reader.read(missing, self._extras) if missing.ndim == 1 else ()
+        terms = reader.read(needed - value, self._extras) if value.ndim == 1 else ()
         end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
         for monomial in (term for term in terms if not self._is_odd(term, MOST_EXTRA)):
-            powers = [(name.rpartition(" ")[2], power) for name, power in monomial.powers]
-            strange = sum(name not in styles for name, _ in powers)
-            steep = sum(power < 0 and name not in self._below for name, power in powers)
-            cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size
-            cost += 0.03 * strange + 0.5 * steep + 0.5 * part.lone
+            steep = sum(power < 0 and name not in self._below for name, power in monomial.powers)
+            cost = 1.55 + oddness(monomial.factor) + 0.05 * monomial.size + 0.5 * steep + 0.5 * part.lone
             text = f"{'+' if monomial.factor > 0 else '-'} {self.writer.monomial(monomial)}"
             yield Change(((end, end, f" {text}"),), cost, f"the term {text} is missing", "", text)
 

@@ -3,19 +3,19 @@
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from functools import cache, partial
+from functools import partial
 from itertools import combinations, pairwise
 
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.residuals import Equation, holds, of_equation, stack_residuals
+from pendpin.doctor.checking.residuals import Equation, holds, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, reader_of
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
-from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states, solved
+from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # changes times parts of an equation that are tried
@@ -25,9 +25,6 @@ MOST_TEXTS = 400  # candidates whose text is read again
 MOST_MENDS = 4  # of an equation
 FARTHER = 0.75  # what a second mend may cost more than the first
 FARTHEST = 3.2  # the cost beyond which a mend is too unlikely
-USUAL = -0.12  # what a law in its usual form takes off the cost
-MULTIPLE = 0.12  # what an odd multiple of one adds
-UNUSUAL = 0.06  # what sides of an unusual dimension add
 OTHERS = -0.3  # what a mend of a definition costs less for each other equation that it heals
 
 
@@ -148,25 +145,21 @@ def _pairs_of_terms(likely: list[Change], every: list[Part], numbers: Numbers) -
 
 def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
     """The simplest changes whose text, read again, holds; of those that come to the same the simplest."""
-    held: list[tuple[float, Change, str, Equation, Values]] = []
+    chosen, shapes = list[Mend](), list[Values]()
     likely = sorted((change for change in changes if change.cost <= FARTHEST), key=lambda change: change.order)
     for change in likely[:MOST_TEXTS]:
+        if len(chosen) == MOST_MENDS or (chosen and change.cost > chosen[0].cost + FARTHER):
+            break
         text = spliced(patient.printed.text, change.splices)
         with suppress(Unread, IndexError):
             equation = patient.read(text)
-            if holds(equation, random_states(patient.system)) and not _is_empty(equation, patient):
-                shape, odd = standing(equation, patient.system)
-                held.append((change.cost + odd, change, text, equation, shape))
-    chosen: list[Mend] = []
-    shapes: list[Values] = []
-    for cost, change, text, equation, shape in sorted(held, key=lambda one: (one[0], *one[1].order)):
-        if len(chosen) == MOST_MENDS or (chosen and cost > chosen[0].cost + FARTHER):
-            break
-        again = any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes)
-        if not again and check(equation, patient.system)[0]:
-            shapes.append(shape)
-            told = vars(replace(change, cost=cost))
-            chosen.append(Mend(**told, text=text, equation=equation, alone=patient.printed.alone))
+            if not holds(equation, random_states(patient.system)) or _is_empty(equation, patient):
+                continue
+            shape = standing(equation, patient.system)
+            again = any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes)
+            if not again and check(equation, patient.system)[0]:
+                shapes.append(shape)
+                chosen.append(Mend(**vars(change), text=text, equation=equation, alone=patient.printed.alone))
     return chosen
 
 
@@ -185,33 +178,11 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 
-@cache
-def _laws(system: System) -> list[Values]:
-    """What each unknown is off by off the true motion, (n,): the laws in their usual form."""
-    q = free_states(system)
-    truth = solved(q)
-    return [q[name] - truth[name] for name in system.spec.unknowns]
-
-
-def standing(equation: Equation, system: System) -> tuple[Values, float]:
-    """An equation's residual off the true motion up to a factor, and what its form adds to the cost of a mend.
-
-    An equation multiplied by 4 holds as well; of two mends the one that gives a law in its usual form is the likelier.
-    """
-    quantities, spec = free_states(system), system.spec
-    values = stack_residuals(equation, quantities, plain=True)
-    dimension, disagreement = of_equation(equation, spec)
-    usual = dimension is None or tuple(map(int, dimension)) in {*spec.dimensions.values(), (0, 2, -2)}
-    odd = 0.0 if usual and not disagreement else UNUSUAL
-    for law in _laws(system) if len(values) == 1 else ():
-        with np.errstate(all="ignore"):
-            ratio = values[0] / law
-        if np.isfinite(ratio).all() and (found := reader_of(quantities).plain(ratio)) is not None:
-            odd += USUAL if abs(found.factor) == 1 else MULTIPLE
-            break
-    flat = values.ravel()
+def standing(equation: Equation, system: System) -> Values:
+    """An equation's residual off the true motion up to a factor: what is multiplied by 4 says the same."""
+    flat = stack_residuals(equation, free_states(system), plain=True).ravel()
     largest = flat[np.argmax(np.abs(flat))]
-    return (flat / largest if abs(largest) > 1e-12 else flat), odd
+    return flat / largest if abs(largest) > 1e-12 else flat
 
 
 def styles_of(printed: Printed, sides: tuple[Node, ...]) -> dict[str, str]:
