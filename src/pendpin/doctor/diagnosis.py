@@ -208,10 +208,10 @@ class _Doctor:
             sources = [replace(one, words=self.reading.words) for one in sources]
             if len(sources) != 1 or not all(f.when for f in using):
                 continue
-            wrong = [f.equation for f in (found, *using) if f.equation]
+            wrong = [f.equation for f in (*using, found) if f.equation]
             writer = self._patient(sources[0], Equation(sources[0].sides)).writer
             healed = list[Mend]()
-            for one in wrong:  # each is tried once for all that use the definition
+            for one in wrong[:MOST_READINGS]:  # each of these is tried once for all that use the definition
                 if (mark := (name, id(one))) not in self.healed:
                     self.healed[mark] = mends_of_definition(one, sources[0], wrong, self.system, writer)
                 if healed := self.healed[mark]:
