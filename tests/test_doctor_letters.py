@@ -102,7 +102,7 @@ def test_an_inertia_about_another_point_than_the_text_says_is_mended(text, right
 @pytest.mark.parametrize(
     "text",
     [
-        r"where $a$ and $b$ are the angles theta and phi of a thin rod: $T = \frac{m l^2}{6}(\dot b^2 + \dot a^2\cos^2 b)$, "
+        r"$a$ is the angle theta and $b$ is the angle phi of a rod: $T = \frac{m l^2}{6}(\dot b^2 + \dot a^2\cos^2 b)$, "
         r"$\ddot b = -\dot a^2\sin b\cos b - \frac{3g}{2l}\cos a\sin b$",
         r"where $a$ is the angle from the vertical: $\ddot a + \frac{g}{l}\sin a = 0$. The kinetic energy is "
         r"$K = \frac12 m l^2\dot a^2$, the potential energy of the bob is $P = -m g l\cos a$",

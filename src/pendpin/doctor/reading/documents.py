@@ -2,11 +2,12 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import unescape
 from itertools import pairwise
+from typing import Any
 from urllib.parse import unquote
 
 from pendpin.doctor.reading.tokens import ENVIRONMENTS, cut, tokens
@@ -31,22 +32,35 @@ _MARKS = {  # what opens a formula, and what closes it; where that is not said, 
     r"(?m:^\.\. math::[^\n]*$)": r"\n(?=\S)|\Z",
     r"<math[^<>]*>": "</math>|<math>",  # the other may be missing
     rf"\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}": "",
-    r"\[(?:tex|itex|latex|math)\]": "",
-    r"\{\\(?:display|text)style(?![A-Za-z])": "}",
 }
+_TEX, _MARKED = re.compile(r"\\(?:section|documentclass|begin\{document\})"), re.compile(r"(?m)^[ \t]*(?:%+|#|//+)")
+_BRACED = r"\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\}"
+_PLAIN: tuple[tuple[str, Callable[[re.Match[str]], str]], ...] = (  # other languages in LaTeX and letters
+    ("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0])),
+    (r"<sub>([^<>]*)</sub>", lambda match: f"_{match[1]}" if match[1].isdigit() else f"_({match[1]})"),
+    (r"<sup>([^<>]*)</sup>", lambda match: f"^{match[1]}" if match[1].isdigit() else f"^({match[1]})"),
+    (
+        rf"\{{(?=\\displaystyle\b)({_BRACED[2:-2]})\}}",
+        lambda match: match[0] if "$" in match.string else f"${match[1]}$",
+    ),
+    (rf"\\[hv]?phantom\*?\s*{_BRACED}", lambda match: " " * len(match[0])),  # also where it holds an equals sign
+    (  # in strings
+        r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
+        lambda match: " \\",
+    ),
+    (  # LaTeX in comments of code: displays, or bare commands
+        r"(?m)^(?:[ \t]*%(?![%\w]).*\n)*[ \t]*%.*\$\$.*\n(?:[ \t]*%.*\n?)*"
+        r"|^[ \t]*(?:#(?!#)|//)[^$\n=]*\\[a-zA-Z]+[^$\n]*=[^$\n]*$",
+        lambda match: match[0] if _TEX.search(match.string) else _MARKED.sub(lambda mark: " " * len(mark[0]), match[0]),
+    ),
+)
 _OPENERS = re.compile("|".join(f"({opener})" for opener in _MARKS))
 _PICTURE = re.compile(
     r'!?(?:\[[^\n]*?\]\()?(?P<quoted>")?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
     r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
 )
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
-_PARAGRAPH = re.compile(r"(?:^[^\S\n]*\S[^\n]*(?:\n|\Z)){2,}", re.MULTILINE)
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
-# prints nothing, also where it holds an equals sign
-_ESCAPED = re.compile(
-    r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)"
-)  # in strings
-_BLANK = re.compile(r"\\[hv]?phantom\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
 )
@@ -57,11 +71,6 @@ _COMMENT = re.compile(
     r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
     r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
 )
-# lines of comments in code that hold LaTeX: displays, or bare commands
-_COMMENTED = re.compile(
-    r"(?m)^(?:[ \t]*%(?![%\w]).*\n)*[ \t]*%.*\$\$.*\n(?:[ \t]*%.*\n?)*"
-    r"|^[ \t]*(?:#(?!#)|//)[^$\n=]*\\[a-zA-Z]+[^$\n]*=[^$\n]*$"
-)
 _LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _BEFORE = re.compile(r"\s*((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
@@ -69,32 +78,32 @@ _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
-_TYPED = re.compile(
-    r"\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+(?:Real\s+|double\s+|float\s+|(?:[A-Z]\w*\.)+[A-Z]\w*\s+)?",
-    re.I,
-)
-_ADDED = re.compile(
-    r"\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$"
-)  # a value to those of a quantity
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(r"\s*return\s+(?:(?:[\w.]+\()?[\[(](.*)[\])]\)?|(.*,.*));?\s*$", re.S)  # of states, in their order
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
 _RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
-_STEPPED = re.compile(  # a step in time, omega += alpha*dt; without dt what is called like a rate is one
-    r"\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
-    rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|((?![dD][tT]\b)[\w.>-]*{_RATE}))"
-    r"\s*;?\s*(?:(?:#|//|%).*)?$"
+_CODE = (  # lines of code in plain notation
+    (r"^\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$", r"\1\2 = \3"),
+    (  # a step in time, omega += alpha*dt, says what the rate is; without dt what is called like a rate is one
+        r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
+        rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|((?![dD][tT]\b)[\w.>-]*{_RATE}))"
+        r"\s*;?\s*(?:(?:#|//|%).*)?$",
+        r"der(\1) = \2\3\4",
+    ),
+    (
+        r"(?i)^\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+"
+        r"(?:Real\s+|double\s+|float\s+|(?:[A-Z]\w*\.)+[A-Z]\w*\s+)?",
+        "",
+    ),
+    (r"^(\s*\w+)\s*:\s*[A-Za-z][\w.\[\], |]*?(?=\s*=)", r"\1"),  # x: float = 1
+    (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
 )
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
 )
-_NAMING = re.compile(r"\s*[#%!]+\s*[A-Za-z]\w*[(\[]\d[)\]]\s*=\s*\w{1,12}'?\s*$")
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
-_ANNOTATED = re.compile(r"(\s*\w+)(\s*:\s*[A-Za-z][\w.\[\], |]*?)(?=\s*=)")  # x: float = 1
-_SEVERAL = re.compile(r"\s*([A-Za-z]\w*(?:\s*,\s*[A-Za-z]\w*)+)\s*=(?!=)([^;=]*);?\s*")  # x, y = l*sin(a), l*cos(a)
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
-_GOES_ON = re.compile(r"(?:\s|\\displaystyle\b|&)*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
@@ -146,9 +155,9 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped = list[tuple[int, Statement]](), list[str]()
-    text = _BLANK.sub(_blank, _ESCAPED.sub(r" \\", _plain(text)))
+    for pattern, by in _PLAIN:
+        text = re.sub(pattern, by, text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
-    formulas = sorted([*formulas, *_find_unmarked(text, formulas)])
     for start, end, begin, formula in _joined(text, formulas):
         found += [(begin + at, _statement(text, start, end, one, begin + at)) for at, one in equations_in(formula)]
     for start, end, one in _lines(text, [formula[:2] for formula in formulas], skipped):
@@ -159,19 +168,6 @@ def read_text(text: str) -> Document:
             one = replace(one, text=f"{left[1].strip()} {one.text}", chained=True)
         chain.append(one)
     return Document(tuple(chain), text=text, skipped=tuple(skipped))
-
-
-def _plain(text: str) -> str:
-    """The text with letters for HTML's entities, _ and ^ for its scripts; LaTeX in comments of code without their marks."""
-    if not re.search(r"\\(?:section|documentclass|begin\{document\})", text):
-        text = _COMMENTED.sub(lambda match: re.sub(r"(?m)^([ \t]*)(?:%+|#|//+)", _blank, match[0]), text)
-    text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
-    script = lambda match: ("_" if match[1] == "b" else "^") + (match[2] if match[2].isdigit() else f"({match[2]})")  # noqa: E731
-    return re.sub(r"<su([bp])>([^<>]*)</su[bp]>", script, text)
-
-
-def _blank(match: re.Match[str]) -> str:
-    return " " * len(match[0])
 
 
 def equations_in(formula: str) -> list[tuple[int, str]]:
@@ -190,13 +186,14 @@ def equations_in(formula: str) -> list[tuple[int, str]]:
             continue
         prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
         start, end = prefix.start() if prefix else piece[0].start, piece[-1].end
-        left, value = formula[start : piece[kinds.index("relation")].start], piece[kinds.index("relation") + 1 :]
+        relation = piece[kinds.index("relation")]
+        left, value = formula[start : relation.start], formula[relation.end : end].strip()
         names = [name.strip() for name in re.sub(r"^\s*\((.*)\)\s*$|,\s*$", r"\1", left).split(",")]
         if len(names) == 1 or not value or not all(re.fullmatch(r"(?:\w+\.\s*)?[^\W\d]\w*", name) for name in names):
             equations.append((start, formula[start:end]))
             continue
         more = [one for one in found[i + 1 : i + len(names)] if "relation" not in [token.kind for token in one]]
-        values = [formula[one[0].start : one[-1].end] for one in (value, *more)]
+        values = [value, *(formula[a[-1].end : b[-1].end].strip(" ,") for a, b in pairwise([piece, *more]))]
         if values[0].startswith("sincos("):
             values = [f"{function}{values[0].removeprefix('sincos')}" for function in ("sin", "cos")]
         if len(values) == len(names):
@@ -224,20 +221,10 @@ def _formulas(text: str) -> Iterator[Formula]:
     place, missing = 0, set[str]()
     while match := _OPENERS.search(text, place):
         opener, place = match[0], match.end()
-        own = opener.replace("begin", "end") if opener[0] == "\\" else opener.replace("[", "[/")
-        closer = [*_MARKS.values()][(match.lastindex or 1) - 1] or re.escape(own)
-        if closer in missing:
-            continue
-        closing = re.compile(closer).search(text, place)
-        if closer == "}":
-            depth, closing = 1, None
-            for brace in re.finditer(r"(?<!\\)[{}]", text[: place + MOST_OF_A_LINE]):
-                depth += (1 if brace[0] == "{" else -1) if brace.start() >= place else 0
-                if depth == 0:
-                    closing = brace
-                    break
+        closer = [*_MARKS.values()][(match.lastindex or 1) - 1] or re.escape(opener.replace("begin", "end"))
+        closing = None if closer in missing else re.compile(closer).search(text, place)
         if closing is None:
-            missing |= {closer} - {"}"}
+            missing.add(closer)
             continue
         body = text[place : closing.start()]
         if opener == "$" and "\n\n" in body:
@@ -258,32 +245,19 @@ def _pictures(text: str) -> Iterator[Formula]:
         yield match.start(), match.end(), match.start("formula"), formula
 
 
-def _find_unmarked(text: str, formulas: list[Formula]) -> Iterator[Formula]:
-    """Lines of LaTeX without marks that are one equation together."""
-    for match in _PARAGRAPH.finditer(text):
-        bare = re.sub(r"\\[A-Za-z]+", " ", match[0])
-        words = {*re.findall("[A-Za-z]{4,}", bare)} - _NOT_WORDS
-        covered = any(start < match.end() and match.start() < end for start, end, _, _ in formulas)
-        if bare != match[0] and bare.count("=") == 1 and not words and not covered:
-            yield match.start(), match.end(), match.start(), match[0]
-
-
 def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
     """Formulas, where a display that may go on with the sum or the chain of the one before it is a row of that."""
     found: list[Formula] = []
     for start, end, begin, formula in formulas:
-        beside = bool(_GOES_ON.match(formula))  # $x$ $= a$
-        if found and (beside or text[start : start + 2] in ("$$", r"\[", r"\b", "``")):
-            first, ended, at, before = found[-1]
-            if beside and "=" not in before and not text[ended:start].strip():
-                found[-1] = (first, end, at, before + " " * (begin - at - len(before)) + formula)
-                continue
-            goes_on = _ENDS_OPEN.search(before) or formula.lstrip(" &\n")[:1] in ("+", "-")
-            if goes_on and not re.search(r"\w", text[ended:start]):
-                between = "\f" + re.sub(r"[^\n]", " ", text[at + len(before) + 1 : begin])
-                found[-1] = (first, end, at, before + between + formula)
-                continue
-        found.append((start, end, begin, formula))
+        first, ended, at, before = found[-1] if found else (0, 0, 0, "=")
+        is_right = "=" not in before and re.match(r"(?:\s|\\displaystyle\b)*=", formula)  # of $x$ $= a$
+        is_display = bool(found) and text[start : start + 2] in ("$$", r"\[", r"\b", "``")
+        is_rest = is_display and (_ENDS_OPEN.search(before) or formula.lstrip(" &\n")[:1] in ("+", "-"))
+        if (is_right and not text[ended:start].strip()) or (is_rest and not re.search(r"\w", text[ended:start])):
+            between = "\f" + re.sub(r"[^\n]", " ", text[at + len(before) + 1 : begin])
+            found[-1] = (first, end, at, before + between + formula)
+        else:
+            found.append((start, end, begin, formula))
     return found
 
 
@@ -300,16 +274,13 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
             span = next(spans)
         begin, start = start if open_from < 0 else open_from, end + 1
         whole, open_from = text[begin:end], -1
+        if span[0] < end or len(whole) > 20_000:
+            continue
         quoted = text.count('"""', 0, begin) % 2  # code that is left out
-        if (added := _ADDED.match(whole)) and not quoted:
-            whole = f"{added[1] or added[2]} = {added[3]}"
-        elif not quoted and (stepped := _STEPPED.match(whole)):
-            whole = f"der({stepped[1]}) = {stepped[2] or stepped[3] or stepped[4]}"
+        for pattern, by in () if quoted else _CODE:
+            whole = re.sub(pattern, by, whole)
         returns = not quoted and re.match(r"\s*return\b", whole)
-        comment = whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)
-        if comment and _NAMING.match(whole):  # % X(1) = q1
-            whole, comment = re.sub("[#%!]", " ", whole), False
-        if span[0] < end or len(whole) > 20_000 or comment or not (returns or "=" in whole):
+        if (whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)) or not (returns or "=" in whole):
             continue
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
         bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
@@ -358,26 +329,18 @@ def _at_commas(text: str) -> list[str]:
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
     """A plain line without its label, comments and the like, and where that begins; nothing of one that is prose."""
     line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
-    if annotated := _ANNOTATED.match(line):
-        line = annotated[1] + " " * len(annotated[2]) + line[annotated.end() :]
     label = _LABELLED.match(line) or _LABEL.match(line)
     begin = label.end() if label and "=" not in label[0] else 0
-    if typed := _TYPED.match(line[begin:]):
-        begin += typed.end()
     equation = line[begin:].rstrip()
     while (shorter := _COMMENT.sub(lambda match: " " * len(match[0]), equation).rstrip()) != equation:
         equation = shorter
-    equation = re.sub(r",\s*dtype\s*=\s*[\w.]+", lambda match: " " * len(match[0]), equation)  # of an array's numbers
     bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
     beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
     prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
         if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
             begin, equation = begin + words.end(), equation[words.end() :]
-        several = len(equation) < MOST_OF_A_LINE and _SEVERAL.fullmatch(equation)
-        names, values = (_at_commas(part) for part in (several.groups() if several else ("", "")))
-        pairs = zip(names, values, strict=True) if several and len(names) == len(values) else ()
-        yield from ([(begin, f"{name} = {value}") for name, value in pairs] or [(begin, equation)])
+        yield begin, equation
 
 
 def read_toml(data: bytes, place: str) -> Document:
@@ -386,23 +349,20 @@ def read_toml(data: bytes, place: str) -> Document:
         tables = tomllib.loads(data.decode())
     except (ValueError, RecursionError) as error:  # of TOML, of its letters, of numbers with thousands of digits
         raise InputError(f"{place}: not TOML: {error}") from None
-    unknown = [name for name in tables if name not in ("equations", "symbols", "rod", "convention")]
-    if unknown:
+    kinds = {"equations": "a table", "symbols": "a table", "rod": "text", "convention": "text"}
+    if unknown := [name for name in tables if name not in kinds]:
         raise InputError(f"{place}: {shown(unknown[0])}: unknown key; known are equations, symbols, rod and convention")
-    for name in ("equations", "symbols"):
-        table = tables.setdefault(name, {})
-        if not isinstance(table, dict):
-            raise InputError(f"{place}: {name}: {shown(table)} is not a table")
-        for key, value in table.items():
-            if not isinstance(value, str):
-                raise InputError(f"{place}: {name}.{key}: {shown(value)} is not text; write it in quotes")
-        if name == "equations" and not table:
-            raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
-    for name in ("rod", "convention"):
-        if name in tables and not isinstance(tables[name], str):
-            raise InputError(f"{place}: {name}: {shown(tables[name])} is not text")
-    found, rod, convention = tuple(statements(tables["equations"])), tables.get("rod"), tables.get("convention")
-    return Document(found, tables["symbols"], rod, convention)
+    tables: dict[str, Any] = {"equations": {}, "symbols": {}} | tables
+    for name, value in tables.items():
+        if not isinstance(value, dict if kinds[name] == "a table" else str):
+            raise InputError(f"{place}: {name}: {shown(value)} is not {kinds[name]}")
+        for key, one in value.items() if isinstance(value, dict) else ():
+            if not isinstance(one, str):
+                raise InputError(f"{place}: {name}.{key}: {shown(one)} is not text; write it in quotes")
+    if not tables["equations"]:
+        raise InputError(f'{place}: equations: missing; write [equations] and below it name = "expression"')
+    found = tuple(statements(tables["equations"]))
+    return Document(found, tables["symbols"], tables.get("rod"), tables.get("convention"))
 
 
 def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]:

@@ -7,10 +7,11 @@ refused with a reason.
 import re
 from dataclasses import replace
 from fractions import Fraction
+from functools import partial
 
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word
-from pendpin.doctor.reading.tokens import ACCENTS, CALLED, CLOSING, MATRICES, SEPARATORS, Token, exponent_of, pieces_of
-from pendpin.doctor.reading.tree import TIME, Node, Unread, differentiate, divide, matrix_of, number_index, symbol_node
+from pendpin.doctor.reading.tokens import ACCENTS, CALLED, CLOSING, MATRICES, SEPARATORS, Token, cut, is_latex, tokens
+from pendpin.doctor.reading.tree import TIME, Node, Unread, differentiate, divide, matrix_of, rename, symbol_node
 
 OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
 ENDS = {"close", "relation", "other relation", "condition", "over", "end", "blank", *SEPARATORS}
@@ -18,8 +19,8 @@ POWERS = {"pow": 0, "power": 0, "square": 2}
 LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
 PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
 OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
-FRAMES = set("ABINOWG")
-MOST_DIGITS = 30
+FRAMES, TRANSPOSED = set("ABINOWG"), {"T", "top", "intercal"}
+MOST_DIGITS, MOST_POWER = 30, 12
 MOST_TERMS = 6  # of a sum with bounds
 
 
@@ -29,8 +30,13 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
     Its names mean nothing yet, unless some `words` are given.
     """
     try:
-        pieces, latex = pieces_of(text)
-        equations = [_Parser(piece, latex, tight).sides() for piece in pieces]
+        pieces = list[list[Token]]()
+        for piece in cut(tokens(text)):  # with the rows that a chain goes on in
+            if pieces and piece[0].kind == "relation":
+                pieces[-1] += piece
+            else:
+                pieces.append(piece)
+        equations = [_Parser(piece, is_latex(text), tight).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -71,11 +77,9 @@ class _Parser:
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
     def take_lowered(self) -> str:
-        """The index that comes next, and past it; empty where none does."""
         return self.take().text if self.peek().kind == "_" else ""
 
     def at_sign(self) -> bool:
-        """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:
@@ -89,19 +93,15 @@ class _Parser:
 
     def sides(self) -> list[Node]:
         """What stands on the sides of each =. Raises Unread."""
-        for token in self.tokens:
-            if token.kind == "strange":
-                raise Unread(token.text, token.start, "}" if "is not closed" in token.text else "")
+        if strange := next((token for token in self.tokens if token.kind == "strange"), None):
+            raise Unread(strange.text, strange.start, "}" if "is not closed" in strange.text else "")
         found = list[Node]()
         while True:
             token = self.peek()
             if token.kind in ("relation", "end", "condition"):
                 side = "left" if token.kind == "relation" and not found else "right"
                 raise Unread(f"the {side} side of = is empty", token.start)
-            if token.text == "Eq" and self.peek(1).text == "(":  # of sympy, also where it has a name
-                self.take()
-                found = [*self.group().children]
-            elif token.kind not in ("close", "other relation", *SEPARATORS):
+            if token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
             if token.text == "≈" and len(found) > 1:  # what is rounded behind a chain
@@ -110,11 +110,11 @@ class _Parser:
                 of_forces = len(found) > 2 and found[0].written and found[0].written.letter.startswith("sum")
                 return found[1:] if of_forces else found  # sum F = T - mg = m a says what is equal, not what sum F is
             if token.kind != "relation":
-                relation = f"not an equation: it holds the relation {token.text}"
-                closes = relation if "relation" in token.kind else f"the bracket {token.text} closes nothing"
-                several = "it gives values to several names at once: write an equation for each"
-                wrong = {"condition": f"an equation that holds only {token.text} is not checked", ",": several}
-                wrong = wrong.get(token.kind, closes)
+                wrong = {
+                    "condition": f"an equation that holds only {token.text} is not checked",
+                    ",": "it gives values to several names at once: write an equation for each",
+                    "relation": f"not an equation: it holds the relation {token.text}",
+                }.get(token.kind.split(" ")[-1], f"the bracket {token.text} closes nothing")
                 raise Unread(wrong, token.start, OPENING.get(token.text, ""))
 
     def sum(self) -> Node:
@@ -151,11 +151,7 @@ class _Parser:
                 raise Unread(f"the function {name.value.lstrip('?')} is not known", name.span[0])
             if operator == "∖":  # A\b
                 factors[-1], operator = Node("power", name.outer, Fraction(-1), (name,), (mark,)), "*"
-            sign = self.take() if token.kind == "operator" and self.at_sign() else None  # m*g*-cos(theta)
             factors.append(self.power())
-            if sign and sign.text == "-":
-                span = (sign.start, factors[-1].outer[1])
-                factors[-1] = Node("sum", span, (-1,), (factors[-1],), ((sign.start, sign.end),))
             if mark[0] == mark[1] and self._is_long(name) and self._is_long(factors[-1]):
                 both = " ".join(factor.value.lstrip("?") for factor in factors[-2:])
                 raise Unread(f"{both}: words, or names without a sign between them", name.span[0])
@@ -175,7 +171,7 @@ class _Parser:
         return len(node.written.letter) > 1 and node.written.letter not in {*GREEK.values(), "const"}
 
     def power(self) -> Node:
-        """A factor with its exponents, or what is transposed; a letter after ^ belongs to the name before it."""
+        """A factor with its exponents, or what is transposed."""
         base = self.atom()
         while base.bracketed is not None and self.peek().kind == "prime":
             token = self.take()
@@ -186,25 +182,14 @@ class _Parser:
                     base = Node("derivative", (base.outer[0], token.end), "t", (base,))
         while self.peek().kind == "^":
             token = self.take()
-            if token.text in ("T", "top", "intercal"):
-                if base.kind == "product" and {*base.value} == {"*"} and self.latex:  # entries with blanks between
-                    base = Node("matrix", base.outer, (1, len(base.children)), base.children)
+            if token.text in TRANSPOSED:
                 base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
                 continue
-            if base.written is not None and base.kind == "symbol":
-                named = re.fullmatch(r"[A-Za-z]+(?:_?\d)?|\*", token.text)
-                index = ",".join(filter(None, (base.written.index, self.take_lowered(), token.text if named else "")))
-                if index != base.written.index:
-                    span = (base.span[0], self.peek(-1).end if named else base.span[1])
-                    base = symbol_node(replace(base.written, index=index), span)
-                if named:
-                    continue
             exponent = exponent_of(token)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
-            base = Node(
-                "power", (base.outer[0], self.peek(-1).end), exponent, (base,), ((token.start, self.peek(-1).end),)
-            )
+            end = self.peek(-1).end
+            base = Node("power", (base.outer[0], end), exponent, (base,), ((token.start, end),))
             self.took_time()
         return base
 
@@ -214,6 +199,10 @@ class _Parser:
         above = self.peek(1) if token.text == "{" else token
         if above.text in ("d", "partial", "frac") and above.kind not in ("^", "_") and (node := self.derivative()):
             return node
+        if self.at_sign():  # m*g*-cos(theta)
+            self.take()
+            inner, sign = self.power(), -1 if token.text == "-" else 1
+            return Node("sum", (token.start, inner.outer[1]), (sign,), (inner,), ((token.start, token.end),))
         match token.kind:
             case "number" | "half":
                 self.take()
@@ -237,10 +226,8 @@ class _Parser:
         group = self.group()
         if token.text != "{" or group.kind != "symbol" or group.written is None:
             return group
-        lowered = self.take_lowered()  # as in {\bf q}_1
-        timed = self.took_time()
-        written = replace(group.written, index=group.written.index + lowered)
-        return symbol_node(written, (token.start, self.peek(-1).end)) if lowered or timed else group
+        place, node = self.place, self.marked(group.written, token.start)  # as in {\bf q}_1
+        return node if self.place > place else group
 
     def symbol(self) -> Node:
         """One quantity, of which is known only how it is written: accents, hats, indices, primes, frames."""
@@ -263,8 +250,17 @@ class _Parser:
                 written = Written(f"Delta{self.take().text}")
         else:
             raise Unread(f"{token.text!r} is not a symbol", token.start)
+        return self.marked(written, start, before)
+
+    def marked(self, written: Written, start: int, before: str = "") -> Node:
+        """A name with what stands behind it: dots, primes, indices, frames; a letter after ^ belongs to it."""
         while True:
             mark, last = self.peek(), self.peek(-1)
+            index = self.peek(1)
+            if mark.kind == "^" and index.kind == "_":  # l^2_1 is l_1^2
+                swapped = index._replace(start=mark.start, end=mark.start), mark._replace(end=index.end)
+                self.tokens[self.place : self.place + 2] = swapped
+                continue
             adjoins = last.kind == "letter" and last.end == mark.start and not self.latex  # as in θ1
             if mark.kind == "dots":
                 dots = written.dots + ACCENTS.get(mark.text, 0)
@@ -273,6 +269,8 @@ class _Parser:
                 written = replace(written, dots=written.dots + len(mark.text))
             elif mark.kind == "^" and mark.text in FRAMES:
                 written = replace(written, frames=before + mark.text if before and written.letter == "C" else "")
+            elif mark.kind == "^" and mark.text not in TRANSPOSED and re.fullmatch(r"[A-Za-z]+(?:_?\d)?|\*", mark.text):
+                written = replace(written, index=",".join(filter(None, (written.index, mark.text))))
             elif mark.kind == "_" or (mark.kind == "number" and adjoins) or mark.text in ("uparrow", "downarrow"):
                 written = replace(written, index=written.index + mark.text)
             else:
@@ -374,7 +372,7 @@ class _Parser:
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \underbrace, \det, \sum, \dv and \pdv."""
+        r"""\sqrt, \frac, \underbrace, \det and \sum."""
         token = self.peek()
         if token.text == "sqrt":
             return self.function()
@@ -392,27 +390,21 @@ class _Parser:
             case "det":
                 inner = self.atom()
                 return Node("function", (start, inner.outer[1]), "det", (inner,), ((start, token.end),))
-            case "dv" | "pdv":
-                order = self.atom().value if self.peek().text == "[" else 1
-                inside = self.atom()
-                inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
-                return differentiate(inside, by, order, (start, self.peek(-1).end))
             case "sum":  # with small numbers as its bounds, written out
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
                     scripts[mark] = self.take().text
                 if not any(scripts.values()) and self.at_symbol():  # the sum of the forces is a name: \sum F_r = T
-                    name = self.symbol()
-                    assert name.written is not None
-                    if self.at_end() and not re.search("[ijkn]", name.written.index):
-                        return symbol_node(
-                            replace(name.written, letter=f"sum{name.written.letter}"), (start, self.peek(-1).end)
-                        )
+                    name = self.symbol().written or TIME
+                    if self.at_end():
+                        return symbol_node(replace(name, letter=f"sum{name.letter}"), (start, self.peek(-1).end))
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
                     raise Unread("a sum is read with small numbers as its bounds", start)
                 body, numbers = self.product(), range(int(bounds[2]), int(bounds[3]) + 1)
-                terms = tuple(number_index(body, bounds[1], str(i)) for i in numbers)
+                running = rf"(?:(?<![A-Za-z])|(?<=theta)|(?<=phi)){bounds[1]}(?![A-Za-z])"
+                numbered = lambda one, i: replace(one, index=re.sub(running, str(i), one.index))  # noqa: E731
+                terms = tuple(rename(body, partial(numbered, i=i)) for i in numbers)
                 return Node("sum", (start, body.outer[1]), (1,) * len(terms), terms, ((start, start),) * len(terms))
         raise Unread(f"\\{token.text} stands where a quantity should", start)
 
@@ -435,8 +427,6 @@ class _Parser:
                 blanks |= token.kind == "blank"
                 if token.kind == "row" or (token.kind == ";" and opened.text == "["):
                     rows.append([])
-                elif token.kind == "&" and self.peek().kind == "close":
-                    rows[-1].append(Node("number", (token.end, token.end), Fraction(0)))
             else:
                 break
         token = self.peek()
@@ -449,10 +439,6 @@ class _Parser:
         entries = [entry for row in rows for entry in row]
         if not entries:
             raise Unread(f"{token.text!r} stands where a quantity should", token.start)
-        if opened.text == "Vmatrix":
-            self.take_lowered()
-            inner = entries[0] if len(entries) == 1 else matrix_of(rows, span)
-            return Node("function", span, "norm", (inner,), ((opened.start, opened.end),))
         if is_matrix:
             return matrix_of(rows, span)
         if len(entries) == 1:
@@ -469,8 +455,19 @@ class _Parser:
         self.bars += 1
         inner = self.sum()
         self.bars -= 1
-        if not self.took("|"):
+        if self.take().kind != "|":
             raise Unread("the bracket | is not closed", opened.start)
         span = (opened.start, self.peek(-1).end)
         self.take_lowered()
         return Node("function", span, "norm", (inner,), ((opened.start, opened.end),))
+
+
+def exponent_of(token: Token) -> Fraction:
+    """A small number, or a half."""
+    text = re.sub(r"frac(\d)(\d)", r"\1/\2", token.text)
+    if not re.fullmatch(r"[+-]?\d{1,9}(?:\.\d{1,3}|/[1-9])?", text):
+        raise Unread("only numbers are read as exponents", token.start)
+    value = Fraction(text)
+    if abs(value) > MOST_POWER or value.denominator > 2:
+        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
+    return value

@@ -62,13 +62,14 @@ PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
     (r"tension|along the rod", ("R_3", "S")),
 )
 
-# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"; others may stand before an equation
+# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"
+_NO_NAME = "".join(
+    f"(?<!{word} )" for word in ("centre", "center", "half", "per", "unit", "quarter", "twice", "double")
+)
 _NAMED = re.compile(
-    rf"(?:^|[.,;(]\s*|(?<!\w)(?P<before>\w+\s+)?\b(?:of|with|and|its|has|the|a|total)\s+)"
-    rf"(?P<phrase>mass|length)\s+{_SYMBOL}",
+    rf"(?:^|[.,;(]\s*|{_NO_NAME}\b(?:of|with|and|its|has|the|a|total)\s+)(?P<phrase>mass|length)\s+(?!\$[^$]*\d){_SYMBOL}",
     re.IGNORECASE | re.MULTILINE,
 )
-_NO_NAME = re.compile(r"cent(?:re|er)|half|per|unit|quarter|twice|double", re.IGNORECASE)
 _FILLING = """force in at of along the a rod joint string rope wire then therefore thus is equals becomes reads follows as
 bob body bodies system pendulum total both two"""
 _PASSING = re.compile(
@@ -80,36 +81,6 @@ _PASSING = re.compile(
     r"(?P<after>\s*\(?(?:about|around|through)(?:(?! and )[A-Za-z ]){2,60})?",
     re.IGNORECASE,
 )
-_ANGLES = re.compile(
-    rf"{_SYMBOL}\s+and\s+\$\s*(?P<other>\\?[A-Za-z]+(?:_\{{?\w+\}}?)?)\s*\$\s+(?:are|denote|stand for)"
-    r"\s+(?:the\s+)?(?:angles?\s+)?\$?\\?(?P<first>theta|phi)\$?\s+and\s+\$?\\?(?P<second>theta|phi)\b"
-)
-
-
-@lru_cache(maxsize=10)
-def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
-    """The symbols of which a text says what they are, how that is printed in systems, and whether it says so in passing."""
-    found = list[tuple[str, tuple[Written, ...], bool]]()
-    for match in _ANGLES.finditer(text):
-        pairs = (("symbol", "first"), ("other", "second"))
-        found += [(match[symbol], (Written(match[name]),), False) for symbol, name in pairs]
-    for match in (one for said in (_SAID, _SAID_PLAINLY, _VALUED) for one in said.finditer(text)):
-        groups, phrase = match.groupdict(), match["phrase"][:MOST_WORDS]
-        if (printed := _printed(phrase)) or _DAMPING.search(phrase):
-            found.append((groups.get("symbol") or groups.get("bare") or "", printed, False))
-    for match in _NAMED.finditer(text):
-        if not _NO_NAME.fullmatch((match["before"] or "").strip()) and not re.search(r"\d", match["symbol"]):
-            found.append((match["symbol"], _printed(match["phrase"]), True))
-    for match in _PASSING.finditer(text):
-        names = _printed(f"{match['phrase']}{match['after'] or ''}")
-        found += [(symbol, names, True) for symbol in (match["symbol"], match["other"]) if symbol]
-    return found
-
-
-def _printed(phrase: str) -> tuple[Written, ...]:
-    """How what a phrase speaks of is printed; none where the phrase is not known."""
-    names = next((names for pattern, names in PHRASES if re.search(pattern, phrase, re.IGNORECASE)), ())
-    return tuple(Written(letter, 0, index) for letter, _, index in (name.partition("_") for name in names))
 
 
 def read_symbols(
@@ -139,6 +110,23 @@ def read_symbols(
         else:
             words.given[words(left)[0]] = right
     return words
+
+
+@lru_cache(maxsize=10)
+def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
+    """The symbols of which a text says what they are, how that is printed in some system, and if it is said in passing."""
+    found = list[tuple[str, tuple[Written, ...], bool]]()
+    for pattern in (_SAID, _SAID_PLAINLY, _VALUED, _NAMED, _PASSING):
+        for match in pattern.finditer(text):
+            groups = match.groupdict("")
+            phrase = groups["phrase"][:MOST_WORDS] + groups.get("after", "")
+            meant = next((meant for known, meant in PHRASES if re.search(known, phrase, re.IGNORECASE)), ())
+            printed = tuple(Written(letter, 0, index) for letter, _, index in (one.partition("_") for one in meant))
+            passing = pattern in (_NAMED, _PASSING)
+            names = (groups.get("symbol") or groups.get("bare", ""), groups.get("other", ""))
+            if printed or passing or _DAMPING.search(phrase):
+                found += [(name, printed, passing) for name in names if name]
+    return found
 
 
 def _say(words: Vocabulary, spec: Spec, text: str) -> None:

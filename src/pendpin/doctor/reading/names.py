@@ -9,52 +9,51 @@ from typing import Any
 from pendpin.doctor.reading.tree import Node, Span, Written, unknown
 
 FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
-_LETTERS = """theta phi omega alpha psi beta gamma tau pi mu lambda rho Omega Delta delta epsilon eta xi zeta kappa nu sigma
-chi Phi Theta Psi Gamma Lambda Sigma"""
-GREEK = {name: name for name in _LETTERS.split()}
-GREEK |= {"varphi": "phi", "vartheta": "theta", "ell": "l", "imath": "i", "jmath": "j"}
-GREEK |= {"varepsilon": "epsilon", "varrho": "rho"}
-GREEK |= {"ℓ": "l", "ϕ": "phi", "ϑ": "theta", "teta": "theta"}
-_SIGNS = """α alpha β beta γ gamma δ delta ε epsilon ζ zeta η eta θ theta κ kappa λ lambda μ mu ν nu ξ xi π pi ρ rho σ sigma
-τ tau φ phi χ chi ψ psi ω omega Δ Delta Ω Omega Φ Phi Ψ Psi Γ Gamma Λ Lambda Θ Theta"""
-LETTERS: dict[str, str] = dict(zip(_SIGNS.split()[1::2], _SIGNS.split()[::2], strict=True))  # alpha is printed α
-GREEK |= {letter: name for name, letter in LETTERS.items()}
 
 
+def _meanings(table: str) -> dict[str, str]:
+    """What each word of a table means: the first word of its entry."""
+    return {word: words[0] for words in map(str.split, table.split(",")) for word in words[1:]}
+
+
+_GREEK = """theta θ ϑ vartheta teta, phi φ ϕ varphi, omega ω, alpha α, psi ψ, beta β, gamma γ, tau τ, pi π, mu μ, lambda λ,
+rho ρ varrho, Omega Ω, Delta Δ, delta δ, epsilon ε varepsilon, eta η, xi ξ, zeta ζ, kappa κ, nu ν, sigma σ, chi χ, Phi Φ,
+Theta Θ, Psi Ψ, Gamma Γ, Lambda Λ"""
+GREEK = _meanings(_GREEK) | _meanings("l ell ℓ, i imath, j jmath")
+GREEK |= {name: name for name in (*GREEK.values(), "Sigma") if len(name) > 1}  # Σ alone is a sum
 _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
-_PREFIX = re.compile(rf"(d{{1,2}})_?({_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?([\dA-C]?)")  # dtheta, ddx1, dp_1
-_SUFFIX = re.compile(  # theta_d, theta_1dot, x_t
-    rf"({_ANGLE}|x|y|z|q)_?([123]?)_?(d{{1,2}}|d?dot|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?([123]))?"
+_RATES = tuple(  # how the name of a rate is spelled
+    re.compile(pattern)
+    for pattern in (
+        r"d(?P<order>2)_?(?P<name>[A-Za-z]+?\d?)_?dt\d?",  # d2x_dt2
+        r"d_?(?P<name>[A-Za-z]+?\d?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1
+        r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>[dD]?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
+        rf"(?P<order>d{{1,2}})_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # dtheta, ddx1
+        rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
+    )
 )
-_OVER_DT = re.compile(r"d(?P<twice>2)?_?(?P<name>[A-Za-z][A-Za-z]*?\d?)_?dt(?P<last>\d?)")  # dtheta_dt, dwdt1, d2x_dt2
-_DOTTED = re.compile(  # thetaDot1, xprime, x_ddot, theta_dot_dot
-    r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?:(?P<twice>d|D)?[dD]ot|prime|(?<=_)point)(?P<again>_?[dD]ot|prime)?_?(?P<last>[\dA-C]?)"
-)
+_TWICE = re.compile("2|dd|tt|pp|[dD][dD]ot|[dD]ot_?[dD]ot|primeprime")
 _MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
-_SHORT = {"th": "theta", "ph": "phi", "Th": "theta", "thetadot": "theta", "KE": "T", "PE": "V", "Tau": "tau"}
-_SHORT |= {"Theta": "theta", "Phi": "phi", "angle": "theta", "ke": "T", "pe": "V"}
-_SHORT |= dict.fromkeys(("angularVelocity", "angVel", "angvel"), "omega")
-_SHORT |= dict.fromkeys(("angularAcceleration", "angAcc", "angacc", "acceleration"), "alpha")
-_SHORT |= {name: GREEK[name] for name in ("ell", "varphi", "vartheta")}
+_SHORT = _meanings(
+    """theta th Th Theta angle, phi ph Phi, T KE ke, V PE pe, tau Tau, omega angularVelocity angVel angvel,
+    alpha angularAcceleration angAcc angacc acceleration"""
+)
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
-_WORDS = {
-    "m": "mass masse masa massa",
-    "g": "gravity grav gravite gravedad gravidade",
-    "I": "inertia inertie inercia moi",
-}
-_WORDS |= {"l": "length len longueur longitud comprimento lunghezza laenge", "F": "force"}
-_BODIES = {"cart": "cart trolley chariot carro", "pend": "pendulum pend pendulo", "cm": "cm com"}
-_BODIES |= {"pole": "pole", "rod": "rod", "bob": "bob"}
-_MEANT = {word: letter for letter, words in {**_WORDS, **_BODIES}.items() for word in words.split()}
+_MEANT = _meanings(
+    "m mass masse masa massa, g gravity grav gravite gravedad gravidade, I inertia inertie inercia moi, F force"
+)
+_MEANT |= _meanings(
+    "l length len longueur longitud comprimento lunghezza laenge, cm cm com, pole pole, rod rod, bob bob"
+)
+_MEANT |= _meanings("cart cart trolley chariot carro, pend pendulum pend pendulo")
 _PHRASE = re.compile("|".join(sorted(_MEANT, key=len, reverse=True)) + r"|\d(?!\d)|[AB](?![a-z])|_", re.I)
-_LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE})([A-C])")
+_LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE}|Theta|Phi)([A-C])")
 _RUN_ON = re.compile(
     r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz]|(?<=I)(?:xx|yy|zz))"
 )
-_ORDERS = {"d": 1, "dd": 2, "dot": 1, "ddot": 2, "t": 1, "tt": 2, "p": 1, "pp": 2}
 _STYLED = re.compile(r"(?:^|_)(?:hat|vec)(?=_|\d|$)")
 # what is multiplied without a sign in plain text, such as mglsin
 _PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+[xyz]?")
@@ -68,8 +67,6 @@ def of_word(word: str) -> Written | None:
     """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat, y(2); None if it is not one."""
     if word in FUNCTIONS or word == "d":
         return None
-    if word[-1:] == "_" and (name := of_word(word[:-1])):
-        return replace(name, index=f"{name.index}_")
     if match := _ELEMENT.fullmatch(word):
         vector = of_word(match[1])
         single = vector and (len(vector.letter) == 1 or vector.letter in GREEK or match[1].endswith("dot"))
@@ -79,33 +76,20 @@ def of_word(word: str) -> Written | None:
         return Written(vector.letter if vector and rate else match[1], rate, index)
     if match := _MOMENTUM.fullmatch(word):
         return Written("p", 0, _SHORT.get(match[1], match[1]) + match[2])
-    for pattern in (_OVER_DT, _DOTTED):
+    for pattern in _RATES:
         if match := pattern.fullmatch(word):
-            parts = match.groupdict()
-            index = parts.get("index") or ("" if pattern is _OVER_DT and parts["twice"] else parts["last"])
-            if base := of_word(parts["name"] + index):
-                return replace(base, dots=base.dots + (2 if parts["twice"] or parts.get("again") else 1))
-    if match := _PREFIX.fullmatch(word):
-        return Written(_SHORT.get(match[2], match[2]), len(match[1]), match[3])
-    if match := _SUFFIX.fullmatch(word):
-        return Written(_SHORT.get(match[1], match[1]), _ORDERS[match[3]], match[2] or match[4] or "")
-    if name := _of_words(word):
-        return name
+            groups = match.groupdict("")
+            if base := of_word(groups["name"] + (groups.get("index") or groups.get("last", ""))):
+                return replace(base, dots=base.dots + (2 if _TWICE.fullmatch(groups.get("order", "")) else 1))
+    pieces = [_MEANT.get(piece.lower()) or piece for piece in _PHRASE.findall(word) if piece != "_"]
+    letters = [piece for piece in pieces if piece in "mgIFl"]
+    if len(letters) == 1 and "".join(_PHRASE.findall(word)) == word:  # pole_mass
+        return Written(letters[0], 0, "".join(piece for piece in pieces if piece not in letters))
     letter, _, index = word.partition("_")
     if not index and (match := _RUN_ON.fullmatch(word) or _LETTERED.fullmatch(word)):
         letter, index = match[1], match[2]
     bare = _STYLED.sub("", index).strip("_").replace("_", ",")
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
-
-
-def _of_words(word: str) -> Written | None:
-    """A name that is made of words, one of which says what is measured: pole_mass is m_pole."""
-    found = _PHRASE.findall(word)
-    pieces: list[str] = [_MEANT.get(piece.lower()) or piece for piece in found if piece != "_"]
-    letters = [piece for piece in pieces if piece in _WORDS]
-    if "".join(found) != word or len(letters) != 1:
-        return None
-    return Written(letters[0], 0, "".join(piece for piece in pieces if piece not in _WORDS))
 
 
 def spelled(word: str, latex: bool, code: bool) -> list[str]:
@@ -164,11 +148,9 @@ class Vocabulary:
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
-        if (
-            found := self._known.get(written)
-        ) is None:  # a text of a hundred equations asks for each some thousand times
-            found = self._known[written] = self._find(written)
-        return found
+        if written not in self._known:  # a text of a hundred equations asks for each some thousand times
+            self._known[written] = self._find(written)
+        return self._known[written]
 
     def meanings_of(self, name: tuple[str, str]) -> tuple[tuple[str, ...], ...]:
         """The meanings of a letter as it may be printed: all that tells what an equation with it means."""
@@ -227,9 +209,11 @@ def bound(node: Node, words: Vocabulary) -> Node:
     left, factors = [0], [children[0]]
     for i, (before, child) in enumerate(pairwise(children), start=1):
         base = child.children[0] if child.kind == "power" else child
-        if before.value in ("?s", "?c") and base.kind == "symbol" and base.bracketed and base.value in words.state:
+        angle = base.kind == "symbol" and base.value in words.state and base.written and not base.written.dots
+        beside = base.bracketed or before.span[1] == base.span[0]
+        if before.value in ("?s", "?c") and angle and beside:  # s(theta) and s\\theta are a sine
             name, span = "sin" if before.value == "?s" else "cos", (before.span[0], base.outer[1])
-            short = Node("function", span, name, (base,), (before.span,))  # s(theta) is a sine
+            short = Node("function", span, name, (base,), (before.span,))
             factors[-1] = short if base is child else replace(child, span=(span[0], child.span[1]), children=(short,))
             continue
         inside = child.children if child.kind == "matrix" else (child,)

@@ -6,7 +6,7 @@ All that a text says of its names before a system gives them a meaning. Each ste
 import re
 from dataclasses import replace
 
-from pendpin.doctor.reading.tree import Node, Rename, Written, parts, rename
+from pendpin.doctor.reading.tree import Node, Rename, Written, differentiate, parts, rename, symbol_node
 
 Sides = tuple[Node, ...]
 Name = tuple[str, str]  # a letter and its index
@@ -37,25 +37,21 @@ def as_derivatives(sides: Sides) -> list[Sides]:
     if len(sides) != 2 or right.kind != "matrix" or not left.written or left.written.letter[:1] not in "AB":
         return [sides]
     (rows, columns), half = right.value, right.value[0] // 2
-    entries = [[part.value if part.kind == "number" else None for part in right.children[i : i + columns]]
-               for i in range(0, len(right.children), columns)]  # fmt: skip
+    if (rows, columns) == (2, 1) or rows not in (2, 4, 6) or columns not in (1, rows):
+        return [sides]
+    table = [right.children[i : i + columns] for i in range(0, len(right.children), columns)]
+    numbers = [[part.value if part.kind == "number" else None for part in row] for row in table]
     for states in ([(i, d) for i in range(half) for d in (0, 1)], [(i, d) for d in (0, 1) for i in range(half)]):
         units = [[int(state == (i, 1)) for state in states] if columns > 1 else [0] for i, _ in states]
-        right_rows = all(entries[k] == units[k] for k, (_, d) in enumerate(states) if d == 0)
-        if rows not in (2, 4, 6) or columns not in (1, rows) or not right_rows or rows + columns == 3:
+        if not all(numbers[k] == units[k] for k, (_, d) in enumerate(states) if d == 0):
             continue
-
-        def derivative(name: Written, by: Written) -> Node:
-            below = Node("symbol", NOWHERE, written=name)
-            return Node("derivative", NOWHERE, children=(below,), marks=(NOWHERE,), written=by)
-
         found = list[Sides]()
-        printed = (part for k, part in enumerate(right.children) if states[k // columns][1])
-        given = replace(right, value=(half, columns), children=tuple(printed))
+        printed = tuple(part for row, (_, d) in zip(table, states, strict=True) if d for part in row)
         for order in ("123"[:half], "213"[:half])[: 1 + (half == 2)]:
-            rated = lambda i, d, order=order: Written(COORDINATE, d, order[i])  # noqa: E731
-            by = [rated(i, d) for i, d in states] if columns > 1 else [Written("u")]
-            truth = tuple(derivative(rated(i, 2), one) for i, d in states if d for one in by)
+            state = lambda i, d, order=order: symbol_node(Written(COORDINATE, d, order[i]), NOWHERE)  # noqa: E731
+            by = [state(*one) for one in states] if columns > 1 else [symbol_node(Written("u"), NOWHERE)]
+            truth = tuple(differentiate(state(i, 2), one, 1, NOWHERE) for i, d in states if d for one in by)
+            given = replace(right, value=(half, columns), children=printed)
             found.append((Node("matrix", NOWHERE, (half, columns), truth), given))
         return found
     return [sides]
@@ -107,79 +103,61 @@ def _number_bodies(equations: list[Sides]) -> Rename | None:
 def _name_states(equations: list[Sides]) -> Rename | None:
     """Names of states for the entries of their vector, and rates for names of their own.
 
-    A line says it: th = y[0], (th, om) = y, dx = (om, acc) beside that, x_1' = x_2, dydt(1) = y(2). Where only
-    th' = y[1] does, y[0] is th, or in a vector of angles before rates y[1 - n].
+    A line names an entry, th = y[0], or all at once, (th, om) = y. The i-th rate belongs to the i-th state: dy[0] = om or
+    dx = (om, acc), or by their numbers x_1' = x_2. Where only th' = y[1] is said, y[0] is th, or in a vector of angles
+    before rates y[1 - n].
     """
     used = {(w.letter, w.index) for w in _written(equations)}
     entry = lambda w: bool(_ENTRY.fullmatch(w.index))  # noqa: E731
-
-    from_zero = {w.letter for w in _written(equations) if w.dots and w.index == "0"}
-
-    def as_entry(w: Written) -> Written:  # dy1 beside y[1] and dy0
-        own = w.dots and w.letter in from_zero and (w.letter, f"[{w.index}]") in used
-        return replace(w, index=f"[{w.index}]") if own else w
-
-    pairs, columns, made = list[tuple[Written, Written]](), list[tuple[Written, list[Written]]](), set[Written]()
+    pairs, made, at_once = list[tuple[Written, Written]](), set[Written](), set[Written]()
     for left, right in (sides for sides in equations if len(sides) == 2):
         if left.written and left.kind == "symbol" and right.children:
             made.add(left.written)
         if left.written and right.written and left.kind == right.kind == "symbol":
-            pairs.append((as_entry(left.written), as_entry(right.written)))
+            pairs.append((left.written, right.written))
         for vector, column in ((left, right), (right, left)):
             names = [one.written for one in column.children if one.written and one.kind == "symbol"]
             whole = column.kind == "matrix" and len(names) == len(column.children) > 1
             if whole and vector.written and vector.kind == "symbol":
-                columns.append((vector.written, names))
+                begin = 0 if (vector.written.letter, "[0]") in used else 1
+                entries = [replace(vector.written, index=f"[{i}]") for i, _ in enumerate(names, start=begin)]
+                if vector is right or not (vector.written.dots or re.search("[dDfF]", vector.written.letter)):
+                    pairs += zip(names, entries, strict=True)
+                    at_once |= {*names}
+                elif not any(map(entry, names)):
+                    pairs += zip(entries, names, strict=True)
 
-    called, rates, vectors = dict[Name, Written](), dict[Name, Written](), dict[str, str]()
-    for left, right in pairs:
-        if entry(right) and not (entry(left) or right.dots or left in made or left in called.values()):
-            called.setdefault((right.letter, right.index), left)
-    for vector, names in columns:
-        begin = 0 if (vector.letter, "[0]") in used else 1
-        for i, name in enumerate(names, start=begin):
-            if (vector.letter, f"[{i}]") in used and name not in called.values():
-                called.setdefault((vector.letter, f"[{i}]"), name)
-    owners = {name: letter for (letter, _), name in called.items()}
-    for left, right in pairs:
-        owner = right.letter if entry(right) else owners.get(right)
-        if entry(left) and owner not in (None, left.letter) and not left.dots and re.search("[dDpfF]", left.letter):
-            vectors[left.letter] = str(owner)
-
-    named_at_once = {name for _, names in columns for name in names}
+    called, owners = dict[Name, Written](), dict[Written, str]()
+    for name, place in pairs:
+        key = (place.letter, place.index)
+        if entry(place) and not (entry(name) or place.dots or name in made - at_once or name in called.values()):
+            owners.setdefault(name, place.letter)
+            called |= {key: name} if key in used and key not in called else {}
+    owner_of = lambda w: w.letter if entry(w) else owners.get(w)  # noqa: E731
+    rates, vectors = dict[Name, Written](), dict[str, str]()
+    given = dict[Written, list[tuple[str, Written]]]()  # entries of vectors of rates
 
     def note(rate: Written, state: Written) -> None:
-        for name in [name for name, other in rates.items() if other == state]:
-            del rates[name]
-        if (rate.letter, rate.index) != (state.letter, state.index):
+        if not rate.dots and (rate.letter, rate.index) != (state.letter, state.index):
             rates[rate.letter, rate.index] = replace(state, styled=False)
 
     for left, right in pairs:
-        left = replace(left, letter=vectors[left.letter], dots=left.dots + 1) if left.letter in vectors else left
-        own = right.letter in _STATES and right.index and right not in made
-        if (
-            left.dots == 1
-            and not right.dots
-            and (
-                right in owners
-                or own
-                or {right, replace(left, dots=0)} <= named_at_once
-                or (entry(right) and entry(left))
-            )
-        ):
+        numbered = right.letter in _STATES and right.index and right not in made
+        if entry(left):
+            given.setdefault(replace(left, index=""), []).append((left.index, right))
+        elif left.dots == 1 and (right in owners or numbered):
             note(right, replace(left, dots=0))
-    named = {letter: [name for (owner, _), name in sorted(called.items()) if owner == letter] for letter, _ in called}
-    states = [names for _, names in columns] + [*named.values()]
-    for vector, names in columns:  # the rates of states in their order: some are states too
-        for other in states if vector.dots or re.search("[dDfF]", vector.letter) else ():
-            moved = any(name in other and other.index(name) != i for i, name in enumerate(names))
-            if moved and len(names) == len(other) and not {*names} <= {*other}:
-                for rate, state in zip(names, other, strict=True):
-                    note(rate, state) if not rate.dots else None
-    for letter in named.keys() - {letter for (letter, _), state in rates.items() if entry(state)}:
-        places = {
-            int(index[1:-1]): name for (owner, index), name in called.items() if owner == letter and name.dots == 1
-        }
+    for vector, values in given.items():
+        others = [owner for _, value in values if (owner := owner_of(value)) not in (None, vector.letter)]
+        if not vector.dots and others and re.search("[dDpfF]", vector.letter):
+            vectors[vector.letter] = str(others[0])
+        owner = str(vector.letter if vector.dots == 1 else vectors.get(vector.letter))
+        states = [(called.get((owner, index), Written(owner, 0, index)), value) for index, value in values]
+        if any(owner_of(value) == owner and value != state for state, value in states):
+            for state, value in states:
+                note(value, state)
+    for letter in {*owners.values()} - {state.letter for state in rates.values() if entry(state)}:
+        places = {int(key[1][1:-1]): name for key, name in called.items() if key[0] == letter and name.dots == 1}
         back = len(places) if places and max(places) - min(places) == len(places) - 1 else 1
         for place, name in places.items():
             if (state := replace(name, dots=0)) not in owners:
@@ -188,7 +166,6 @@ def _name_states(equations: list[Sides]) -> Rename | None:
         return None
 
     def change(written: Written) -> Written:
-        written = as_entry(written)
         for _ in range(MOST_STEPS):
             key = (written.letter, written.index)
             if written.letter in vectors and entry(written):

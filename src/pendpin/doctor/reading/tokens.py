@@ -4,7 +4,6 @@ import re
 import unicodedata
 from bisect import bisect
 from collections.abc import Callable, Iterator
-from fractions import Fraction
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -12,8 +11,7 @@ from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
-MOST_POWER = 12
-MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "Vmatrix", "pmat"}
+MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline eqnarray split flalign displaymath math cases
 subequations"""
@@ -49,7 +47,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
-    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
+    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
     "over": "over",
     "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
@@ -92,17 +90,40 @@ def _table(kinds: dict[str, str]) -> dict[str, tuple[str, str]]:
 COMMANDS, CHARACTERS = _table(_COMMANDS) | {" ": ("space", " ")}, _table(_SIGNS) | {"\f": ("row", "\\")}
 
 _SOLVED = re.compile(  # A\b, the solution of A x = b
-    rf"[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, COMMANDS))})\b)\w+\b)[^\\{{}}]*",
+    rf"\A[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, COMMANDS))})\b)\w+\b)[^\\{{}}]*\Z",
     re.DOTALL,
 )
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
-_REWRITTEN = (  # what says nothing of quantities is blank, or written otherwise, each character in its place
+# one of many values of a quantity in time: theta1[end], x[i], theta2[0]
+_SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
+_OWNERS = "obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"
+
+
+def _name_member(match: re.Match[str]) -> str:
+    """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole."""
+    owners, number, _, name, call = match.groups()
+    if call and name not in FUNCTIONS | CALLED:
+        return match[0]
+    if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
+        name = f"{name}_{number or owners.split('.')[-1]}"
+    return f"{name}{call or ''}"
+
+
+def _mark_rows(match: re.Match[str]) -> str:
+    """In MATLAB's brackets each line is a row, and without commas a blank separates."""
+    inside = re.sub(r"(?<=[\w)\]'])([ \t]*)\n(?=\s*(?:-\S|[\w(]))", r"\1;", match[0])
+    is_row = "," not in inside and (";" in inside or "*" in match.string or match[0][-1] == "'")
+    return re.sub(r"(?<=[\w)'])\s(?=\s*(?:[-+]?[\w(]))", "¦", inside) if is_row else inside
+
+
+Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
+_REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""", r"\2"),  # params["m1"] is m1
     (  # labels, comments, module names, the number of an equation
-        r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite|footnote)\*?\s*\{[^{}]*\}"
+        r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite)\*?\s*\{[^{}]*\}"
         r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
         r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|\.\.\.[^\n]*\n"
-        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\[lc]?dots\s*[a-z]_\d\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()"
+        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()"
         r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
         r"|(?<![-`])(?:`{3}|-{3})[-`\s]*$|(?<!\\)\\\s*$|(?<=const)\."  # what ends a display
         r"|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$"
@@ -111,44 +132,52 @@ _REWRITTEN = (  # what says nothing of quantities is blank, or written otherwise
     ),
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
+    (  # the unit of a parameter: what stands between its number and the end
+        r"(=\s*[-−]?\s*\d+(?:[.,]\d+)?)(?:\(\d+\))?"
+        rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$",
+        lambda match: match[1].ljust(len(match[0])),
+    ),
 )
-_UNITS = re.compile(  # of a parameter: what stands between its number and the end
-    r"(?P<value>=\s*[-−]?\s*\d+(?:[.,]\d+)?)(?:\(\d+\))?"
-    rf"(?:[\s~{{}}()/·*.]|\\[,;: ]|\\(?:mathrm|text|rm|frac|textrm|cdot|mbox)\b|{_UNIT})*{_UNIT}[\s}})]*$"
+_OF_LATEX: tuple[Rewriting, ...] = (  # a point between quantities multiplies, as in m.a or P.Cos(\theta)
+    (
+        r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)\b)",
+        "*",
+    ),
 )
-# self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; M.inv() and a.dot(b) are M^(-1) and a*(b)
-_RECORD = re.compile(r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?")
-_OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"""
-_METHODS = (
+_OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers and functions in C
     (r"\b(sin|cos|tan|sqrt|pow)f(?=\()", r"\1"),
     (r"\.inv\(\)", "^(-1) "),
-    (r"(?<=[\w)\]])(?<!\bnp)\.dot(?=\()", "*"),
+    (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?", _name_member),
+    (r"\[[^\[\]]*\]'?", _mark_rows),
+    # where others are there, it is a step in time
+    (_SAMPLE, lambda match: match[0] if len({*re.findall(_SAMPLE, match.string)}) > 1 else ""),
+    (_SOLVED, lambda match: match[0].replace("\\", "∖", 1)),
 )
-# in LaTeX a point between quantities multiplies, as in m.a or P.Cos(\theta)
-_POINT = (
-    r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)\b)"
-)
-_SAMPLE = re.compile(  # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
-    r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-)
-_TOKEN = re.compile(
-    rf"""\\(?P<environment>begin|end)\s*\{{\s*(?P<called>[A-Za-z]+)\*?\s*\}}(?:(?<=[yt]\}})(?:\[\w\])?\{{[^{{}}]*\}}|(?<=y\}})\[\w\])?
-    |(?P<matrix>\\[pb]?mat(?:rix)?\s*\{{)
-    |(?P<prose>(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{{(?P<words>[^{{}}]*)\}}\s*\)?)
-    |(?P<plain>\\(?:{"|".join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}})
-    |(?P<prime>\^\s*(?:\{{\s*(?:(?:\\prime\b|['′])\s*)+\}}|\\prime\b|['′]))
-    |(?P<letters>(?<=_)G/O)
-    |(?P<command>\\(?:[A-Za-z]+\*?|.))
-    |(?P<number>(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{{,\}}\d+|\d+,\d+(?!\d|\s*[,)\]]))|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?)
-    |(?P<element>[A-Za-z]{{1,2}}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]
-        |(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{{1,2}}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{{1,2}}[)\]]))
-    |(?P<mixed>(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z]))
-    |(?P<word>[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|\s*[*/=),;]|$))?)
-    |(?P<sign>\*\*|==|:=|%2B|.)""",
-    re.VERBOSE | re.DOTALL,
-)
+_PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text have it alike
+    "environment": r"\\(?:begin|end)\s*\{\s*[A-Za-z]+\*?\s*\}(?:(?<=[yt]\})(?:\[\w\])?\{[^{}]*\}|(?<=y\})\[\w\])?",
+    "matrix": r"\\[pb]?mat(?:rix)?\s*\{",
+    "prose": r"(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*)\}\s*\)?",
+    "plain": rf"\\(?:{'|'.join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}}",
+    "prime": r"\^\s*(?:\{\s*(?:(?:\\prime\b|['′])\s*)+\}|\\prime\b|['′])",
+    "command": r"\\(?:[A-Za-z]+\*?|.)",
+    "digit": r"(?<=[_^])\d|(?<=frac)\d|(?<=frac[\s\d])\d|(?<=frac\s[\da-z])\d",  # as in \frac12
+    "number": r"(?<![(\[,\d])(?<![ijkn]=)(?:\d+\{,\}\d+|\d+,\d+(?!\d|\s*[,)\]]))"
+    r"|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?",
+    "element": r"[A-Za-z]{1,2}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]"
+    r"|(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{1,2}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{1,2}[)\]])",
+    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])",
+    "word": r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|\s*[*/=),;]|$))?",
+    "sign": r"\*\*|==|:=|%2B|.",
+}
+_ONLY = {"digit": True, "element": False, "mixed": False}  # in LaTeX, or in plain text
+_TOKEN = {
+    latex: re.compile(
+        "|".join(f"(?P<{kind}>{one})" for kind, one in _PATTERNS.items() if _ONLY.get(kind, latex) == latex), re.DOTALL
+    )
+    for latex in (True, False)
+}
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _ABROAD = {"sen": "sin", "tg": "tan"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
@@ -158,88 +187,46 @@ _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.is
 
 def is_latex(text: str) -> bool:
     """Whether an equation is printed in LaTeX rather than in plain text."""
-    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text)) and not _SOLVED.fullmatch(text)
+    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text)) and not _SOLVED.match(text)
 
 
 def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     """The tokens of a text. Raises Unread for one that is too long or too deep."""
     if len(text) > most:
         raise Unread(f"longer than {most:,} characters")
-    for pattern, by in _REWRITTEN:
-        text = _rewrite(pattern, by, text)
-    text = _UNITS.sub(lambda match: match["value"].ljust(len(match[0])), text)
+    text = rewrite(text, _REWRITTEN)
     latex = is_latex(text)
+    text = rewrite(text, _OF_LATEX if latex else _OF_CODE)
+    found, place = list[Token](), 0
     try:
-        found = _scan_all(_rewrite(_POINT, "*", text) if latex else _rewrite_code(text), latex)
+        while place < len(text):
+            new = list(_scan(text, place, latex))
+            found += [token for token in new if token.kind != "space"]
+            place = new[-1].end
     except RecursionError:
         raise Unread("nested too deeply") from None
-    # s and c before an angle are its sine and cosine, in brackets if both are there
-    short, in_brackets = set[int](), set[int]()
-    for i, token in enumerate(found):
-        after = found[i + 1 : i + 4]
-        if token[:2] in (("letter", "s"), ("letter", "c")) and after and after[0].start == token.end:
-            primed = any(one.kind == "prime" for one in after[1:2])
-            if after[0][:2] in (("letter", "theta"), ("letter", "phi")) and not primed:
-                short.add(i)
-            elif [one.kind for one in after] == ["open", "letter", "close"] and after[1].text in GREEK:
-                in_brackets.add(i)
-    for i in short | (in_brackets if {found[i].text for i in in_brackets} == {"s", "c"} else set[int]()):
-        found[i] = found[i]._replace(kind="function", text="sin" if found[i].text == "s" else "cos")
     return found
 
 
-def _rewrite(pattern: str | re.Pattern[str], by: str | Callable[[re.Match[str]], str], text: str) -> str:
+def rewrite(text: str, table: tuple[Rewriting, ...]) -> str:
     """A text in which what matches is written otherwise, at the end of its place."""
-    return re.sub(pattern, lambda match: (by(match) if callable(by) else match.expand(by)).rjust(len(match[0])), text)
+    for pattern, by in table:
+        write = by if callable(by) else lambda match, by=by: match.expand(by)
+        text = re.sub(pattern, lambda match, write=write: write(match).rjust(len(match[0])), text)
+    return text
 
 
-def _rewrite_code(text: str) -> str:
-    """Plain text where what only code has is blank or as in formulas."""
-
-    def own(match: re.Match[str]) -> str:
-        owners, number, _, name, call = match.groups()
-        if call and name not in FUNCTIONS | CALLED:
-            return match[0]
-        if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
-            name = f"{name}_{number or owners.split('.')[-1]}"
-        return f"{name}{call or ''}"
-
-    def rows(match: re.Match[str]) -> str:
-        # in MATLAB's brackets each line is one, and without commas a blank separates
-        inside = re.sub(r"(?<=[\w)\]'])([ \t]*)\n(?=\s*(?:-\S|[\w(]))", r"\1;", match[0])
-        is_row = "," not in inside and (";" in inside or "*" in text or match[0][-1] == "'")
-        return re.sub(r"(?<=[\w)'])\s(?=\s*(?:[-+]?[\w(]))", "¦", inside) if is_row else inside
-
-    for pattern, by in (*_METHODS, (_RECORD, own), (r"\[[^\[\]]*\]'?", rows)):
-        text = _rewrite(pattern, by, text)
-    if len({match[0] for match in _SAMPLE.finditer(text)}) == 1:  # else it is a step in time
-        text = _rewrite(_SAMPLE, "", text)
-    return text.replace("\\", "∖", 1) if _SOLVED.fullmatch(text) else text
-
-
-def _scan_all(text: str, latex: bool) -> list[Token]:
-    """The tokens of what is written as the scanner wants it."""
-    found, place = list[Token](), 0
-    while place < len(text):
-        # LaTeX takes one digit where there are no braces, as in \frac12
-        last = [token.text for token in found[-2:]]
-        short = latex and (last[-1:] == ["frac"] or (last[:1] == ["frac"] and found[-1].kind in ("number", "letter")))
-        new = list(_scan(text, place, latex, short))
-        found += [token for token in new if token.kind != "space"]
-        place = new[-1].end
-    return found
-
-
-def _scan(text: str, start: int, latex: bool, short: bool = False) -> Iterator[Token]:
-    """The token at one place, of a word perhaps several; a number has one digit only where it is `short`."""
-    match = _TOKEN.match(text, start)
+def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
+    """The token at one place, of a word perhaps several."""
+    match = _TOKEN[latex].match(text, start)
     assert match is not None
     found, end = match[0], match.end()
     strange = lambda what: Token("strange", f"{what} has no meaning in an equation here", start, end)  # noqa: E731
     match match.lastgroup:
-        case "called":
-            is_open, known = match["environment"] == "begin", match["called"] in MATRICES | ENVIRONMENTS
-            yield Token("open" if is_open else "close", match["called"], start, end) if known else strange(found)
+        case "environment":
+            called = found[found.index("{") + 1 : found.index("}")].strip(" *")
+            kind = "|" if called == "Vmatrix" else "open" if found.startswith(r"\begin") else "close"
+            yield Token(kind, called, start, end) if called in MATRICES | ENVIRONMENTS | {"Vmatrix"} else strange(found)
         case "matrix":
             yield Token("open", "pmat", start, end)
         case "prose" if not re.fullmatch(r"[A-Za-z.]*", match["words"]) or match["words"] in _PROSE_WORDS:
@@ -253,19 +240,16 @@ def _scan(text: str, start: int, latex: bool, short: bool = False) -> Iterator[T
             name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
             kind = "function" if name in FUNCTIONS else "word" if name[-1:].isdigit() else "letter"
             yield Token(kind if name else "space", name, start, end)
-        case "letters":
-            yield Token("letter", found, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
         case "command":
             name = found[1:].rstrip("*") or "*"
             yield Token(*COMMANDS[name], start, end) if name in COMMANDS else strange(f"\\{name}")
-        case "number":
-            end = start + 1 if short else end
-            yield Token("number", text[start:end].replace("{,}", ".").replace(",", "."), start, end)
-        case "mixed" if not latex:  # dθ, θ1dot
+        case "digit" | "number":
+            yield Token("number", found.replace("{,}", ".").replace(",", "."), start, end)
+        case "mixed":  # dθ, θ1dot
             yield Token("word", "".join(GREEK.get(letter, letter) for letter in found), start, end)
-        case "element" if not latex and re.split(r"\W", found)[0] not in FUNCTIONS:
+        case "element" if re.split(r"\W", found)[0] not in FUNCTIONS:
             yield Token("word", found, start, end)
         case "element" | "word":
             word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*_?", found)
@@ -291,7 +275,7 @@ def _script(text: str, mark: Token, latex: bool) -> Token:
         if place == len(text):
             reason = f"the bracket {inside[0].text} is not closed" if inside else "it ends too early"
             return Token("strange", reason, inside[0].start if inside else mark.start, place)
-        new = list(_scan(text, place, latex, latex and not inside))
+        new = list(_scan(text, place, latex))
         if not inside:  # of T^t_p only the t is raised
             head = new[0].text.partition("_")[0] if mark.kind == "^" and new[0].kind == "word" else new[0].text
             new = [new[0]._replace(text=head, end=new[0].end - len(new[0].text) + len(head))]
@@ -335,51 +319,21 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             place += len(part)
 
 
-def exponent_of(token: Token) -> Fraction:
-    """A small number, or a half."""
-    text = re.sub(r"frac(\d)(\d)", r"\1/\2", token.text)
-    if not re.fullmatch(r"[+-]?\d{1,9}(?:\.\d{1,3}|/[1-9])?", text):
-        raise Unread("only numbers are read as exponents", token.start)
-    value = Fraction(text)
-    if abs(value) > MOST_POWER or value.denominator > 2:
-        raise Unread(f"the exponent {value} is not from -{MOST_POWER} to {MOST_POWER}", token.start)
-    return value
-
-
-def pieces_of(text: str) -> tuple[list[list[Token]], bool]:
-    """The tokens of each equation of a text, with the rows its chain goes on in; and if it is LaTeX. Raises Unread."""
-    pieces = list[list[Token]]()
-    for piece in cut(tokens(text)):
-        if pieces and piece[0].kind == "relation":
-            pieces[-1] += piece
-        else:
-            pieces.append(piece)
-    return pieces, is_latex(text)
-
-
 def cut(found: list[Token]) -> list[list[Token]]:
     r"""The tokens of each equation without layout: environments, & and gaps, and brackets around equations.
 
     An equation ends at \\ where what follows is not the rest of a sum, at a comma, and at & or \quad if there is a relation
     on both sides. What begins with = after \\ goes on with the chain before it, but is listed by itself.
     """
-    for i, (token, after) in enumerate(pairwise(found)):  # a vector that is told by its coordinates: r = { x = a, y = b
-        if token.kind == "relation" and after[:2] == ("open", "cases"):
-            found[i] = token._replace(kind=";")
     found = [one for one in found if one.text not in ENVIRONMENTS]
     closed, opened = dict[int, int](), list[int]()
     for i, token in enumerate(found):
         if token.kind == "open":
             opened.append(i)
-        elif token.kind == "close" and token.text in [CLOSING[found[j].text] for j in opened[-20:]]:
-            while CLOSING[found[j := opened.pop()].text] != token.text:
-                pass
-            closed[j] = i
-    for i, end in closed.items():  # and X = [ x_1 = a, x_2 = b ] in a matrix
-        inside = (token.kind == "relation" for token in found[i:end])
-        named = [token.kind for token in found[max(0, i - 2) : i]] in (["letter", "relation"], ["word", "relation"])
-        if found[i].text in MATRICES and named and any(inside):
-            found[i - 1] = found[i - 1]._replace(kind=";")
+        fits = [j for j in opened[-20:] if token.kind == "close" and CLOSING[found[j].text] == token.text]
+        if fits:
+            closed[fits[-1]] = i
+            del opened[opened.index(fits[-1]) :]
     relations = [i for i, token in enumerate(found) if token.kind == "relation"]
     layout = set[int]()
     for i, token in enumerate(found):  # brackets that begin an equation and hold all of it
@@ -387,49 +341,42 @@ def cut(found: list[Token]) -> list[list[Token]]:
         begins = i == 0 or found[i - 1].kind in SEPARATORS or i - 1 in layout
         if begins and any(j < end for j in relations[bisect(relations, i) :][:1]):
             layout |= {i, end}
-    # with what stands before; openers around
+    # what stands between separators, with those before it; openers around a token
     pieces, around = list[tuple[list[Token], list[Token]]]([([], [])]), list[int]()
     for i, token in enumerate(found):
         while around and closed[around[-1]] < i:
             around.pop()
         if i in layout:
             continue
-        marks, piece = pieces[-1]
         if not around and token.kind in SEPARATORS:
-            if piece:
+            if pieces[-1][1]:
                 pieces.append(([], []))
             pieces[-1][0].append(token)
             continue
         in_matrix = bool(around) and found[around[-1]].text in MATRICES
         if token.kind != "gap" and (in_matrix or token.kind not in ("row", "&")):
-            piece.append(token)
+            pieces[-1][1].append(token)
         if i in closed:
             around.append(i)
-    segments = list[tuple[list[Token], list[Token]]]()  # of rows and between commas; & and gaps within them
-    for (marks, piece), (after, following) in pairwise([*(pair for pair in pieces if pair[1]), ([], [])]):
-        kinds = {token.kind for token in marks}
-        if segments and not kinds & {"row", ",", ";"}:
-            before = segments[-1][1]
-            is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
-            both = _relates(before) and (_relates(piece) or (is_left and before[-1].kind != "relation"))
-            if kinds == {"&"} and _relates(before) and piece[0].kind == "open" and not both:
-                continue  # the number of an equation, or words beside it
-            if piece[0].kind == "relation" or not both or kinds == {"."}:
-                before += [token for token in marks if token.kind in (".", "arrow relation")] + piece
-                continue
-        segments.append((marks, piece))
     equations = list[list[Token]]()
-    for marks, piece in segments:
-        begins, before, between = piece[0].kind, (equations[-1] if equations else []), list[Token]()
+    for (marks, piece), (after, following) in pairwise([*(pair for pair in pieces if pair[1]), ([], [])]):
+        kinds, begins, before = {token.kind for token in marks}, piece[0].kind, equations[-1] if equations else []
         goes_on = begins == "condition" or any(token.kind == "other relation" for token in piece)
-        if any(token.kind == "row" for token in marks):
-            if before and before[-1].kind == begins == "relation":  # a = \\ = b
-                before.pop()
-            both = _relates(before) and _relates(piece)
-            ends_open = bool(before) and before[-1].kind in ("relation", "operator")
+        between = [token for token in marks if token.kind in (".", "arrow relation")]
+        is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
+        if before and "row" in kinds and before[-1].kind == begins == "relation":  # a = \\ = b
+            before.pop()
+        ends_open = bool(before) and before[-1].kind in ("relation", "operator")
+        both = _relates(before) and (_relates(piece) or (is_left and not ends_open))
+        if "row" in kinds:
             goes_on = goes_on or ends_open or (begins in ("operator", "relation") and not both)
-        elif [token.text for token in marks] == [","] and not any(map(_relates, equations)):
-            goes_on, between = True, marks  # of a, b = c, d all is kept
+        elif kinds & {",", ";"}:
+            if [token.text for token in marks] == [","] and not any(map(_relates, equations)):
+                goes_on, between = True, marks  # of a, b = c, d all is kept
+        elif kinds == {"&"} and _relates(before) and begins == "open" and not both:
+            continue  # the number of an equation, or words beside it
+        else:
+            goes_on = begins == "relation" or not both or kinds == {"."}
         if before and goes_on:
             before += between + piece
         else:

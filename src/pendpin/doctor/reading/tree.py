@@ -1,9 +1,7 @@
 """The tree of a printed expression: what stands where, as it was printed."""
 
-import re
 from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, replace
-from fractions import Fraction
 from functools import cached_property
 from typing import Any, Literal
 
@@ -145,15 +143,3 @@ def matrix_of(rows: list[list[Node]], span: Span) -> Node:
     if len({len(row) for row in rows}) != 1:
         raise Unread("the rows of the matrix have different lengths", span[0])
     return Node("matrix", span, (len(rows), len(rows[0])), tuple(entry for row in rows for entry in row))
-
-
-def number_index(node: Node, letter: str, number: str) -> Node:
-    """A term of a sum, its running index a number."""
-    children = tuple(number_index(child, letter, number) for child in node.children)
-    if node.written is None:
-        return replace(node, children=children)
-    if node.written == Written(letter):
-        return Node("number", node.span, Fraction(number), bracketed=node.bracketed)
-    index = re.sub(rf"(?:(?<![A-Za-z])|(?<=theta)|(?<=phi)){letter}(?![A-Za-z])", number, node.written.index)
-    written = replace(node.written, index=index)
-    return replace(node, written=written, value=unknown(written), children=children)
