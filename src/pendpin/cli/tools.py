@@ -140,8 +140,8 @@ def doctor(
     rod: Annotated[
         str | None,
         Option(
-            help="point, thin, uniform, symmetric or general; or plane, double, acrobot, cart-pole, cart-double, polar. "
-            "Found if absent."
+            help="point, thin, uniform, symmetric or general; or plane, moved, elastic, double, triple, acrobot, cart-pole, "
+            "cart-double, polar, furuta. Found if absent."
         ),
     ] = None,
     convention: Annotated[

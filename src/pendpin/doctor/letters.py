@@ -83,14 +83,21 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # else of q = (q_1, q_2) the parts are the angles
     angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
     moving = [name for name in letters.moving if name not in letters.turned]
-    slides = [name for name in moving if name[0] in SLIDES and name not in angles]
+    sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
+    slides = [name for name in moving if name[0] in sliding and name not in angles]
     slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
-    if family == "plane":
+    if family in ("plane", "moved"):
         yield from ({name: Written("theta")} for name in alone if often[name] * RARELY >= often[alone[0]])
-    elif family == "polar":
+    elif family in ("polar", "furuta"):
         states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
         pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
         yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
+    elif family == "elastic":
+        named = ({slide: Written("s"), angle: Written("theta")} for slide, angle in product(slides, angles))
+        yield from (_with_rates(renamed, letters) for renamed in named)
+    elif family == "triple":
+        for letter in dict.fromkeys(name[0] for name in angles if (name[0], "3") in letters.turned):
+            yield _with_rates({(letter, i): Written("theta", 0, i) for i in "123"}, letters)
     elif family == "cart-pole":
         pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
         pairs += [((angle[0], f"[{i}]"), angle) for angle in angles if angle[1][:1] == "[" for i in range(3)]

@@ -19,9 +19,9 @@ from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import Vocabulary, Written, raw
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
-from pendpin.doctor.systems.planar import BODIES, FAMILIES, POSES
+from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import RODS, SPECS
-from pendpin.doctor.systems.tables import scene_spec
+from pendpin.doctor.systems.tables import BODIES, POSES, scene_spec
 from pendpin.errors import InputError, not_one_of
 
 Name = tuple[str, str]  # a letter and its index
@@ -52,13 +52,25 @@ FOREIGN = re.compile(
     r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
     re.IGNORECASE,
 )
-FURUTA = re.compile(r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum", re.I)  # some equations are a rod's
+ARM = re.compile(
+    r"\brotary\b|\barm (?:rotation|angle|yaw|turns)|(?:rotat|turn)\w* arm|horizontal arm|旋臂|旋转臂", re.I
+)
+SPRING = re.compile(
+    r"spring|elasti|ressort|muelle|resorte|\bmola\b|feder|molla|пружин|弹簧|彈簧|ばね|バネ|용수철", re.I
+)
 WORDS = {  # of texts about each family
     "cart-pole": r"\b(?:cart|trolley|carriage|chariot|wagen|carro|carrito|carrinho|carrello|cart-?pole)s?\b|тележк|小车|"
     r"滑块|台車|카트",
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
     r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
     "polar": r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
+    "furuta": r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum|古田|旋转倒立摆|旋轉倒立擺",
+    "triple": r"triple pendul|dreifachpendel|péndulo triple|pêndulo triplo|pendule triple|pendolo triplo|三摆|"
+    r"тройно\w* маятник|三重振り?子|삼중 ?진자|three[- ]link",
+    "elastic": r"elastic pendul|spring pendul|swinging spring|pendule élastique|péndulo elástico|pêndulo elástico|"
+    r"pendolo elastico|пружинн\w* маятник|弹簧摆|ばね振り?子|탄성 ?진자",
+    "moved": r"Kapi[tc]za|Капиц|卡皮察|カピッツァ|parametric\w* (?:driven|excited)|(?:pivot|support) (?:moves|osc|vib)|"
+    r"(?:vibrat|oscillat|mov|driven|shak)\w* (?:pivot|support|suspension)",
     "rod": r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal",
 }
 UPRIGHT = re.compile(
@@ -136,6 +148,8 @@ class Reading:
         entries = [part for side in sides if side.kind != "symbol" for part in side.children]
         if {side.kind for side in sides} == {"symbol", "matrix"} and all(part.kind == "symbol" for part in entries):
             return "it gives the states their names: nothing to check"
+        if "t" in spec.parameters and all(inside and inside <= {"a", "nu", "t"} for inside in names[1:]):
+            return "it says how the pivot moves: nothing to check"
         below = [[*walk(side)] for side in sides]  # each side a number times one symbol at most
         plain = all(part.kind in ("symbol", "number", "product", "power") for inside in below for part in inside)
         multiples = plain and all(sum(part.kind == "symbol" for part in inside) <= 1 for inside in below)
@@ -259,7 +273,8 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     main = main if main.chosen or main.unknown else _doubted(main, text)
     chosen: list[Reading] = [main] * count
     rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
-    if main.chosen or FURUTA.search(text):
+    furuta = "furuta" in _words_of(text)[0]  # some of its equations are a rod's
+    if main.chosen or (main.unknown and furuta):
         return Recognition(main, tuple(chosen), tuple(rivals))
     sections = [*page.sections]
     for inside, words in sections:
@@ -355,9 +370,18 @@ def _others(page: _Page) -> Iterator[Reading]:
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)
+    furuta = "furuta" in _words_of(text)[0]
+    may = {  # what only some texts are about
+        "acrobot": driven,
+        "moved": ("t", "") in page.letters[0].turned,
+        "elastic": bool(SPRING.search(text)),
+        "furuta": furuta or bool(ARM.search(text)),
+        "triple": any(name[1] == "3" for name in page.letters[0].turned),
+        "polar": page.kind == "polar" or not ON_A_JOINT.search(text),
+    }
     for family, specs in FAMILIES.items():
-        skipped = page.kind not in (None, family) or (family == "acrobot" and not driven)
-        if skipped or (page.kind is None and family == "polar" and ON_A_JOINT.search(text)):
+        about = page.kind == family or (page.kind is None and (family == "furuta" or not furuta))
+        if not (about and may.get(family, True)):
             continue
         # simple ones unless it says so
         bodies = sorted(specs, key=lambda spec: (" any" in spec.kind) != bool(inertias))
@@ -389,7 +413,8 @@ def _doubted(reading: Reading, text: str) -> Reading:
     strange = {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
     foreign = bool(FOREIGN.search(text) or strange)
     holds = int(reading.credits.sum())
-    if not FURUTA.search(text) and (holds or not readable or (len(readable) < FEW and not foreign)):
+    furuta = "furuta" in _words_of(text)[0] and not reading.system.kind.startswith("furuta")
+    if not furuta and (holds or not readable or (len(readable) < FEW and not foreign)):
         return reading
     words = f"No system that pendpin knows fits this text: {REMEDY}."
     return replace(reading, title=UNKNOWN, remarks=(words,), unknown=True)

@@ -21,8 +21,8 @@ from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbo
 from pendpin.doctor.recognition import Reading, Recognition, without
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import Dimension, System, free_states, random_states
-from pendpin.doctor.systems.planar import POSES
 from pendpin.doctor.systems.rod import RODS
+from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them

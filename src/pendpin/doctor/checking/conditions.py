@@ -16,8 +16,9 @@ import numpy as np
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, holds, relative_error, residuals, stack_residuals
 from pendpin.doctor.reading.tree import Node, Unread, parts
+from pendpin.doctor.systems.azimuth import conical_rate
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
-from pendpin.doctor.systems.planar import AMPLITUDE, conical_rate
+from pendpin.doctor.systems.planar import AMPLITUDE
 from pendpin.doctor.systems.rod import SPECIAL
 
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)

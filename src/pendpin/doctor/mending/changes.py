@@ -18,14 +18,16 @@ from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fract
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
+from pendpin.doctor.systems.azimuth import AZIMUTHAL
 from pendpin.doctor.systems.base import System, Values, dot, random_states
+from pendpin.doctor.systems.planar import FAMILIES
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
 CIRCULAR = {*FUNCTIONS, "sec", "csc"}
 FACTORS = [Monomial(Fraction(*pair)) for n in (2, 3, 4, 6, 12) for pair in ((n, 1), (1, n))]
 FACTORS += [Monomial(Fraction(3, 2)), Monomial(Fraction(2, 3))]
 ODDNESS = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 24: 0.08, 5: 0.12, 9: 0.12, 10: 0.12, 7: 0.14}
-PLANAR = {"plane", "double", "acrobot", "cart-pole", "cart-double"}
+PLANAR = FAMILIES.keys() - AZIMUTHAL.keys()
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate

@@ -28,7 +28,7 @@ STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differen
 # what a quantity is measured in, as powers of kg, m, s; - for what has several units, or what no text names
 UNITS: dict[str, Dimension | None] = {"-": None, "1": (0, 0, 0), "kg": (1, 0, 0), "kg m": (1, 1, 0), "m": (0, 1, 0)}
 UNITS |= {"s": (0, 0, 1), "1/s": (0, 0, -1), "1/s2": (0, 0, -2), "m/s": (0, 1, -1), "m/s2": (0, 1, -2)}
-UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1)}
+UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1), "N/m": (1, 0, -2)}
 # in tables: rates, angles, bodies and axes
 MARKS = {"{d}": ("", "d", "dd"), "{q}": ("theta", "phi"), "{n}": "12", "{i}": "123", "{c}": "xyz"}
 NUMBERS = ("sin", "cos", "sqrt", "pi")  # what a formula may use of its type of number
@@ -253,6 +253,7 @@ class Quantities:
         lost: Any = np.nan  # where an acceleration is not known: it spoils what depends on it
         moves = {rate[1:]: self[rate] for rate in self.spec.rates}
         known = ((rate, f"d{rate}") for rate in self.spec.rates)
+        moves |= {"t": self.number(1)} if "t" in self.base else {}
         return moves | {rate: self[name] if name in self else self.number(1) * lost for rate, name in known}
 
     def derivative(self, function: Formula, variable: str) -> Values:
@@ -367,6 +368,8 @@ def random_base(spec: Spec, count: int, seed: int = 0) -> dict[str, Values]:
         base[name] = np.tile(np.exp(random.uniform(-0.7, 0.7, half)), 2)
         if name in spec.values:
             base[name] = np.full(count, spec.values[name])
+    if "t" in base:
+        base["t"] = random.uniform(0.5, 2, count)
     return base
 
 

@@ -1,45 +1,24 @@
-"""Systems that move in a vertical plane: one pendulum, two, and one on a cart; and a pendulum in polar angle and azimuth.
+"""Systems in a vertical plane: one to three pendulums, a pivot that moves, a spring, a cart.
 
-A body is a point mass at the end of its length, a uniform rod, or any body with its centre of mass at h and the inertia I
-about it. Each system is one table: a quantity's name, unit, how it is written, and its formula. In a formula across(x),
-high(x) and rise(x) are how far to the side and up the end of a unit link is, and how fast it rises, as POSES says;
-turns_ is 1 where the second of two angles is measured from the first link, side_ the sign of an angle against the
-direction in which a cart moves.
+Each system is one table: a quantity's name, unit, how it is written, and its formula (tables.py). turns_ is 1 where the
+second of two angles is measured from the first link, side_ the sign of an angle against the direction in which a cart moves,
+over_ and lift_ are where a pivot is that moves, and reach_ is how long a spring is.
 """
 
-import re
-from collections.abc import Mapping
 from itertools import product
-from typing import Any
 
-from pendpin.doctor.systems.base import Spec, formula, formulas
-from pendpin.doctor.systems.tables import table_spec
+from pendpin.doctor.systems.azimuth import AZIMUTHAL
+from pendpin.doctor.systems.base import Spec
+from pendpin.doctor.systems.tables import BODIES, OTHER_WAY, POSES, body_spec
 
-BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
-    "any": ("any rigid body", {}),
-    "point": ("a point mass on a string or massless rod", {"h": "l", "I": "0*m"}),
-    "uniform": ("a uniform rod", {"h": "l/2", "I": "m*l**2/12"}),
-    "tip": ("masses with an inertia at the ends of massless rods", {"h": "l"}),
+WAVES = {  # how a pivot moves, and how fast
+    "0*t": "0*t",
+    "a*cos(nu*t)": "-a*nu*sin(nu*t)",
+    "-a*cos(nu*t)": "a*nu*sin(nu*t)",
+    "a*sin(nu*t)": "a*nu*cos(nu*t)",
+    "-a*sin(nu*t)": "-a*nu*cos(nu*t)",
 }
-POSES = {  # from where angles are measured, in words; and across, high and rise
-    "down": ("the vertical", "sin", "-cos", "sin"),
-    "up": ("upright", "sin", "cos", "-sin"),
-    "horizontal": ("the horizontal", "cos", "sin", "cos"),
-}
-_NO_INERTIA = ("I", "I1", "I2", "k")  # names that a text on point masses does not use
-_OTHER_WAY = ", positive the other way"
 AMPLITUDE = 1.3  # rad: where a pendulum is released in equations with that angle
-# of the azimuth, for a spherical pendulum that keeps its polar angle
-conical_rate = formula("sqrt(m*g*h/J/cos(theta))")
-
-_COMMON = """
-g | m/s2 | g G g_0
-L | N m | L | T - V
-E | N m | E H | T + V
-ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
-ez | 1 | *e_z *k *e_3 *u_z *z *E_z | 1
-"""
 
 _PLANE = """
 theta | 1 | theta q q_1 theta_1
@@ -74,6 +53,88 @@ force_ | - | | vector(-g*(m*h)*rise(theta))
 torque | N m | tau M_O tau_g M N tau_O | -m*g*h*rise(theta)
 period | s | T T_0 tau P | 2*pi/w0
 lr | m | l_r l_red L_r L_red l_eq L_eq ell_r | J/(m*h)
+"""
+
+_MOVED = """
+theta | 1 | theta phi q alpha theta_1
+t | s | t
+m | kg | m M m_1
+l | m | l L ell R r l_1
+a | m | a A b d A_0 a_0 y_0 x_0 z_0 h_0 r R delta epsilon Y X
+nu | 1/s | omega Omega w nu gamma omega_d Omega_d omega_0 W omega_f
+x0 | m | x_0 x_p x_s x_P x_O X x_pivot x_z | over_
+y0 | m | y_0 y_p y_s y_P y_O Y y_pivot h z_0 s y_z z | lift_
+dx0 | m/s | | overs_
+dy0 | m/s | | lifts_
+x | m | x x_1 x_m x_G x_b x_bob x_M x_2 | x0 + l*across(theta)
+y | m | y y_1 y_m y_G y_b y_bob y_M z y_2 | y0 + l*high(theta)
+vx | m/s | v_x | dx0 + l*cos(theta)*dtheta
+vy | m/s | v_y v_z | dy0 + l*rise(theta)*dtheta
+v | m/s | v | sqrt(vx**2 + vy**2)
+omega | 1/s | omega w | dtheta
+alpha | 1/s2 | alpha acc | ddtheta
+w0 | 1/s | omega_0 w_0 omega | sqrt(g/l)
+T | N m | T K E_k E_c E_kin E_K | m*(vx**2 + vy**2)/2
+V | N m | V U E_p E_pot E_P | m*g*y
+p | N m s | p p_theta p_phi | m*l*(l*dtheta + cos(theta)*dx0 + rise(theta)*dy0)
+mass | - | | vector(vector(m*l**2))
+force_ | - | | vector(m*l*(nu**2*(cos(theta)*x0 + rise(theta)*y0) - g*rise(theta)))
+"""
+
+_ELASTIC = """
+s | m | r l x rho s q_1 L u
+theta | 1 | theta phi alpha varphi q_2
+m | kg | m M
+kappa | N/m | k K k_s c kappa
+l0 | m | l_0 L_0 r_0 ell_0 l L a R s_0 x_0 b
+x | m | x x_1 X | reach_*across(theta)
+y | m | y y_1 z Y | reach_*high(theta)
+rG | m | *r *r_G *x *R | vector(x, y)
+v | m/s | v | sqrt(ds**2 + (reach_*dtheta)**2)
+T | N m | T K E_k E_c E_kin | m*(ds**2 + (reach_*dtheta)**2)/2
+V | N m | V U E_p E_pot | Vg + Vs
+Vg | N m | V_g U_g E_g E_pg | m*g*reach_*high(theta)
+Vs | N m | V_s V_e U_s U_e U_k V_k E_s E_e E_el | kappa*(reach_ - l0)**2/2
+S | N | F_s F T F_e F_k | kappa*(reach_ - l0)
+ps | N m s | p_r p_x p_l p_s p_1 | m*ds
+p | N m s | p_theta p_2 L | m*reach_**2*dtheta
+mass | - | *M | vector(vector(m, 0), vector(0, m*reach_**2))
+force_ | - | | vector(m*reach_*dtheta**2 - m*g*high(theta) - S, -m*reach_*(g*rise(theta) + 2*ds*dtheta))
+"""
+
+_THREE = """
+theta{i} | 1 | theta_{i} q_{i} alpha_{i} phi_{i} varphi_{i}
+m{i} | kg | m_{i} M_{i} m
+l{i} | m | l_{i} L_{i} ell_{i} a_{i} r_{i} R_{i} d_{i} l L
+x1 | m | x_1 | l1*across(theta1)
+y1 | m | y_1 z_1 | l1*high(theta1)
+x2 | m | x_2 | x1 + l2*across(theta2)
+y2 | m | y_2 z_2 | y1 + l2*high(theta2)
+x3 | m | x_3 | x2 + l3*across(theta3)
+y3 | m | y_3 z_3 | y2 + l3*high(theta3)
+w{i} | 1/s | omega_{i} w_{i} | dtheta{i}
+alpha{i} | 1/s2 | alpha_{i} acc_{i} | ddtheta{i}
+T{i} | N m | T_{i} K_{i} E_k{i} | m{i}*(dx{i}**2 + dy{i}**2)/2
+V{i} | N m | V_{i} U_{i} E_p{i} | m{i}*g*y{i}
+T | N m | T K E_k | (p1*dtheta1 + p2*dtheta2 + p3*dtheta3)/2
+V | N m | V U E_p | V1 + V2 + V3
+p1 | N m s | p_1 p_theta1 | M11*dtheta1 + M12*dtheta2 + M13*dtheta3
+p2 | N m s | p_2 p_theta2 | M12*dtheta1 + M22*dtheta2 + M23*dtheta3
+p3 | N m s | p_3 p_theta3 | M13*dtheta1 + M23*dtheta2 + M33*dtheta3
+M11 | kg m2 | M_11 m_11 | (m1 + m2 + m3)*l1*l1
+M12 | kg m2 | M_12 M_21 m_12 m_21 | (m2 + m3)*l1*l2*cos(theta1 - theta2)
+M13 | kg m2 | M_13 M_31 m_13 m_31 | m3*l1*l3*cos(theta1 - theta3)
+M22 | kg m2 | M_22 m_22 | (m2 + m3)*l2*l2
+M23 | kg m2 | M_23 M_32 m_23 m_32 | m3*l2*l3*cos(theta2 - theta3)
+M33 | kg m2 | M_33 m_33 | m3*l3*l3
+mass | kg m2 | *M *H *D *A | vector(vector(M11, M12, M13), vector(M12, M22, M23), vector(M13, M23, M33))
+weight | N m | *G *g | g*vector((m1 + m2 + m3)*l1*rise(theta1), (m2 + m3)*l2*rise(theta2), m3*l3*rise(theta3))
+a_ | - | | (m2 + m3)*l1*l2*sin(theta1 - theta2)
+b_ | - | | m3*l1*l3*sin(theta1 - theta3)
+c_ | - | | m3*l2*l3*sin(theta2 - theta3)
+turned | N m | *C *c *h | vector(a_*w2**2 + b_*w3**2, c_*w3**2 - a_*w1**2, -b_*w1**2 - c_*w2**2)
+force_ | - | | -turned - weight
+q | 1 | q *q *theta | vector(theta1, theta2, theta3)
 """
 
 _TWO = """
@@ -230,61 +291,12 @@ q | - | q *q *theta | vector(x, theta1, theta2)
 B | - | *B *b | vector(1, 0, 0)
 """
 
-_POLAR = """
-theta | 1 | theta
-phi | 1 | phi
-m | kg | m M
-l | m | l L R r ell a
-h | m | h l L R r ell a d
-J | kg m2 | J I J_1 I_1
-rG | m | *r *r_G *x *R | vector(x, y, z)
-x | m | x | h*sin(theta)*cos(phi)
-y | m | y | h*sin(theta)*sin(phi)
-z | m | z | h*high(theta)
-v | m/s | v | h*sqrt(square_)
-T | N m | T K E_k E_c | J*square_/2
-V | N m | V U E_p | m*g*z
-p | N m s | p_phi L_z l_z J_z J h_z p L_0 h ell | J*dphi*sin(theta)**2
-ptheta | N m s | p_theta | J*dtheta
-S | N | T S N F_T F R_3 | m*(h*square_ - g*high(theta))
-square_ | - | | dtheta**2 + (dphi*sin(theta))**2
-mass | - | | vector(vector(J, 0), vector(0, J*sin(theta)**2))
-force_ | - | | vector(J*dphi**2*sin(theta)*cos(theta) - m*g*h*rise(theta), -2*J*dtheta*dphi*sin(theta)*cos(theta))
-ex | 1 | *e_x *i *x *u_x | vector(1, 0, 0)
-ey | 1 | *e_y *j *y *u_y | vector(0, 1, 0)
-ez | 1 | *e_z *k *z *u_z | vector(0, 0, 1)
-er | 1 | *e_r *e_rho *u_r | vector(sin(theta)*cos(phi), sin(theta)*sin(phi), high(theta))
-et | 1 | *e_theta *u_theta | vector(cos(theta)*cos(phi), cos(theta)*sin(phi), rise(theta))
-ep | 1 | *e_phi *u_phi | vector(-sin(phi), cos(phi), 0*phi)
-at | m/s2 | a_theta | h*(ddtheta - dphi**2*sin(theta)*cos(theta))
-ap | m/s2 | a_phi | h*(ddphi*sin(theta) + 2*dtheta*dphi*cos(theta))
-W | N | | vector(0, 0, -m*g)
-"""
-
-
-def _spec(
-    table: str, moving: str, fixed: str, body: str, pose: str, more: Mapping[str, str], marks: str, **others: Any
-) -> Spec:
-    """A system from its table with what all share, for one kind of body and one pose; `others` as in table_spec.
-
-    Of the parameters, `fixed`, a * is the place of those of the bodies, each with one of the `marks`; what `more` formulas
-    give is none.
-    """
-    given = BODIES[body][1]
-    texts = {f"{n}{i}".strip(): re.sub(r"\b[mlh]\b", rf"\g<0>{i}", given[n]) for n in given for i in marks} | dict(more)
-    own = " ".join(f"{name}{i}" for name in "hI" for i in marks)
-    names = tuple(name for name in fixed.replace("*", own).split() if name not in texts)
-    words: dict[str, str] = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
-    rows = re.sub(rf"\b(?:{'|'.join(words)})\b", lambda word: words[word[0]], _COMMON + table.strip())
-    others["absent"] = (*_NO_INERTIA * (body == "point"), *others.get("absent", ()))
-    return table_spec(table=rows, coordinates=tuple(moving.split()), parameters=names, more=formulas(texts), **others)
-
 
 def _plane(body: str, pose: str) -> Spec:
     extra = ("h", *("I", "J") * (body == "any"), "omega", "v", "x")
     title = f"a pendulum in a plane, {BODIES[body][0]}, in its angle from {POSES[pose][0]}"
     others = {"kind": f"plane {body} {pose}", "title": title, "extra": extra, "values": {"theta0": AMPLITUDE}}
-    return _spec(_PLANE, "theta", "m g l theta0 *", body, pose, {}, " ", **others)
+    return body_spec(_PLANE, "theta", "m g l theta0 *", body, pose, {}, " ", **others)
 
 
 def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> Spec:
@@ -300,36 +312,58 @@ def _two(body: str, relative: bool, equal: bool, pose: str, drive: str = "") -> 
     )
     absent = ("h1", "h2") * (body in ("point", "tip"))  # l_c1 is no length
     others = {"kind": kind, "title": title, "absent": absent, "atoms": (f"sin {both}", f"cos {both}")}
-    return _spec(_TWO, "theta1 theta2", f"m1 m2 g l1 l2 * {' '.join(loads)}", body, pose, more, "12", **others)
+    return body_spec(_TWO, "theta1 theta2", f"m1 m2 g l1 l2 * {' '.join(loads)}", body, pose, more, "12", **others)
 
 
 def _cart(body: str, pose: str, mirrored: bool, two: bool = False) -> Spec:
-    turned, more = f"{POSES[pose][0]}{_OTHER_WAY * mirrored}", {"side_": "-1" if mirrored else "1"}
+    turned, more = f"{POSES[pose][0]}{OTHER_WAY * mirrored}", {"side_": "-1" if mirrored else "1"}
     kind = f"cart-{'double' if two else 'pole'} {body} {pose}{' mirrored' * mirrored}"
     if not two:
         title = f"a pendulum on a cart, {BODIES[body][0]}, its angle from {turned}"
         others = {"kind": kind, "title": title, "extra": ("J", "I", "F")}
-        return _spec(_CART, "x theta", "M m g l * F", body, pose, more, " ", **others)
+        return body_spec(_CART, "x theta", "M m g l * F", body, pose, more, " ", **others)
     kinds = "point masses" if body == "point" else "rigid bodies"
     title = f"two pendulums, one below the other, on a cart, {kinds}, their angles from {turned}"
     others = {"kind": kind, "title": title, "atoms": ("sin theta1-theta2", "cos theta1-theta2")}
-    return _spec(_CART_TWO, "x theta1 theta2", "M m1 m2 g l1 l2 * F", body, pose, more, "12", **others)
+    return body_spec(_CART_TWO, "x theta1 theta2", "M m1 m2 g l1 l2 * F", body, pose, more, "12", **others)
 
 
-def _polar(body: str, up: bool) -> Spec:
-    pose, where = ("up", "upwards") if up else ("down", "downwards")
-    title = f"a spherical pendulum, {BODIES[body][0]}: theta is the polar angle from {where} and phi the azimuth"
-    others = {"kind": f"polar {body}{' up' * up}", "title": title, "extra": ("J", "p")}
-    more = {} if body == "any" else {"J": "I + m*h**2"}
-    return _spec(_POLAR, "theta phi", "m g l h J", body, pose, more, " ", **others)
+def _moved(pose: str, over: str, lift: str) -> Spec:
+    ways = [f"{wave} {way}" for wave, way in ((over, "to the side"), (lift, "up")) if wave != "0*t"]
+    title = (
+        f"a pendulum in a plane, a point mass, in its angle from {POSES[pose][0]}; its pivot is {' and '.join(ways)}"
+    )
+    more = {"over_": over, "lift_": lift, "overs_": WAVES[over], "lifts_": WAVES[lift]}
+    others = {"kind": f"moved point {pose} {over} {lift}", "title": title}
+    return body_spec(_MOVED, "theta", "t m g l a nu", "point", pose, more, " ", **others)
+
+
+def _elastic(pose: str, whole: bool) -> Spec:
+    reach, what = ("s", "its length") if whole else ("l0 + s", "what it is stretched by")
+    title = f"a point mass on a spring in a plane, in {what} and its angle from {POSES[pose][0]}"
+    others = {"kind": f"elastic {'whole' if whole else 'stretch'} {pose}", "title": title}
+    return body_spec(_ELASTIC, "s theta", "m g kappa l0", "point", pose, {"reach_": reach, "h": reach}, " ", **others)
+
+
+def _three(pose: str, equal: bool) -> Spec:
+    title = f"a triple pendulum in a plane of {'equal ' * equal}point masses, in absolute angles from {POSES[pose][0]}"
+    more = {f"{name}{i}": f"{name}1" for name in "ml" for i in (2, 3)} if equal else {}
+    atoms = tuple(f"{f} theta{i}-theta{j}" for f in ("sin", "cos") for i, j in ((1, 2), (1, 3), (2, 3)))
+    others = {"kind": f"triple point{' equal' * equal} {pose}", "title": title, "atoms": atoms}
+    return body_spec(_THREE, "theta1 theta2 theta3", "m1 m2 m3 g l1 l2 l3", "point", pose, more, "123", **others)
 
 
 _FLAGS, _VERTICAL, _SINGLE = (False, True), ("down", "up"), ("any", "point", "uniform")
+_STILL, *_MOVING = WAVES
+_WAYS = [*((_STILL, lift) for lift in _MOVING), *((over, _STILL) for over in _MOVING)]
+_WAYS += [("a*cos(nu*t)", "a*sin(nu*t)"), ("a*sin(nu*t)", "a*cos(nu*t)")]
 FAMILIES = {
     "plane": [_plane(body, pose) for body, pose in product(_SINGLE, _VERTICAL)],
-    "polar": [_polar(body, up) for body, up in product(_SINGLE, _FLAGS)],
+    "moved": [_moved(pose, *way) for way in _WAYS for pose in _VERTICAL],
+    "elastic": [_elastic(pose, whole) for pose, whole in product(_VERTICAL, _FLAGS)],
     "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
     "cart-double": [_cart(body, pose, side, True) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
     "double": [_two(b, a, e, p) for p, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")],
+    "triple": [_three(pose, equal) for pose, equal in product(_VERTICAL, _FLAGS)],
     "acrobot": [_two(body, True, False, pose, to) for pose, body, to in product(POSES, BODIES, ("acrobot", "both"))],
-}
+} | AZIMUTHAL

@@ -1,6 +1,8 @@
 """Systems that are described by a table: names of quantities, their units, how they are written, and their formulas.
 
-A chain of rods that is given as a scene is one of them: a text is compared with that scene's own dynamics.
+A body is a point mass at the end of its length, a uniform rod, or any body with its centre of mass at h and the inertia I
+about it. In a formula of its table across(x), high(x) and rise(x) are how far to the side and up the end of a unit link is,
+and how fast it rises, as POSES says. A chain of rods that is given as a scene is a table too, of that scene's own dynamics.
 """
 
 import re
@@ -33,6 +35,27 @@ from pendpin.scene import Chain, Scene
 # positions and mass matrices: they have no unit of time, and yet they move
 MOVING = re.compile(r"r[Gp12]|q|mass|M\d\d|[xy][12p]?|z")
 MOST_RODS = 6  # of a chain whose equations anybody writes down
+BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
+    "any": ("any rigid body", {}),
+    "point": ("a point mass on a string or massless rod", {"h": "l", "I": "0*m"}),
+    "uniform": ("a uniform rod", {"h": "l/2", "I": "m*l**2/12"}),
+    "tip": ("masses with an inertia at the ends of massless rods", {"h": "l"}),
+}
+POSES = {  # from where angles are measured, in words; and across, high and rise
+    "down": ("the vertical", "sin", "-cos", "sin"),
+    "up": ("upright", "sin", "cos", "-sin"),
+    "horizontal": ("the horizontal", "cos", "sin", "cos"),
+}
+_NO_INERTIA = ("I", "I1", "I2", "k")  # names that a text on point masses does not use
+OTHER_WAY = ", positive the other way"
+_COMMON = """
+g | m/s2 | g G g_0
+L | N m | L | T - V
+E | N m | E H | T + V
+ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
+ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
+ez | 1 | *e_z *k *e_3 *u_z *z *E_z | 1
+"""
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
 
@@ -107,6 +130,24 @@ def table_spec(
         extra=(*unknowns, *extra, *coordinates),
         **others,
     )
+
+
+def body_spec(
+    table: str, moving: str, fixed: str, body: str, pose: str, more: Mapping[str, str], marks: str, **others: Any
+) -> Spec:
+    """A system from its table with what all share, for one kind of body and one pose; `others` as in table_spec.
+
+    Of the parameters, `fixed`, a * is the place of those of the bodies, each with one of the `marks`; what `more` formulas
+    give is none.
+    """
+    given = BODIES[body][1]
+    texts = {f"{n}{i}".strip(): re.sub(r"\b[mlh]\b", rf"\g<0>{i}", given[n]) for n in given for i in marks} | dict(more)
+    own = " ".join(f"{name}{i}" for name in "hI" for i in marks)
+    names = tuple(name for name in fixed.replace("*", own).split() if name not in texts)
+    words: dict[str, str] = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
+    rows = re.sub(rf"\b(?:{'|'.join(words)})\b", lambda word: words[word[0]], _COMMON + table.strip())
+    others["absent"] = (*_NO_INERTIA * (body == "point"), *others.get("absent", ()))
+    return table_spec(table=rows, coordinates=tuple(moving.split()), parameters=names, more=formulas(texts), **others)
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
