@@ -186,7 +186,7 @@ NUMBERED = {
     "from 0": """T = 0.5*(m[0]+m[1])*(L[0]*omega[0])**2 + 0.5*m[1]*(L[1]*omega[1])**2 + m[1]*L[0]*L[1]*omega[0]*omega[1]*c01
 c01 = cos(theta[0] - theta[1])
 V = -(m[0] + m[1])*g*L[0]*cos(theta[0]) - m[1]*g*L[1]*cos(theta[1])
-x0 = L[0]*sin(theta[0])
+x0 = origin[0] + L[0]*sin(theta[0])
 x1 = x0 + L[1]*sin(theta[1])
 """,
 }
@@ -194,6 +194,7 @@ x1 = x0 + L[1]*sin(theta[1])
 
 @pytest.mark.parametrize("text", NUMBERED.values(), ids=NUMBERED.keys())
 def test_two_bodies_may_have_letters_or_be_counted_from_0(text):
+    """A place may be measured from a pivot."""
     assert {verdict.partition(" if")[0] for verdict in verdicts(text)} == {"holds"}
     assert "fails" in verdicts(text.replace("V = -", "V = ", 1))
 

@@ -10,6 +10,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import bare, check, in_use, is_general, quantity_of, when
 from pendpin.doctor.checking.conditions import (
+    PIVOT,
     ROUGHLY,
     holds_as_stated,
     holds_if,
@@ -185,7 +186,8 @@ class _Doctor:
 
     def _with_loads(self, found: Finding, equation: Equation, loads: set[str], condition: str) -> Finding:
         """The verdict on an equation that holds under the `condition` that some loads are 0."""
-        words = loads_in_words(equation, self.system, loads) if "small" not in condition else None
+        told = "small" not in condition and not all(map(PIVOT.match, loads))
+        words = loads_in_words(equation, self.system, loads) if told else None
         if words:
             return replace(found, verdict="holds", remark=words, equation=without(equation, loads))
         if words is None:

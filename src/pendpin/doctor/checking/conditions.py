@@ -27,6 +27,7 @@ SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first or
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
+PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
@@ -152,7 +153,7 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not moves or (any(map(other, unknown)) and not sure):
+    if not (moves or all(map(PIVOT.match, unknown))) or (any(map(other, unknown)) and not sure):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
