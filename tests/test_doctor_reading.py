@@ -278,6 +278,8 @@ PRINTED = [
     ("T_p = T^r_p", "T_p", "T_pr"),
     (r"\sum F_r = T - mg\cos\theta", "sumF_r", "T - m*g*cos(theta)"),
     (r"\frac{ \partial L}{ \dot{\partial}q } = -mgL", "Ddq_L", "-m*g*L"),
+    (r"\dv{x}{t} = \pdv{L}{q} + \vb{r}", "dx", "Dq_L + r"),
+    ("balance = sp.Eq(a*x, b)", "a*x", "b"),
     (r"\sum \vec{F} = m \vec{a}", "sumF", "m*a"),
     (r"\sum F_r = T - mg = ma", "T - m*g", "m*a"),
     (r"\omega´ = -\frac{g}{l} \sin\theta", "domega", "-g/l*sin(theta)"),

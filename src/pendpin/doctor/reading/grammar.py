@@ -101,7 +101,10 @@ class _Parser:
             if token.kind in ("relation", "end", "condition"):
                 side = "left" if token.kind == "relation" and not found else "right"
                 raise Unread(f"the {side} side of = is empty", token.start)
-            if token.kind not in ("close", "other relation", *SEPARATORS):
+            if token.text == "Eq" and self.peek(1).text == "(":  # of sympy, also where it has a name
+                self.take()
+                found = [*self.group().children]
+            elif token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
             if token.text == "≈" and len(found) > 1:  # what is rounded behind a chain
@@ -372,7 +375,7 @@ class _Parser:
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \underbrace, \det and \sum."""
+        r"""\sqrt, \frac, \underbrace, \det, \sum, \dv and \pdv."""
         token = self.peek()
         if token.text == "sqrt":
             return self.function()
@@ -390,6 +393,11 @@ class _Parser:
             case "det":
                 inner = self.atom()
                 return Node("function", (start, inner.outer[1]), "det", (inner,), ((start, token.end),))
+            case "dv" | "pdv":
+                order = self.atom().value if self.peek().text == "[" else 1
+                inside = self.atom()
+                inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
+                return differentiate(inside, by, order, (start, self.peek(-1).end))
             case "sum":  # with small numbers as its bounds, written out
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:

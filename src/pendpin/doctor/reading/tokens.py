@@ -47,7 +47,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
-    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
+    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
     "over": "over",
     "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
