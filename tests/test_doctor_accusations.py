@@ -68,8 +68,12 @@ $$V = m g L\cos\theta$$ $$\mathcal{L} = T - V$$
 """
 
 
-def test_a_length_may_have_the_letter_of_the_lagrangian():
+def test_a_dot_may_be_missing():
+    """Over a name of the text's own; its L is the length, though the page has a Lagrangian too."""
     assert {one.verdict for one in findings(CART)} == {"holds"}
+    third = findings(CART.replace(r"\dot y_b^2", "y_b^2"))[2]
+    assert third.verdict == "fails"
+    assert third.mends[0].latex.count("dot") == 3
 
 
 def test_heights_say_which_sign_the_potential_energy_has():

@@ -72,15 +72,15 @@ def test_what_has_no_meaning_is_not_checked(equation: str, remark: str) -> None:
 
 
 @pytest.mark.parametrize(
-    ("text", "condition"),
+    ("equation", "condition"),
     [
-        (r"The rod hanging straight down has $R_3 = m g$.", "at rest, hanging straight down"),
-        (r"Without gravity $\ddot\phi = -\dot\theta^2\sin\phi\cos\phi$.", "there is no gravity"),
+        (r"R_3 = m g \quad \text{hanging straight down}", "at rest, hanging straight down"),
+        (r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi", "there is no gravity"),
     ],
 )
-def test_a_special_case_is_exact(text: str, condition: str) -> None:
-    """An equation that holds in the special case alone that the words around it name."""
-    (finding,) = pp.diagnose(text).findings
+def test_a_special_case_is_exact(equation: str, condition: str) -> None:
+    """An equation that holds in a special case alone, which is named."""
+    finding = finding_of(equation, None)
     assert (finding.verdict, finding.condition) == ("holds if", condition)
 
 

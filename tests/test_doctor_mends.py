@@ -54,7 +54,10 @@ def test_the_mend_holds_and_is_the_simplest(wrong, right):
 def test_a_missing_term_is_none_that_makes_the_equation_say_nothing():
     """A balance put in for the acceleration that it is solved for would give ddphi = ddphi."""
     wrong = "ddphi = -dtheta**2*sin(phi)*cos(phi)"
-    assert first_mend(wrong, rod="thin") == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+    (finding,) = pp.diagnose([wrong]).findings
+    assert (finding.verdict, finding.condition) == ("holds if", "there is no gravity")
+    assert finding.mends[0].latex == f"{wrong} - 3*g*cos(theta)*sin(phi)/(2*l)"
+    assert first_mend(wrong, rod="thin") == finding.mends[0].latex  # who names the system means the general motion
 
 
 def test_in_which_motions_an_equation_fails():
@@ -145,7 +148,7 @@ def test_own_symbols_and_names():
     assert found.findings[1].mends[0].latex.endswith("m*g*h*s*cos(theta)")
 
 
-# --- in definitions ----------------------------------------------------------------------------
+# --- in definitions and for small angles ----------------------------------------------------------------------------
 
 DEFINED = r"""With $D = J_1\cos^2\phi + I_3\sin^2\phi$ the energies of the rod are
 $$ T = \frac12(D\dot\theta^2 + J_1\dot\phi^2) $$
@@ -163,6 +166,33 @@ def test_a_wrong_definition_is_mended_where_it_stands():
     assert verdicts(pp.diagnose(DEFINED)) == ["holds"] * 4
     (alone,) = pp.diagnose(DEFINED.replace(r"(D\dot\theta^2", r"(2 D\dot\theta^2")).wrong
     assert alone.mends[0].latex == r"T = \frac12(D\dot\theta^2 + J_1\dot\phi^2)"
+
+
+SMALL = {  # texts whose last equation begins with a minus or plus and g
+    "double": (
+        r"(m_1+m_2) l_1\ddot\theta_1 + m_2 l_2\ddot\theta_2 + (m_1+m_2) g\theta_1 = 0",
+        r"l_2\ddot\theta_2 + l_1\ddot\theta_1 + g\theta_2 = 0",
+    ),
+    "rod": (r"\ddot\theta = -\frac{3g}{2l}\theta", r"\ddot\phi + \frac{3g}{2l}\phi = 0"),
+    "cart": (
+        r"V = -m g l\cos\theta",
+        r"(M+m)\ddot x + m l\ddot\theta = F",
+        r"\ddot x + l\ddot\theta + g\theta = 0",
+    ),
+    "plane": (r"T = \frac12 m l^2\dot\theta^2", r"V = -m g l\cos\theta", r"\ddot\theta + \frac gl\theta = 0"),
+}
+
+
+@pytest.mark.parametrize("right", SMALL.values(), ids=SMALL.keys())
+def test_an_equation_for_small_angles_is_mended_to_the_first_order(right):
+    """Its neighbours hold so, or its words say so."""
+    text = "# Small oscillations\n" + "\n".join(f"$$ {equation} $$" for equation in right)
+    assert "fails" not in verdicts(pp.diagnose(text))
+    before, _, after = text.rpartition(" + ")
+    (finding,) = pp.diagnose(f"{before} - {after}").wrong
+    assert finding.number == len(right)
+    assert finding.mends[0].words.startswith("the sign of")
+    assert "to the first order" in finding.remark
 
 
 DOUBLE = r"""

@@ -166,6 +166,20 @@ m22 = m2*l2^2 + J2
 g2 = m2*l2*cos(theta1 + theta2)*g
 """
     assert not all_hold(code)
+    found = pp.diagnose(code.replace("cos(theta2)) + J2\nm22", "cos(theta2) + J2)\nm22")).findings
+    assert [finding.verdict for finding in found] == ["holds", "fails", "holds", "holds"]
+    assert found[1].mends[0].latex == "m12 = m2*(l2^2 + l1*l2*cos(theta2)) + J2"
+
+
+def test_a_bracket_that_is_missing_is_put_in():
+    text = """x2 = l1*sin(theta1) + l2*sin(theta2)
+V = -(m1+m2)*g*l1*cos(theta1) - m2*g*l2*cos(theta2)
+T1 = 0.5*m1*(l1*w1)^2
+T2 = 0.5*m2*((l1*w1)^2 + (l2*w2)^2 + 2*l1*l2*w1*w2*cos(theta1-theta2))
+"""
+    assert not all_hold(text)
+    (mend, *_) = pp.diagnose(text.replace("m2*((", "m2*(").replace("theta2))", "theta2)")).findings[3].mends
+    assert mend.latex == text.splitlines()[3]
 
 
 def test_three_pendulums_are_not_read_as_two():

@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import islice
 from typing import Any
 
@@ -12,10 +13,13 @@ from pendpin.doctor.checking.check import bare, check, in_use, is_general, quant
 from pendpin.doctor.checking.conditions import (
     PIVOT,
     ROUGHLY,
+    SAID_SMALL,
     holds_as_stated,
     holds_if,
     loads_at_zero,
     loads_in_words,
+    may_be_linear,
+    small_angles,
     without,
 )
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
@@ -23,14 +27,14 @@ from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import Mend, mends, mends_of_definition, styles_of
 from pendpin.doctor.mending.writing import Writer
-from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
+from pendpin.doctor.printed import Candidate, Printed, candidates, holding, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Unread, parts, symbols, with_meaning
 from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
-from pendpin.doctor.systems.base import System, random_states
+from pendpin.doctor.systems.base import System, linearised, random_states
 from pendpin.doctor.verdicts import judge
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
@@ -148,22 +152,25 @@ class _Doctor:
                 return replace(found, mends=healed, remark=one.remark)
         if ROUGHLY.search(one.latex):
             return replace(found, remark="it says itself that it is not exact")
-        system = self.system
-        healed = [mends(self._patient(one, equation), pairs) for equation, _ in readings]
+        system = self._to_first_order(one) or self.system
+        healed = [mends(self._patient(one, equation, system), pairs) for equation, _ in readings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, error = readings[best]
         remarks = [one.remark, found.remark]
+        if linear := system is not self.system:
+            remarks.append("it is compared to the first order in the angles")
+            error = relative_error(equation, random_states(system))
         for convention in self.reading.conventions:  # that would make it right
-            if holds(equation, random_states(replace(system, convention=convention))):
+            if holds(equation, random_states(replace(self.system, convention=convention))):
                 remarks.append(f"it holds if {convention.words}")
                 break
         said = {"error": error, "when": when(equation, system), "dimensions": of_equation(equation, system.spec)[1]}
-        found = replace(found, **said, equation=equation)
-        one_or_sound = (m for m in healed[best] if m.count == 1 or not of_equation(m.equation, system.spec)[1])
+        found = replace(found, **said, equation=equation, linear=linear)
+        one_or_sound = (m for m in healed[best] if m.count == 1 or not of_equation(m.equation, self.system.spec)[1])
         if right := tuple(one_or_sound):
             remark = "; ".join(filter(None, remarks))
-            return replace(found, verdict="fails", proved=True, mends=right, remark=remark)
+            return replace(found, verdict="fails", proved=not linear, mends=right, remark=remark)
         if self.reading.unknown:
             words = f"it does not hold for {system.spec.title}, and nothing says that it is meant to: {REMEDY}"
             return replace(found, remark=words)
@@ -260,9 +267,22 @@ class _Doctor:
         idle = bool(name) and len(one.sides) == 2 and bare(one.defines) not in self.in_use
         return f"no other equation uses {name}: say which quantity it is with --symbols {name}=..." if idle else ""
 
-    def _patient(self, one: Printed, equation: Equation) -> Patient:
+    def _to_first_order(self, one: Printed) -> System | None:
+        """The system for small angles, for an equation that may be meant so: the text says it, or another one holds so."""
+        system, may = self.system, may_be_linear(next(one.readings()), self.system)
+        if not (may and system.spec.analytic and (SAID_SMALL.search(one.statement.context) or self._has_linear)):
+            return None
+        return replace(system, spec=linearised(system.spec))
+
+    @cached_property
+    def _has_linear(self) -> bool:
+        """Whether an equation of the text holds for small angles, and not in general."""
+        others = (one for one in self.reading.equations if one.ways and not holding(one, self.system))
+        return any(small_angles(equation, self.system) for one in others for equation in one.readings())
+
+    def _patient(self, one: Printed, equation: Equation, system: System | None = None) -> Patient:
         """One reading of an equation, printed as the equation is, and else as its document."""
         own = styles_of(one, equation.sides)
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
-        return Patient(replace(one, words=self.reading.words), equation, self.system, writer)
+        return Patient(replace(one, words=self.reading.words), equation, system or self.system, writer)

@@ -57,7 +57,7 @@ def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Fi
     for case in cases:
         finding = case.finding
         doubtful = finding.doubtful and not finding.mends and not case.reading.unknown
-        if (finding.verdict == "fails" or doubtful) and finding.equation:
+        if (finding.verdict == "fails" or doubtful) and finding.equation and not finding.linear:
             if (source := find_source(finding.equation, wrong, case.system)) and not finding.follows:
                 case.says(verdict="fails", proved=True, follows=source, remark="")
             elif finding.verdict == "fails":

@@ -9,6 +9,7 @@ from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
+from functools import cache
 from typing import NamedTuple
 
 import numpy as np
@@ -49,11 +50,13 @@ def conditions(system: System) -> list[Condition]:
     """The special cases of a system, the usual ones first."""
     spec, at_zero = system.spec, lambda names: tuple((name, 0.0) for name in names)
     down = r"straight down|at rest|equilibrium|hangs? vertically"
-    found = [Condition("at rest", r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move", at_zero(spec.rates))]
-    found += [Condition("at rest, hanging straight down", down, at_zero(spec.state))]
+    rest = r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move"
+    found = [Condition("at rest", rest, at_zero(spec.rates), dependents(system, spec.rates))]
+    found += [Condition("at rest, hanging straight down", down, at_zero(spec.state), dependents(system, spec.state))]
     for name in spec.coordinates if spec.kind in SPECIAL else ():
         letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
-        found.append(Condition(f"{name} = 0 throughout", letter, at_zero((name, f"d{name}"))))
+        held = (name, f"d{name}")
+        found.append(Condition(f"{name} = 0 throughout", letter, at_zero(held), dependents(system, held)))
     if spec.kind.startswith("polar"):
         said = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         cone = (("dtheta", 0.0), ("dphi", conical_rate))
@@ -71,7 +74,7 @@ def conditions(system: System) -> list[Condition]:
     if loads := [name for name in LOADS if name in spec.parameters]:
         found.append(Condition(f"{' and '.join(loads)} = 0", "force|torque|free", at_zero(loads), frozenset(loads)))
     weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
-    found.append(Condition("there is no gravity", weightless, at_zero("g")))
+    found.append(Condition("there is no gravity", weightless, at_zero("g"), dependents(system, ("g",))))
     others = SPECIAL.get(spec.kind, ())
     return found + [Condition(words, stated, (), absent, other) for words, other, stated, absent in others]
 
@@ -85,16 +88,35 @@ def holds_as_stated(equation: Equation, system: System, context: str) -> str:
 
 
 def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
-    """What nothing states and under which an equation holds: small angles, no load, or another rod.
+    """What nothing states and under which an equation holds that has nothing of what it makes vanish.
 
-    Neighbours with what this lacks show that the text is not about it, and so does a system that was `chosen`.
+    Neighbours that have it show that the text is not about that, and so does a system that was `chosen`; but a reaction at
+    rest may stand in any text. Beside one law with gravity no other is without.
     """
-    for case in conditions(system) if not chosen else ():
-        if case.absent is not None and case.absent.isdisjoint(_quantities_apart(equation)):
-            others = sum(not case.absent.isdisjoint(_quantities_apart(other)) for other in neighbours)
-            if others < FEW and _holds_under(equation, system, case):
-                return case.words
+    lone = {equation.meaning(str(side.value)) for side in equation.sides if side.kind == "symbol"}
+    reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
+    for case in conditions(system):
+        if case.absent is None or not case.absent.isdisjoint(_quantities_apart(equation)):
+            continue
+        others = sum(not case.absent.isdisjoint(_quantities_apart(other)) for other in neighbours)
+        still = {*system.spec.rates} <= {name for name, _ in case.instead}
+        few = others < (1 if case.words == "there is no gravity" else FEW) and not chosen
+        if (few or (still and reaction)) and _holds_under(equation, system, case):
+            return case.words
     return small_angles(equation, system)
+
+
+@cache
+def dependents(system: System, names: tuple[str, ...]) -> frozenset[str]:
+    """The quantities that change with some coordinates, rates or parameters, but for accelerations and reactions."""
+    changing = {f"{d}{name}" for name in names for d in ("", "d", "dd")}
+    for one in names:
+        here, there = random_states(system), random_states(system, ((one, 0.321),))
+        for other in system.spec.formulas.keys() - {*system.spec.unknowns}:
+            with suppress(KeyError, Unread):
+                if np.abs(here[other] - there[other]).max() > TRIVIAL:
+                    changing.add(other)
+    return frozenset(changing)
 
 
 def _quantities_apart(equation: Equation) -> set[str]:
@@ -124,20 +146,25 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
 
 def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
-    names, own = equation.names, equation.definitions
-    every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
-    moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
-    # energies are of the second order: to the first they say nothing
-    if not moves or names & {"T", "V", "L", "E"} or any(p.kind == "function" and p.value != "sqrt" for p in every):
-        return ""
     with suppress(Unread):
-        scaled = [random_states(system, scale=size) for size in SMALL]
-        far, close = (relative_error(equation, states) for states in scaled)
-        rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
-        # what is left is of the second order, by itself and beside the terms
-        if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
-            return "the angles are small, to the first order"
+        if may_be_linear(equation, system):
+            scaled = [random_states(system, scale=size) for size in SMALL]
+            far, close = (relative_error(equation, states) for states in scaled)
+            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+            # what is left is of the second order, by itself and beside the terms
+            if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
+                return "the angles are small, to the first order"
     return ""
+
+
+def may_be_linear(equation: Equation, system: System) -> bool:
+    """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
+    names, own = equation.names, equation.definitions
+    if names & {"T", "V", "L", "E"}:  # of the second order: to the first they say nothing
+        return False
+    every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
+    linear = not any(part.kind == "function" and part.value != "sqrt" for part in every)
+    return linear and any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
 
 
 def without(equation: Equation, loads: set[str]) -> Equation:

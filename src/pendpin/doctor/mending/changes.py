@@ -126,6 +126,8 @@ class Patient:
                 yield self._missing(part, factor, 1.25 + oddness(factor.factor) + 0.5 * part.lone)
         if part.role in ("factor", "divisor") or (part.role == "term" and len(part.parents[-1].children) > 1):
             yield self._removed(part, 1.25 if part.role == "term" else 1.2)
+        if part.whole or part.role == "factor":
+            yield from self._brackets(part)
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
@@ -135,6 +137,30 @@ class Patient:
             base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15 + 0.5 * part.lone)
             raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
+
+    def _brackets(self, part: Part) -> Iterator[Change]:
+        """A bracket that ends too late, as in m (a + b), or that is missing, as in m a + b."""
+        node, free = part.node, part.role != "term" or part.parents[-1].value[part.index] > 0
+        last = node.children[-1] if node.kind == "product" and not node.fraction else node
+        inside = last.bracketed if last is not node and last.kind == "sum" and part.whole and free else None
+        for i in range(1, len(last.children)) if inside and {*node.value[1:]} <= {"*"} else ():
+            first = replace(last, value=last.value[:i], children=last.children[:i])
+            first = replace(node, children=(*node.children[:-1], first))
+            moved = Node("sum", node.span, (1, *last.value[i:]), (first, *last.children[i:]))
+            cut, end = last.children[i - 1].outer[1], inside[1] if inside else 0
+            rest, splices = self.writer.of((cut, end - 1)), ((cut, cut, ")"), (end - 1, end, ""))
+            yield Change(splices, 1.2, f"{rest} belongs behind the bracket", rest, rest, {id(node): moved})
+        begins = node.kind == "sum" and node.value[0] > 0 and not node.marks[0][1] > node.span[0]
+        head = node.children[0] if begins else node
+        plain = head is not node and head.kind == "product" and not head.bracketed and {*head.value[1:]} <= {"*"}
+        for i in range(1, len(head.children)) if plain else ():
+            rest = replace(head, value=("*", *head.value[i + 1 :]), children=head.children[i:])
+            total = replace(node, children=(rest, *node.children[1:]))
+            moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
+            start, end = head.children[i].outer[0], node.children[-1].outer[1]
+            words = f"a bracket is missing around {self.writer.of((start, end))}"
+            cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
+            yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
         """Other symbols for a symbol, functions for a function, numbers for a number: the tree, its text, the cost."""
@@ -150,6 +176,10 @@ class Patient:
                     here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
+            if name not in {*self.spec.still, *self.spec.unknowns} and symbols(own.get(name, node)) - self.spec.still:
+                rate = Node("derivative", node.span, "t", (node,))
+                if writer.latex:
+                    yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)
