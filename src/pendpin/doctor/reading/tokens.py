@@ -74,6 +74,7 @@ _SIGNS = {  # and of characters and signs
     "relation": "= ==→= :=→= ≈",
     "gap": "⇒ ⟹",
     "function": "√→sqrt",
+    "method": "∘",
     "command": "∂→partial",
     "other relation": "< > ≠ ≤ ≥ ∼ ≪ ≫",
     "script": "^ **→^ _",
@@ -100,8 +101,12 @@ _OWNERS = "obj env model sys system robot pendulum par params p self cfg config 
 
 
 def _name_member(match: re.Match[str]) -> str:
-    """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole."""
+    """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; a.sin() is sin(a), a.powi(2) is a^(2)."""
     owners, number, _, name, call = match.groups()
+    if call and match.string[match.end() : match.end() + 1] == ")" and name in FUNCTIONS:
+        return f"{name}({match[0].rpartition('.')[0].removeprefix('self.')}"
+    if call and name in ("powi", "powf"):
+        return f"{match[0].rpartition('.')[0].removeprefix('self.')}^("
     if call and name not in FUNCTIONS | CALLED:
         return match[0]
     if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
@@ -130,6 +135,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>",
         "",
     ),
+    (r"\{\s*\}(?!\s*[\^_])|\\(?=[()])", ""),  # braces around nothing, and brackets with a mark
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
     (  # the unit of a parameter: what stands between its number and the end
@@ -140,7 +146,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
 )
 _OF_LATEX: tuple[Rewriting, ...] = (  # a point between quantities multiplies, as in m.a or P.Cos(\theta)
     (
-        r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)\b)",
+        r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)(?![A-Za-z]))",
         "*",
     ),
 )
@@ -149,6 +155,8 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers and functions in C
     (r"\b(sin|cos|tan|sqrt|pow)f(?=\()", r"\1"),
     (r"\.inv\(\)", "^(-1) "),
+    (r"(?<=\))\.pow[if]\(", "^("),  # of Rust
+    (rf"(?<=\))\.({'|'.join(FUNCTIONS)})\(\)", r"∘\1"),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
     # where others are there, it is a step in time
@@ -244,7 +252,9 @@ def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
         case "command":
             name = found[1:].rstrip("*") or "*"
-            yield Token(*COMMANDS[name], start, end) if name in COMMANDS else strange(f"\\{name}")
+            rate = name not in COMMANDS and (written := of_word(name)) and written.dots  # of a text's own, as \dtheta
+            known = ("word", name) if rate else COMMANDS.get(name)
+            yield Token(*known, start, end) if known else strange(f"\\{name}")
         case "digit" | "number":
             yield Token("number", found.replace("{,}", ".").replace(",", "."), start, end)
         case "mixed":  # dθ, θ1dot

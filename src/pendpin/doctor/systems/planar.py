@@ -28,7 +28,7 @@ h | m | h d a b s r l_c l_cm h_G r_G r_cm l_1 L l ell R h_cm l_G d_cm
 k | m | k k_G i_G rho rho_G k_0 | sqrt(I/m)
 kO | m | k k_O i_O rho_O k_0 | sqrt(J/m)
 theta0 | 1 | theta_0 theta_m theta_max phi_0 varphi_0 alpha_0 theta_i alpha phi_m varphi_m
-J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 Theta I_pivot moi | m*h*h + I
+J | kg m2 | J I J_O I_O J_1 I_1 J_A I_A I_P J_P I_0 J_0 Theta I_pivot moi J_Oz I_Oz J_Delta I_Delta | m*h*h + I
 I | kg m2 | I I_G I_C I_cm I_com J_G J_C J_cm J_S I_S Theta_S
 rG | m | *r *r_G *x *R | vector(x, y)
 x | m | x x_G x_C x_cm x_1 | h*across(theta)
