@@ -285,7 +285,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
         bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
-        goes_on = bracket or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
+        divided = re.match(r"[ \t]*/[ \t]*[(\w]", text[end + 1 : end + 99])  # in the next line
+        goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue

@@ -195,15 +195,14 @@ _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.is
 
 def is_latex(text: str) -> bool:
     """Whether an equation is printed in LaTeX rather than in plain text."""
-    return bool(re.search(r"\\[A-Za-z,;:!|{]|\{", text)) and not _SOLVED.match(text)
+    return bool(re.search(r"\\[A-Za-z,;:!|{(]|\{", text)) and not _SOLVED.match(text)
 
 
 def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     """The tokens of a text. Raises Unread for one that is too long or too deep."""
     if len(text) > most:
         raise Unread(f"longer than {most:,} characters")
-    text = rewrite(text, _REWRITTEN)
-    latex = is_latex(text)
+    latex, text = is_latex(text), rewrite(text, _REWRITTEN)
     text = rewrite(text, _OF_LATEX if latex else _OF_CODE)
     found, place = list[Token](), 0
     try:
