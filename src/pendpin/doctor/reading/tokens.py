@@ -13,7 +13,7 @@ from pendpin.doctor.reading.tree import Unread
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
-_LAYOUT = """equation align aligned alignat alignedat gather gathered multline eqnarray split flalign displaymath math cases
+_LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign displaymath math cases
 subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
 _CALLED = "pow power square array Matrix matrix vector inv solve dot cross"
@@ -164,7 +164,7 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (_SOLVED, lambda match: match[0].replace("\\", "∖", 1)),
 )
 _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text have it alike
-    "environment": r"\\(?:begin|end)\s*\{\s*[A-Za-z]+\*?\s*\}(?:(?<=[yt]\})(?:\[\w\])?\{[^{}]*\}|(?<=y\})\[\w\])?",
+    "environment": r"\\(?:begin|end)\s*\{\s*[A-Za-z]+\*?\s*\}(?:(?<=[yt]\})(?:\[\w\])?\{[^{}]*\}|(?<=[yd]\})\[\w\])?",
     "matrix": r"\\[pb]?mat(?:rix)?\s*\{",
     "prose": r"(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*)\}\s*\)?",
     "plain": rf"\\(?:{'|'.join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}}",
