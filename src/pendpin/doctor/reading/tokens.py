@@ -13,8 +13,8 @@ from pendpin.doctor.reading.tree import Unread
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
-_LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign displaymath math cases
-subequations"""
+_LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign
+displaymath math cases subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
 _CALLED = "pow power square array Matrix matrix vector inv solve dot cross"
 CALLED = set(_CALLED.split())  # in code
