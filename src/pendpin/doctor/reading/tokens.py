@@ -135,7 +135,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>",
         "",
     ),
-    (r"\{\s*\}(?!\s*[\^_])|\\(?=[()])", ""),  # braces around nothing, and brackets with a mark
+    (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
     (  # the unit of a parameter: what stands between its number and the end
@@ -144,7 +144,9 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         lambda match: match[1].ljust(len(match[0])),
     ),
 )
-_OF_LATEX: tuple[Rewriting, ...] = (  # a point between quantities multiplies, as in m.a or P.Cos(\theta)
+_OF_LATEX: tuple[Rewriting, ...] = (
+    (r"\\(?=[()])", ""),  # of brackets with a mark
+    # a point between quantities multiplies, as in m.a or P.Cos(\theta)
     (
         r"(?<=[\w)}])\.(?=[A-Za-z](?![A-Za-z])|[A-Za-z]{3}\s?\(|\\(?:sin|cos|tan|d?dot|theta|phi|varphi|omega|alpha)(?![A-Za-z]))",
         "*",
