@@ -205,3 +205,17 @@ def test_a_section_that_nothing_explains_is_read_as_the_page():
     """Of small angles in a cart-pole: not as of a rod on a universal joint, which a section alone might be about."""
     page = "# Laws\n" + ON_A_CART + "# Small angles\n" + r"$$(M + m)\ddot x + m l\ddot\theta = F$$"
     assert findings(page)[-1].verdict == "holds if"
+
+
+EFFECTIVE = """A spherical pendulum.
+E = m*l^2*(dtheta^2 + dphi^2*sin(theta)^2)/2 + m*g*l*(1 - cos(theta))
+PE = Lz^2 / (2*m*l^2*sin(theta)^2) + m*g*l*(1 - cos(theta))
+"""
+
+
+def test_what_no_change_gives_sound_units_is_not_accused():
+    """Lz is none of its letters; a term whose units agree is accused as before."""
+    assert [one.verdict for one in findings(EFFECTIVE)] == ["holds", "not checked"]
+    assert "units" in findings(EFFECTIVE)[1].remark
+    found = findings(EFFECTIVE.replace("Lz^2 / (2*m*l^2*sin(theta)^2) +", "-"))
+    assert [one.verdict for one in found] == ["holds", "fails"]

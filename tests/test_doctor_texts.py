@@ -124,7 +124,7 @@ FAULTS = [
 FAULTS += [(r"+ 2 m l^2", r"- 2 m l^2")]
 
 
-@pytest.mark.parametrize(("text", "fault"), zip(FURTHER.values(), FAULTS, strict=True), ids=FURTHER)
+@pytest.mark.parametrize(("text", "fault"), [*zip(FURTHER.values(), FAULTS, strict=True)], ids=FURTHER)
 def test_pivots_springs_chains_and_arms(text, fault):
     """All holds; with another sign of one term that law alone is accused."""
     right = pp.diagnose(text)

@@ -113,7 +113,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         mended = finding.mends[0].equation
         if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
             return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
-        if finding.dimensions and of_equation(mended, spec)[1]:
+        matrices = any(part.kind == "matrix" for part in parts(mended.sides))  # whose entries have several units
+        if finding.dimensions and of_equation(mended, spec)[1] and not matrices:
             return f"as I read it, for {spec.title}, it does not hold; nor do the units of its letters agree"
         old, shown = (re.sub("sin|cos", "", text) for text in (finding.mends[0].old, finding.mends[0].new))
         if old == shown and (finding.mends[0].count > 1 or " places" in finding.mends[0].words):  # sin for cos, twice
