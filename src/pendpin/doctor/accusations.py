@@ -144,7 +144,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "it gives a state a name"
     if (
         left
-        and "point" in spec.kind.split()
+        and {"point", "furuta"} & {*spec.kind.split()}
         and not finding.dimensions
         and spec.dimensions.get(case.meaning()) == INERTIA
     ):

@@ -371,17 +371,17 @@ def _others(page: _Page) -> Iterator[Reading]:
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)
     furuta = "furuta" in _words_of(text)[0]
+    points = not (inertias or re.search("uniform|homogen|slender|physical", text))
     may = {  # what only some texts are about
         "acrobot": driven,
-        "moved": ("t", "") in page.letters[0].turned,
+        "moved": points and ("t", "") in page.letters[0].turned,
         "elastic": bool(SPRING.search(text)),
         "furuta": furuta or bool(ARM.search(text)),
-        "triple": any(name[1] == "3" for name in page.letters[0].turned),
+        "triple": points and any(name[1] == "3" for name in page.letters[0].turned),
         "polar": page.kind == "polar" or not ON_A_JOINT.search(text),
     }
     for family, specs in FAMILIES.items():
-        about = page.kind == family or (page.kind is None and (family == "furuta" or not furuta))
-        if not (about and may.get(family, True)):
+        if page.kind not in (None, family) or not may.get(family, True):
             continue
         # simple ones unless it says so
         bodies = sorted(specs, key=lambda spec: (" any" in spec.kind) != bool(inertias))
@@ -414,7 +414,7 @@ def _doubted(reading: Reading, text: str) -> Reading:
     foreign = bool(FOREIGN.search(text) or strange)
     holds = int(reading.credits.sum())
     furuta = "furuta" in _words_of(text)[0] and not reading.system.kind.startswith("furuta")
-    if not furuta and (holds or not readable or (len(readable) < FEW and not foreign)):
+    if not (furuta and holds < 2 * FEW) and (holds or not readable or (len(readable) < FEW and not foreign)):
         return reading
     words = f"No system that pendpin knows fits this text: {REMEDY}."
     return replace(reading, title=UNKNOWN, remarks=(words,), unknown=True)

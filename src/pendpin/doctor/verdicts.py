@@ -237,17 +237,22 @@ def _turn_axes(cases: list[Case]) -> None:
             if place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
     for letter, (first, *others) in turned.items():
-        if (
-            not others and letter in ("y", "z") and letter not in right and first.spec.kind not in RODS
-        ):  # nothing else shows which way it is measured
+        alone = not others and letter in ("y", "z") and letter not in right and first.spec.kind not in RODS
+        if alone and _holds_turned(first, letter):  # nothing else shows which way it is measured
             first.doubt(f"it holds if {letter} is measured the other way")
     for letter in (letter for letter, wrong in turned.items() if len(wrong) > 1 and letter not in right):
-        for case in (case for case in cases if case.finding.verdict == "fails" and case.finding.equation):
-            equation, states = case.finding.equation, random_states(case.system)
-            assert equation is not None
-            nodes = [part for part in parts(equation.sides) if part.written and part.written.letter == letter]
-            instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
-            off, size = (changed(equation, states, one) for one in (instead, {}))
-            if off is not None and size is not None and np.abs(off).max() < TOLERANCE * np.abs(size).max():
+        for case in cases:
+            if case.finding.verdict == "fails" and _holds_turned(case, letter):
                 words = f"{letter} is measured the other way"
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
+
+
+def _holds_turned(case: Case, letter: str) -> bool:
+    """Whether an equation holds with the coordinates of a letter reversed."""
+    equation, states = case.finding.equation, random_states(case.system)
+    if equation is None:
+        return False
+    nodes = [part for part in parts(equation.sides) if part.written and part.written.letter == letter]
+    instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
+    off, size = (changed(equation, states, one) for one in (instead, {}))
+    return off is not None and size is not None and bool(np.abs(off).max() < TOLERANCE * np.abs(size).max())

@@ -15,7 +15,15 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
-from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, holds, relative_error, residuals, stack_residuals
+from pendpin.doctor.checking.residuals import (
+    TOLERANCE,
+    ZERO,
+    holds,
+    of_equation,
+    relative_error,
+    residuals,
+    stack_residuals,
+)
 from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.azimuth import conical_rate
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
@@ -160,7 +168,13 @@ def small_angles(equation: Equation, system: System) -> str:
 def may_be_linear(equation: Equation, system: System) -> bool:
     """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
     names, own = equation.names, equation.definitions
-    if names & {"T", "V", "L", "E"}:  # of the second order: to the first they say nothing
+    first = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0]
+    if first == (0, 2, -2) or names & {
+        "T",
+        "V",
+        "L",
+        "E",
+    }:  # squares of speeds too are of the second order: to the first they say nothing
         return False
     every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
     linear = not any(part.kind == "function" and part.value != "sqrt" for part in every)

@@ -43,8 +43,8 @@ W | N | | vector(0, 0, -m*g)
 """
 
 _FURUTA = """
-theta | 1 | theta phi alpha q_1 theta_1 theta_0
-phi | 1 | alpha theta phi q_2 theta_2 theta_1
+theta | 1 | theta
+phi | 1 | phi
 m | kg | m m_p M_p m_2 m_1
 b | m | L L_r l_1 r R L_1 L_a l_a l_0 L_0 l_r l_arm
 l | m | L_p l_2 l L_2 l_p L_1 l_1 l_pend

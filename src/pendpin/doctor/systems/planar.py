@@ -59,8 +59,8 @@ _MOVED = """
 theta | 1 | theta phi q alpha theta_1
 t | s | t
 m | kg | m M m_1
-l | m | l L ell R r l_1
-a | m | a A b d A_0 a_0 y_0 x_0 z_0 h_0 r R delta epsilon Y X
+l | m | l L ell R r l_1 b
+a | m | a A b d X_0 Y_0 A_0 a_0 y_0 x_0 z_0 h_0 r R delta epsilon Y X
 nu | 1/s | omega Omega w nu gamma omega_d Omega_d omega_0 W omega_f
 x0 | m | x_0 x_p x_s x_P x_O X x_pivot x_z | over_
 y0 | m | y_0 y_p y_s y_P y_O Y y_pivot h z_0 s y_z z | lift_
@@ -82,11 +82,12 @@ force_ | - | | vector(m*l*(nu**2*(cos(theta)*x0 + rise(theta)*y0) - g*rise(theta
 """
 
 _ELASTIC = """
-s | m | r l x rho s q_1 L u
-theta | 1 | theta phi alpha varphi q_2
+s | m | s
+theta | 1 | theta
 m | kg | m M
 kappa | N/m | k K k_s c kappa
-l0 | m | l_0 L_0 r_0 ell_0 l L a R s_0 x_0 b
+l0 | m | l_0 L_0 r_0 ell_0 l ell L a R s_0 x_0 b
+le | m | L l_1 l_e l_eq L_eq r_0 r_eq R_0 l_0 | l0 + m*g/kappa
 x | m | x x_1 X | reach_*across(theta)
 y | m | y y_1 z Y | reach_*high(theta)
 rG | m | *r *r_G *x *R | vector(x, y)
@@ -338,10 +339,10 @@ def _moved(pose: str, over: str, lift: str) -> Spec:
     return body_spec(_MOVED, "theta", "t m g l a nu", "point", pose, more, " ", **others)
 
 
-def _elastic(pose: str, whole: bool) -> Spec:
-    reach, what = ("s", "its length") if whole else ("l0 + s", "what it is stretched by")
+def _elastic(pose: str, reach: str) -> Spec:
+    what = {"s": "its length", "l0 + s": "what it is stretched by", "le + s": "how far it hangs below its rest"}[reach]
     title = f"a point mass on a spring in a plane, in {what} and its angle from {POSES[pose][0]}"
-    others = {"kind": f"elastic {'whole' if whole else 'stretch'} {pose}", "title": title}
+    others = {"kind": f"elastic {reach.replace(' ', '')} {pose}", "title": title}
     return body_spec(_ELASTIC, "s theta", "m g kappa l0", "point", pose, {"reach_": reach, "h": reach}, " ", **others)
 
 
@@ -360,7 +361,7 @@ _WAYS += [("a*cos(nu*t)", "a*sin(nu*t)"), ("a*sin(nu*t)", "a*cos(nu*t)")]
 FAMILIES = {
     "plane": [_plane(body, pose) for body, pose in product(_SINGLE, _VERTICAL)],
     "moved": [_moved(pose, *way) for way in _WAYS for pose in _VERTICAL],
-    "elastic": [_elastic(pose, whole) for pose, whole in product(_VERTICAL, _FLAGS)],
+    "elastic": [_elastic(pose, reach) for pose, reach in product(_VERTICAL, ("s", "l0 + s", "le + s"))],
     "cart-pole": [_cart(body, pose, mirrored) for body, pose, mirrored in product(_SINGLE, _VERTICAL, _FLAGS)],
     "cart-double": [_cart(body, pose, side, True) for body, pose, side in product(_SINGLE[:2], _VERTICAL, _FLAGS)],
     "double": [_two(b, a, e, p) for p, b, a, e in product(POSES, BODIES, _FLAGS, _FLAGS) if not (e and b == "tip")],

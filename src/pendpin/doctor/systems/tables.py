@@ -33,7 +33,7 @@ from pendpin.errors import InputError, amount
 from pendpin.scene import Chain, Scene
 
 # positions and mass matrices: they have no unit of time, and yet they move
-MOVING = re.compile(r"r[Gp12]|q|mass|M\d\d|[xy][12p]?|z")
+MOVING = re.compile(r"r[Gp12A]|q|mass|M\d\d|[xy][0123p]?|z|e[rtp]")
 MOST_RODS = 6  # of a chain whose equations anybody writes down
 BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
     "any": ("any rigid body", {}),
