@@ -129,8 +129,8 @@ def smooth(t: Array, points: Array, velocities: Array | None, per_second: float,
 
     Cubics, straight where samples are far apart, in at most `most` pieces that turn by TURN and last 1/per_second s.
     """
-    velocities = np.gradient(points, t, axis=0) if velocities is None else velocities
-    before, after, spans, steps = velocities[:-1], velocities[1:], np.diff(t)[:, None], np.diff(points, axis=0)
+    slopes: Array = np.asarray(np.gradient(points, t, axis=0)) if velocities is None else velocities
+    before, after, spans, steps = slopes[:-1], slopes[1:], np.diff(t)[:, None], np.diff(points, axis=0)
     turns = np.arctan2(np.linalg.norm(np.cross(before, after), axis=-1), (before * after).sum(-1))  # rad
     pieces = np.concatenate([[0.0], np.cumsum(np.maximum(turns / TURN, np.diff(t) * per_second))])
     count = int(min(np.ceil(pieces[-1]) + 1, most))
@@ -142,7 +142,7 @@ def smooth(t: Array, points: Array, velocities: Array | None, per_second: float,
     span = spans[i]
     x = (times - t[i])[:, None] / span
     rise = (3 - 2 * x) * x**2 * (points[i + 1] - points[i])
-    curved = points[i] + rise + span * x * (x - 1) * ((x - 1) * velocities[i] + x * velocities[i + 1])
+    curved = points[i] + rise + span * x * (x - 1) * ((x - 1) * slopes[i] + x * slopes[i + 1])
 
     # the cubic stays as near to the samples as these are to one another where an interval is short
     away = [np.linalg.norm(v * spans - steps, axis=-1) for v in (before, after)]
