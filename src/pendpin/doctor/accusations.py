@@ -104,56 +104,12 @@ class Case:
 
 def objection_to(case: Case, cases: list[Case]) -> str:
     """Why an equation is not accused though it does not hold; empty where it is."""
-    finding, one, spec, left = case.finding, case.one, case.spec, case.left
-    equation = finding.equation
+    finding, one, spec, equation = case.finding, case.one, case.spec, case.finding.equation
     if equation is None:
         return ""
     held = [other.one for other in cases if other.finding.verdict == "holds" and other.one.sides]
-    if case.mends_itself:
-        mended = finding.mends[0].equation
-        if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
-            return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
-        matrices = any(part.kind == "matrix" for part in parts(mended.sides))  # whose entries have several units
-        if finding.dimensions and of_equation(mended, spec)[1] and not matrices:
-            return f"as I read it, for {spec.title}, it does not hold; nor do the units of its letters agree"
-        old, shown = (re.sub("sin|cos", "", text) for text in (finding.mends[0].old, finding.mends[0].new))
-        if old == shown and (finding.mends[0].count > 1 or " places" in finding.mends[0].words):  # sin for cos, twice
-            return f"as I read it, for {spec.title}, it does not hold; it may measure its angles otherwise"
-        if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", finding.mends[0].words)):
-            return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load"
-        right = {key(side) for other in held for side in other.sides}
-        own = [n for n, meaning in meanings_used(equation) if key(meaning) not in right and symbols(meaning) - {"pi"}]
-        if own := [name for name in own if name not in ("?s", "?c")]:
-            return f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
-        given = {other.left for other in cases if other.confirmed}
-        named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
-        doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left and not named(o)}
-        for part in parts(one.sides[1:]):
-            state = equation.meaning(str(part.value)) in spec.state
-            if part.written and part.written in doubted.keys() - given and not state:
-                return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
-        new = mended.sides[0].written
-        other = left and new and (new.letter != left.letter or " is too many" in finding.mends[0].words)
-        another = left and new and new.letter != left.letter and left not in given
-        another = another and [*map(key, mended.sides[1:])] == [*map(key, one.sides[1:])]  # nothing but its name
-        if left and another:
-            return f"nothing shows what {plain(left)} means here"
-        if left and other and finding.mends[0].cost > ONE_CHANGE:  # two changes
-            return f"it does not hold if {plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
-    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
-        return "it gives a state a name"
-    if (
-        left
-        and {"point", "furuta"} & {*spec.kind.split()}
-        and not finding.dimensions
-        and spec.dimensions.get(case.meaning()) == INERTIA
-    ):
-        return f"as I read it, for {spec.title}, it does not hold; an inertia may be that of another body"
-    if one.sides[0].kind == "symbol" and str(one.sides[0].value) in TURNING:
-        return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
-    is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
-    if is_entry(one) and not any(map(is_entry, held)):
-        return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
+    if words := _objection_to_mend(case, cases, equation, held) or _objection_to_kind(case, held):
+        return words
     if spec.kind in RODS and sum(1 for other in cases if other.one.ways) < FEW:
         return ""
     written = {name for o in cases if o.finding.equation for name in _quantities(o.finding.equation, o.spec)}
@@ -185,6 +141,64 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     support = len(laws if _is_law(equation, spec) else true) + near
     if len(different) - near - _is_near(case) > 2 * support + 1:
         return f"as I read it, for {spec.title}, it does not hold; but too many others do not hold either"
+    return ""
+
+
+def _objection_to_mend(case: Case, cases: list[Case], equation: Equation, held: list[Printed]) -> str:
+    """Why the first mend of an equation, or a name that it uses, accuses nobody; empty where it may."""
+    finding, one, spec, left = case.finding, case.one, case.spec, case.left
+    if not case.mends_itself:
+        return ""
+    mended = finding.mends[0].equation
+    if finding.mends[0].words.count(" is too many") > 1 or _says_nothing(mended, case.system):
+        return f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
+    matrices = any(part.kind == "matrix" for part in parts(mended.sides))  # whose entries have several units
+    if finding.dimensions and of_equation(mended, spec)[1] and not matrices:
+        return f"as I read it, for {spec.title}, it does not hold; nor do the units of its letters agree"
+    old, shown = (re.sub("sin|cos", "", text) for text in (finding.mends[0].old, finding.mends[0].new))
+    if old == shown and (finding.mends[0].count > 1 or " places" in finding.mends[0].words):  # sin for cos, twice
+        return f"as I read it, for {spec.title}, it does not hold; it may measure its angles otherwise"
+    if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", finding.mends[0].words)):
+        return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load"
+    right = {key(side) for other in held for side in other.sides}
+    own = [n for n, meaning in meanings_used(equation) if key(meaning) not in right and symbols(meaning) - {"pi"}]
+    if own := [name for name in own if name not in ("?s", "?c")]:
+        return f"it does not hold, but nothing confirms {own[0].lstrip('?')}, which it uses"
+    given = {other.left for other in cases if other.confirmed}
+    named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
+    doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left and not named(o)}
+    for part in parts(one.sides[1:]):
+        state = equation.meaning(str(part.value)) in spec.state
+        if part.written and part.written in doubted.keys() - given and not state:
+            return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
+    new = mended.sides[0].written
+    other = left and new and (new.letter != left.letter or " is too many" in finding.mends[0].words)
+    another = left and new and new.letter != left.letter and left not in given
+    another = another and [*map(key, mended.sides[1:])] == [*map(key, one.sides[1:])]  # nothing but its name
+    if left and another:
+        return f"nothing shows what {plain(left)} means here"
+    if left and other and finding.mends[0].cost > ONE_CHANGE:  # two changes
+        return f"it does not hold if {plain(left)} means {spec.printed.get(str(one.sides[0].value), 'known')}"
+    return ""
+
+
+def _objection_to_kind(case: Case, held: list[Printed]) -> str:
+    """Why what an equation is about may be meant otherwise: a name of a state, an inertia, an entry of a matrix."""
+    finding, one, spec, left = case.finding, case.one, case.spec, case.left
+    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
+        return "it gives a state a name"
+    if (
+        left
+        and {"point", "furuta"} & {*spec.kind.split()}
+        and not finding.dimensions
+        and spec.dimensions.get(case.meaning()) == INERTIA
+    ):
+        return f"as I read it, for {spec.title}, it does not hold; an inertia may be that of another body"
+    if one.sides[0].kind == "symbol" and str(one.sides[0].value) in TURNING:
+        return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
+    is_entry = lambda one: one.sides[0].kind == "symbol" and str(one.sides[0].value) in ("M11", "M12", "M22")  # noqa: E731
+    if is_entry(one) and not any(map(is_entry, held)):
+        return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
     return ""
 
 
