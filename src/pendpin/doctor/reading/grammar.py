@@ -77,9 +77,11 @@ class _Parser:
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
     def take_lowered(self) -> str:
+        """The index that comes next, and past it; empty where none does."""
         return self.take().text if self.peek().kind == "_" else ""
 
     def at_sign(self) -> bool:
+        """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
 
     def at_symbol(self) -> bool:

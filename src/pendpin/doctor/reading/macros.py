@@ -7,23 +7,25 @@ LARGEST = 4  # times the document: what grows beyond that is left as it is
 _DEFINES = re.compile(
     r"\\(?:(?:new|renew|provide)command\*?|def|DeclareMathOperator\*?)\s*\{?\s*\\([A-Za-z]+)\s*\}?\s*(?:\[(\d)\])?(?:#\d)*\s*(?=\{)"
 )
-_LINES = re.compile(r"[^\n]")
+_USED, _LINES = re.compile(r"\\([A-Za-z]+)"), re.compile(r"[^\n]")
 
 
 def expand_macros(text: str) -> str:
     """A document with the macros that it defines written out, its lines numbered as before."""
     if not _DEFINES.search(text):
         return text
-    macros: dict[str, tuple[int, str]] = {}
-    while match := _DEFINES.search(text):
-        end = _closing(text, match.end())
-        macros[match[1]] = int(match[2] or 0), text[match.end() + 1 : end - 1].replace("\n", " ").strip()
-        text = text[: match.start()] + _LINES.sub(" ", text[match.start() : end]) + text[end:]
-    used, most = re.compile(rf"\\({'|'.join(map(re.escape, macros))})(?![A-Za-z])"), LARGEST * len(text)
+    macros, kept, place = dict[str, tuple[int, str]](), list[str](), 0
+    for match in _DEFINES.finditer(text):
+        if match.start() >= place:  # not within another one
+            end = _closing(text, match.end())
+            macros[match[1]] = int(match[2] or 0), text[match.end() + 1 : end - 1].replace("\n", " ").strip()
+            kept += [text[place : match.start()], _LINES.sub(" ", text[match.start() : end])]
+            place = end
+    text, most = "".join([*kept, text[place:]]), LARGEST * len(text)
     for _ in range(MOST_ROUNDS):
-        pieces, place = list[str](), 0
-        for match in used.finditer(text):
-            if match.start() < place:  # within an argument: in the next round
+        pieces, place, size = list[str](), 0, len(text)
+        for match in _USED.finditer(text):
+            if match.start() < place or match[1] not in macros:  # within an argument: in the next round
                 continue
             count, body = macros[match[1]]
             end = match.end()
@@ -33,14 +35,17 @@ def expand_macros(text: str) -> str:
                     begin += 1
                 end = _closing(text, begin) if text[begin : begin + 1] == "{" else begin + 1
                 argument = text[begin + 1 : end - 1] if text[begin : begin + 1] == "{" else text[begin:end]
+                if len(body) + body.count(f"#{i}") * len(argument) > most:
+                    return text
                 body = body.replace(f"#{i}", argument.replace("\n", " "))
             apart = " " * (body[-1:].isalpha() and text[end : end + 1].isalpha())
             pieces += [text[place : match.start()], body, apart, "\n" * text.count("\n", match.start(), end)]
-            place = end
-        longer = "".join([*pieces, text[place:]])
-        if longer == text or len(longer) > most:
+            place, size = end, size + len(body)
+            if size > most:
+                return text
+        if not pieces:
             break
-        text = longer
+        text = "".join([*pieces, text[place:]])
     return text
 
 
