@@ -12,8 +12,8 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary, bound
 from pendpin.doctor.report import Finding, residual
 from pendpin.doctor.systems.base import System, dot, free_states
-from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import SPECS
+from pendpin.doctor.systems.tables import FAMILIES
 
 SYSTEM = System(SPECS["general"])
 WORDS = Vocabulary(SYSTEM.spec.words, {}, frozenset(SYSTEM.spec.state))

@@ -4,7 +4,7 @@ import pytest
 
 import pendpin as pp
 from pendpin.doctor.reading.names import Written
-from pendpin.doctor.systems.planar import FAMILIES
+from pendpin.doctor.systems.tables import FAMILIES
 
 
 def verdicts(text):

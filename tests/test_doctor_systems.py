@@ -1,11 +1,13 @@
 """The systems that the doctor knows: each obeys Lagrange's equations, and texts about the newer ones hold."""
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 
 import pendpin as pp
 from pendpin.doctor.systems.base import System, random_states
-from pendpin.doctor.systems.planar import FAMILIES
+from pendpin.doctor.systems.tables import FAMILIES
 
 
 @pytest.mark.parametrize("spec", [spec for specs in FAMILIES.values() for spec in specs], ids=lambda spec: spec.kind)
@@ -24,6 +26,17 @@ def test_each_system_obeys_lagrange(spec):
         momentum = q.derivative(lambda there, name=name: there.derivative(lambda z: z["L"], f"d{name}"), "t")
         slope = q.derivative(lambda there: there["L"], name)
         np.testing.assert_allclose(momentum - slope, loads[name], atol=1e-9)
+
+
+def test_the_page_shows_every_system():
+    """docs/systems.md includes each file of tables, and each is of a system that the doctor knows."""
+    folder = Path(__file__).parents[1] / "src/pendpin/doctor/systems"
+    page = (folder.parents[3] / "docs/systems.md").read_text()
+    for path in folder.glob("*.md"):
+        assert f"{path.name}\n" in page
+    assert {spec.kind.split()[0] for specs in FAMILIES.values() for spec in specs} | {"rod", "common"} == {
+        path.stem for path in folder.glob("*.md")
+    }
 
 
 FURTHER = {

@@ -19,9 +19,9 @@ from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import Vocabulary, Written, raw
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
-from pendpin.doctor.systems.planar import FAMILIES
 from pendpin.doctor.systems.rod import RODS, SPECS
-from pendpin.doctor.systems.tables import BODIES, POSES, scene_spec
+from pendpin.doctor.systems.scene import scene_spec
+from pendpin.doctor.systems.tables import BODIES, FAMILIES, POSES
 from pendpin.errors import InputError, not_one_of
 
 Name = tuple[str, str]  # a letter and its index

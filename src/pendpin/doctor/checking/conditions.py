@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import replace
 from fractions import Fraction
 from functools import cache
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -25,11 +26,10 @@ from pendpin.doctor.checking.residuals import (
     stack_residuals,
 )
 from pendpin.doctor.reading.tree import Node, Unread, parts
-from pendpin.doctor.systems.azimuth import conical_rate
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
-from pendpin.doctor.systems.planar import AMPLITUDE
 from pendpin.doctor.systems.rod import SPECIAL
 
+_CONICAL_RATE = itemgetter("conical_rate")
 SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
@@ -67,11 +67,11 @@ def conditions(system: System) -> list[Condition]:
         found.append(Condition(f"{name} = 0 throughout", letter, at_zero(held), dependents(system, held)))
     if spec.kind.startswith("polar"):
         said = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
-        cone = (("dtheta", 0.0), ("dphi", conical_rate))
+        cone = (("dtheta", 0.0), ("dphi", _CONICAL_RATE))
         found.append(Condition("theta is constant, as in a conical pendulum", said, cone))
     if spec.kind.startswith("plane"):  # it was at rest at an angle with a name, or one that the text gives in words
         up = spec.kind.endswith("up")
-        for start, words in ((AMPLITUDE, "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
+        for start, words in ((spec.values["theta0"], "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
 
             def rate(q: Quantities, start: float = start) -> Values:
                 there = Quantities({**q.base, "theta": np.full(q.shape, start)}, q.system, q.xp)

@@ -18,16 +18,15 @@ from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fract
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
-from pendpin.doctor.systems.azimuth import AZIMUTHAL
 from pendpin.doctor.systems.base import System, Values, dot, random_states
-from pendpin.doctor.systems.planar import FAMILIES
+from pendpin.doctor.systems.tables import FAMILIES
 
 FUNCTIONS = {"sin": 1.0, "cos": 1.0, "tan": 1.1, "cot": 1.2}  # and what it costs to write one for another
 CIRCULAR = {*FUNCTIONS, "sec", "csc"}
 FACTORS = [Monomial(Fraction(*pair)) for n in (2, 3, 4, 6, 12) for pair in ((n, 1), (1, n))]
 FACTORS += [Monomial(Fraction(3, 2)), Monomial(Fraction(2, 3))]
 ODDNESS = {1: 0.0, 2: 0.02, 3: 0.03, 4: 0.03, 6: 0.03, 12: 0.03, 8: 0.08, 24: 0.08, 5: 0.12, 9: 0.12, 10: 0.12, 7: 0.14}
-PLANAR = FAMILIES.keys() - AZIMUTHAL.keys()
+PLANAR = FAMILIES.keys() - {"polar", "furuta"}
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
@@ -194,7 +193,7 @@ class Patient:
 
     def _alternatives(self, name: str) -> list[str]:
         """Names that could stand in place of one: of its family first, and the common ones."""
-        spec, q, arrays = self.spec, self.quantities, self.spec.vectors | self.spec.matrices
+        spec, q, arrays = self.spec, self.quantities, self.spec.arrays
         family = [other for names in spec.families if name in names for other in names]
         known = ({*family} - spec.still | {*spec.parameters, *spec.common}) - spec.values.keys()
         known = (known | self.writer.styles.keys()) - {name}
@@ -208,7 +207,7 @@ class Patient:
     def _forgotten(self) -> list[Monomial]:
         """What is forgotten most beside numbers: a symbol of the text, above or below, a sine or cosine."""
         spec, q = self.spec, self.quantities
-        styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.vectors - spec.matrices
+        styled = self.writer.styles.keys() & {*spec.still, *spec.rates} - spec.arrays
         names = sorted(name for name in styled if name in q and np.any(q[name]))
         names += [name for name in spec.moving if name.rpartition(" ")[2] in spec.coordinates]
         above = ("sin ", "cos ") if self._is_planar else ("sin ",)  # and never below

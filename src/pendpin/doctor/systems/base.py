@@ -1,6 +1,5 @@
 """A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
 
-import re
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
@@ -25,12 +24,6 @@ MOST_NESTED = 3  # derivatives of derivatives
 STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differences of eighth order
 
 
-# what a quantity is measured in, as powers of kg, m, s; - for what has several units, or what no text names
-UNITS: dict[str, Dimension | None] = {"-": None, "1": (0, 0, 0), "kg": (1, 0, 0), "kg m": (1, 1, 0), "m": (0, 1, 0)}
-UNITS |= {"s": (0, 0, 1), "1/s": (0, 0, -1), "1/s2": (0, 0, -2), "m/s": (0, 1, -1), "m/s2": (0, 1, -2)}
-UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1), "N/m": (1, 0, -2)}
-# in tables: rates, angles, bodies and axes
-MARKS = {"{d}": ("", "d", "dd"), "{q}": ("theta", "phi"), "{n}": "12", "{i}": "123", "{c}": "xyz"}
 NUMBERS = ("sin", "cos", "sqrt", "pi")  # what a formula may use of its type of number
 SIGNS = ("theta_sign", "phi_sign", "swapped", "along", "y_sign", "z_sign")  # and of the convention
 FUNCTIONS = {*NUMBERS, "dot", "cross", "vector", "slope", *SIGNS}
@@ -55,39 +48,6 @@ def formula(text: str) -> Formula:
 def formulas(texts: Mapping[str, str]) -> dict[str, Formula]:
     """Formulas from their texts."""
     return {name: formula(text) for name, text in texts.items()}
-
-
-def read_table(table: str, columns: int = 4) -> list[list[str]]:
-    """The cells of each row: name, unit, how it is written, formula. A row with a mark or names is several."""
-    lines = table.strip().splitlines()
-    for mark, values in MARKS.items():
-        lines = [line.replace(mark, value) for line in lines for value in (values if mark in line else ("",))]
-    rows = ([*(cell.strip() for cell in line.split("|")), "", "", ""][:columns] for line in lines)
-    return [[name, *cells] for names, *cells in rows for name in names.split()]
-
-
-def plain_name(word: str) -> str:
-    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1."""
-    plain = re.sub(r"[{}\s,_/]", "", word)
-    return plain[:1] + (plain[1:] if plain[1:] == "M" else plain[1:].lower())  # T_M beside T_m
-
-
-def names_written(writings: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
-    """What a word may mean, the likeliest first, from the writings of each name, its likeliest first.
-
-    A * stands before what is printed with a hat or in bold type, a + before what may be printed either way, and @ for the
-    axis of the name, as a number or a letter.
-    """
-    ranked: dict[str, list[tuple[int, str]]] = {}
-    for name, every in writings.items():
-        axis = re.search(r"[123xyz]", name)
-        pair = next((pair for pair in ("1x", "2y", "3z") if axis and axis[0] in pair), "")
-        for rank, one in enumerate(every.split()):
-            for word in {one.replace("@", mark) for mark in pair} if "@" in one else (one,):
-                styles = ("", "*") if word[0] == "+" else ("*" * (word[0] == "*"),)
-                for style in styles:
-                    ranked.setdefault(style + plain_name(word.lstrip("*+")), []).append((rank, name))
-    return {word: tuple(dict.fromkeys(name for _, name in sorted(names))) for word, names in ranked.items()}
 
 
 @dataclass(frozen=True)
@@ -144,9 +104,8 @@ class Spec:
     still: frozenset[str]  # what does not move
     common: tuple[str, ...] = ()  # names that any other may have been mistaken for
     families: tuple[tuple[str, ...], ...] = ()
-    vectors: frozenset[str] = frozenset()
-    matrices: frozenset[str] = frozenset()
-    moving: tuple[str, ...] = ()  # atoms of monomials: rates, sines and cosines
+    arrays: frozenset[str] = frozenset()  # vectors and matrices
+    turning: tuple[str, ...] = ()  # what stands in sines and cosines: angles, their differences
     extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
     values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers
     analytic: bool = True  # whether its formulas take complex numbers and symbols
@@ -160,6 +119,11 @@ class Spec:
     def state(self) -> tuple[str, ...]:
         """Coordinates and rates."""
         return (*self.coordinates, *self.rates)
+
+    @property
+    def moving(self) -> tuple[str, ...]:
+        """Atoms of monomials: rates, sines and cosines."""
+        return (*self.rates, *(f"{name} {angle}" for angle in self.turning for name in ("sin", "cos")))
 
     def momentum(self, coordinate: str) -> str:
         """The name of a coordinate's momentum; empty where it has none."""
@@ -347,12 +311,6 @@ def states_of(systems: tuple[System, ...]) -> Quantities:
     """Quantities of some systems of the same names at random states of the true motion."""
     each = [random_states(system) for system in systems]
     return Several(each) if len(each) > 1 else each[0]
-
-
-def solved(quantities: Quantities) -> Quantities:
-    """The same states with the accelerations and reactions that the true motion has."""
-    base = {name: value for name, value in quantities.base.items() if name not in quantities.spec.unknowns}
-    return Quantities(base, quantities.system, quantities.xp, true=True)
 
 
 @cache

@@ -1,88 +1,157 @@
-"""Systems that are described by a table: names of quantities, their units, how they are written, and their formulas.
+"""Systems that are described by files: plane.md, double.md and so on, one for each family, read once.
 
-A body is a point mass at the end of its length, a uniform rod, or any body with its centre of mass at h and the inertia I
-about it. In a formula of its table across(x), high(x) and rise(x) are how far to the side and up the end of a unit link is,
-and how fast it rises, as POSES says. A chain of rods that is given as a scene is a table too, of that scene's own dynamics.
+A file has tables: what the system is, the choices of which each combination is a system of its own, and its quantities with
+their units, how they are written, and their formulas. docs/systems.md shows these tables, and says how they are read.
 """
 
 import re
-from collections.abc import Callable, Mapping
+from collections import defaultdict
+from collections.abc import Callable, Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass, replace
 from functools import cache
-from typing import Any
-
-import numpy as np
+from importlib import resources
+from itertools import product
+from types import MappingProxyType
+from typing import Any, NamedTuple
 
 from pendpin.doctor.reading.names import Written
-from pendpin.doctor.systems.base import (
-    UNITS,
-    Dimension,
-    Formula,
-    Quantities,
-    Spec,
-    Values,
-    dot,
-    formulas,
-    inverse,
-    names_written,
-    plain_name,
-    read_table,
-)
-from pendpin.dynamics.dynamics import bind
-from pendpin.effects import Gravity
-from pendpin.errors import InputError, amount
-from pendpin.scene import Chain, Scene
+from pendpin.doctor.systems.base import Dimension, Formula, Quantities, Spec, Values, dot, formulas, inverse
 
+# what a quantity is measured in, as powers of kg, m, s; - for what has several units, or what no text names
+UNITS: dict[str, Dimension | None] = {"-": None, "1": (0, 0, 0), "kg": (1, 0, 0), "kg m": (1, 1, 0), "m": (0, 1, 0)}
+UNITS |= {"s": (0, 0, 1), "1/s": (0, 0, -1), "1/s2": (0, 0, -2), "m/s": (0, 1, -1), "m/s2": (0, 1, -2)}
+UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1), "N/m": (1, 0, -2)}
+# a row with one of these is several: of rates, angles, bodies and axes
+MARKS = {"{d}": ("", "d", "dd"), "{q}": ("theta", "phi"), "{n}": "12", "{i}": "123", "{c}": "xyz"}
+POSED = ("across", "high", "rise")  # functions that are a sine or a cosine in each pose
+_POSED = re.compile(rf"\b(?:{'|'.join(POSED)})(?=\()")
 # positions and mass matrices: they have no unit of time, and yet they move
 MOVING = re.compile(r"r[Gp12A]|q|mass|M\d\d|[xy][0123p]?|z|e[rtp]")
-MOST_RODS = 6  # of a chain whose equations anybody writes down
-BODIES = {  # in words; its centre of mass h and the inertia I about it, where these are no parameters
-    "any": ("any rigid body", {}),
-    "point": ("a point mass on a string or massless rod", {"h": "l", "I": "0*m"}),
-    "uniform": ("a uniform rod", {"h": "l/2", "I": "m*l**2/12"}),
-    "tip": ("masses with an inertia at the ends of massless rods", {"h": "l"}),
-}
-POSES = {  # from where angles are measured, in words; and across, high and rise
-    "down": ("the vertical", "sin", "-cos", "sin"),
-    "up": ("upright", "sin", "cos", "-sin"),
-    "horizontal": ("the horizontal", "cos", "sin", "cos"),
-}
-_NO_INERTIA = ("I", "I1", "I2", "k")  # names that a text on point masses does not use
-OTHER_WAY = ", positive the other way"
-_COMMON = """
-g | m/s2 | g G g_0
-L | N m | L | T - V
-E | N m | E H | T + V
-ex | 1 | *e_x *i *e_1 *u_x *x *E_x | vector(1, 0)
-ey | 1 | *e_y *j *e_2 *u_y *y *E_y | vector(0, 1)
-ez | 1 | *e_z *k *e_3 *u_z *z *E_z | 1
-"""
 _GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
+
+Table = list[list[str]]  # the cells of its head and of each row
+
+
+class Row(NamedTuple):
+    """A quantity: its name, its unit, how it is written, and the formula of what is no coordinate or parameter."""
+
+    quantity: str
+    unit: str
+    written: str = ""
+    formula: str = ""
+    printed: str = ""  # where the text does not print it
+
+    @property
+    def dimension(self) -> Dimension | None:
+        """Its unit as powers of kg, m, s."""
+        return UNITS[self.unit]
+
+
+@dataclass(frozen=True)
+class Variant:
+    """One combination of the choices of a file: what it says about such a system, what they give, and its quantities."""
+
+    kind: str
+    title: str
+    about: Mapping[str, Sequence[str]]
+    given: Mapping[str, str]
+    rows: list[Row]
+
+
+@cache
+def read_tables(name: str) -> list[Table]:
+    """The tables of a file of this folder."""
+    text = resources.files("pendpin.doctor.systems").joinpath(f"{name}.md").read_text(encoding="utf-8")
+    tables = list[Table]()
+    for block in re.findall(r"(?:^\|.*\n)+", text, re.M):
+        head, _, *lines = block.replace("`", "").splitlines()
+        for mark, values in MARKS.items():
+            lines = [line.replace(mark, value) for line in lines for value in (values if mark in line else ("",))]
+        tables.append([[cell.strip() for cell in line.split("|")[1:-1]] for line in (head, *lines)])
+    return tables
+
+
+def plain_name(word: str) -> str:
+    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1."""
+    plain = re.sub(r"[{}\s,_/]", "", word)
+    return plain[:1] + (plain[1:] if plain[1:] == "M" else plain[1:].lower())  # T_M beside T_m
+
+
+def names_written(writings: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
+    """What a word may mean, the likeliest first, from the writings of each name, its likeliest first.
+
+    A * stands before what is printed with a hat or in bold type, a + before what may be printed either way, and @ for the
+    axis of the name, as a number or a letter.
+    """
+    ranked: dict[str, list[tuple[int, str]]] = {}
+    for name, every in writings.items():
+        axis = re.search(r"[123xyz]", name)
+        pair = next((pair for pair in ("1x", "2y", "3z") if axis and axis[0] in pair), "")
+        for rank, one in enumerate(every.split()):
+            for word in {one.replace("@", mark) for mark in pair} if "@" in one else (one,):
+                styles = ("", "*") if word[0] == "+" else ("*" * (word[0] == "*"),)
+                for style in styles:
+                    ranked.setdefault(style + plain_name(word.lstrip("*+")), []).append((rank, name))
+    return {word: tuple(dict.fromkeys(name for _, name in sorted(names))) for word, names in ranked.items()}
+
+
+def read_choices(tables: list[Table]) -> dict[str, dict[str, tuple[str, dict[str, str]]]]:
+    """The choices that tables offer: of each of its kinds how a title names it, and the formulas that it gives."""
+    pairs = lambda cell: dict(pair.split(" = ") for pair in cell.split("; ") if pair)  # noqa: E731
+    return {head[0]: {kind: (words, pairs(gives)) for kind, words, gives in rows} for head, *rows in tables}
+
+
+*_SHARED_CHOICES, _SHARED_QUANTITIES = read_tables("common")
+SHARED = read_choices(_SHARED_CHOICES)
+
+
+def variants(name: str, **chosen: str) -> Iterator[Variant]:
+    """Each combination of the choices of a file; `chosen` names the kinds of some of them in place of the file."""
+    (_, *lines), *own, (head, *rows) = read_tables(name)
+    about, choices = dict(lines) | chosen, SHARED | read_choices(own)
+    names = [key for key in dict.fromkeys([*about, *(table[0][0] for table in own)]) if key in choices]
+    for kinds in product(*(about[name].split() if name in about else choices[name] for name in names)):
+        words, given = dict[str, str](), dict[str, str]()
+        for choice, kind in zip(names, kinds, strict=True):
+            words[choice], formulas_of_kind = choices[choice][kind]
+            given |= formulas_of_kind
+        posed = {function: given.pop(function) for function in POSED if function in given}
+        in_pose = lambda cell, posed=posed: _POSED.sub(lambda match: posed[match[0]], cell)  # noqa: E731
+        kind = about["kind"].format(**dict(zip(names, kinds, strict=True)))
+        yield Variant(
+            kind=" ".join(word for word in kind.split() if word != "-"),
+            title=" ".join(about["title"].format(**words).split()),
+            about={key: _kept(cell, kinds) for key, cell in about.items()},
+            given=given,
+            rows=[Row(**dict(zip(head, map(in_pose, row), strict=True))) for row in rows],
+        )
+
+
+def _kept(cell: str, kinds: Collection[str]) -> list[str]:
+    """The words of a cell; those with kinds in brackets only where one of these is chosen."""
+    pairs = re.findall(r"([^\s\[]+)(?:\[(\S+)\])?", cell)
+    return [word for word, only in pairs if not only or {*only.split(",")} & {*kinds}]
 
 
 def table_spec(
-    kind: str,
-    title: str,
-    table: str,
-    coordinates: tuple[str, ...],
-    parameters: tuple[str, ...],
-    more: Mapping[str, Formula],
+    variant: Variant,
     solve: Callable[[Quantities], dict[str, Values]] | None = None,
-    absent: tuple[str, ...] = (),
-    atoms: tuple[str, ...] = (),
-    extra: tuple[str, ...] = (),
+    more: Mapping[str, Formula] = MappingProxyType({}),
     **others: Any,
 ) -> Spec:
     """A system of scalars, whose accelerations `solve` gives, or its mass matrix, mass, and its forces, force_.
 
-    `table` has lines such as "p | N m s | p p_theta L_O | J*dtheta": name, unit, writings, and the formula of what is no
-    coordinate or parameter; `more` holds formulas beside these, and `absent` names that are not written. `atoms` are sines
-    and cosines that a missing term may have besides those of each angle, `extra` its other quantities.
+    `more` holds formulas beside those of its rows.
     """
-    rows = read_table(table)
-    every = {**formulas({name: text for name, _, _, text in rows if text}), **more}
+    about, rows = defaultdict(tuple, variant.about), variant.rows
+    coordinates = tuple(about["coordinates"])
+    parameters = tuple(name for name in about["parameters"] if name not in variant.given)
+    texts = {row.quantity: row.formula for row in rows if row.formula and row.quantity not in parameters}
+    every = {**formulas(texts | dict(variant.given)), **more}
     ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
     every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
-    dimensions = {name: powers for name, unit, _, _ in rows if (powers := UNITS[unit]) is not None}
+
+    dimensions = {row.quantity: powers for row in rows if (powers := row.dimension) is not None}
     timeless = {
         name for name, unit in dimensions.items() if unit[2] == 0 and name in every and not MOVING.fullmatch(name)
     }
@@ -92,7 +161,7 @@ def table_spec(
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
     places = tuple(f"{axis}{end}" for end in ends for axis in "xy" if f"{axis}{end}" in every)
     dimensions |= {f"d{name}": (0, 1, -1) for name in places}
-    written = names_written({name: writings for name, _, writings, _ in rows if name not in absent})
+    written = names_written({row.quantity: row.written for row in rows if row.quantity not in about["unwritten"]})
 
     @cache
     def words(one: Written) -> tuple[str, ...]:
@@ -107,14 +176,13 @@ def table_spec(
         return {f"dd{name}": dot(row, q["force_"]) for name, row in zip(coordinates, rows, strict=True)}
 
     rates, unknowns = (tuple(order + name for name in coordinates) for order in ("d", "dd"))
-    angles = [name for name in coordinates if dimensions[name] == (0, 0, 0)]
     families: dict[Dimension, list[str]] = {}  # the names of each dimension, any of which may be mistaken for another
     for name, unit in dimensions.items():
         if name in {*coordinates, *parameters, *unknowns, *every, *rates} or name.lstrip("d") in places:
             families.setdefault(unit, []).append(name)
     return Spec(
-        kind=kind,
-        title=title,
+        kind=variant.kind,
+        title=variant.title,
         coordinates=coordinates,
         parameters=parameters,
         unknowns=unknowns,
@@ -126,28 +194,10 @@ def table_spec(
         still=still,
         common=(*coordinates, *rates, *unknowns, *parameters),
         families=tuple(map(tuple, families.values())),
-        moving=(*rates, *(f"{f} {angle}" for angle in angles for f in ("sin", "cos")), *atoms),
-        extra=(*unknowns, *extra, *coordinates),
+        turning=(*(name for name in coordinates if dimensions[name] == (0, 0, 0)), *about["differences"]),
+        extra=(*unknowns, *about["terms"], *coordinates),
         **others,
     )
-
-
-def body_spec(
-    table: str, moving: str, fixed: str, body: str, pose: str, more: Mapping[str, str], marks: str, **others: Any
-) -> Spec:
-    """A system from its table with what all share, for one kind of body and one pose; `others` as in table_spec.
-
-    Of the parameters, `fixed`, a * is the place of those of the bodies, each with one of the `marks`; what `more` formulas
-    give is none.
-    """
-    given = BODIES[body][1]
-    texts = {f"{n}{i}".strip(): re.sub(r"\b[mlh]\b", rf"\g<0>{i}", given[n]) for n in given for i in marks} | dict(more)
-    own = " ".join(f"{name}{i}" for name in "hI" for i in marks)
-    names = tuple(name for name in fixed.replace("*", own).split() if name not in texts)
-    words: dict[str, str] = dict(zip(("across", "high", "rise"), POSES[pose][1:], strict=True))
-    rows = re.sub(rf"\b(?:{'|'.join(words)})\b", lambda word: words[word[0]], _COMMON + table.strip())
-    others["absent"] = (*_NO_INERTIA * (body == "point"), *others.get("absent", ()))
-    return table_spec(table=rows, coordinates=tuple(moving.split()), parameters=names, more=formulas(texts), **others)
 
 
 def _latex(name: str, coordinates: tuple[str, ...]) -> str:
@@ -159,37 +209,28 @@ def _latex(name: str, coordinates: tuple[str, ...]) -> str:
     return rf"\{'d' * dots}ot{{{letter}}}{index}" if dots else letter + index
 
 
-def scene_spec(scene: Scene) -> Spec:
-    """What is true of a scene of a few rods. Raises InputError for any other."""
-    if not isinstance(scene.model, Chain) or scene.model.count > MOST_RODS:
-        raise InputError(f"scene: equations are checked for chains of up to {MOST_RODS} rods")
-    dynamics, rods = bind(scene), scene.model.all_rods
-    joints = tuple(name.replace("_", "") for name in dynamics.model.joints)  # theta1, phi1, ...
-    printed = {name: re.sub(r"(\d+)$", r"_\1", name) for name in joints}  # theta_1
-    gravity = (float(effect.acceleration) for effect in scene.effects if isinstance(effect, Gravity))
-    values = {"g": next(gravity, 0.0)}
-    rows, one = [f"{name} | 1 | {text}" for name, text in printed.items()], len(rods) == 1
-    for i, rod in enumerate(rods, start=1):
-        m, h, *inertias = rod.properties
-        values |= {f"m{i}": m, f"l{i}": rod.length, f"h{i}": h}
-        values |= {f"I{i}{k}": inertia for k, inertia in enumerate(inertias, start=1)}
-        rows += [f"{name}{i} | {unit} | {name}_{i} {name}" for name, unit in (("m", "kg"), ("l", "m"), ("h", "m"))]
-        rows += [f"I{i}{k} | kg m2 | I_{i}{k} I_{i},{k}{f' I_{k}' * one}" for k in (1, 2, 3)]
-        rows += [f"{c}{i} | m | {c}_{i}{f' {c}' * one}" for c in "xyz"]
-    rows += ["g | m/s2 | g", "T | N m | T K E_k", "V | N m | V U E_p", "L | N m | L | T - V", "E | N m | E H | T + V"]
-    rows += [f"p{name} | N m s | p_{name} p_{text} | slope('T', 'd{name}')" for name, text in printed.items()]
+def family(name: str, **chosen: str) -> list[Spec]:
+    """The systems of a file, as `variants` lists them."""
+    shared = [Row(*cells) for cells in _SHARED_QUANTITIES[1:]]
+    found = []
+    for variant in variants(name, **chosen):
+        numbers = {
+            name: float(number) for name, number in (pair.split("=") for pair in variant.about.get("values", ()))
+        }
+        found.append(table_spec(replace(variant, rows=shared + variant.rows), values=numbers))
+    return found
 
-    def states(q: Quantities) -> list[Values]:
-        """The angles and rates (n, nv) at the states."""
-        return [np.stack([q[d + name] for name in joints], -1) for d in ("", "d")]
 
-    def solve(q: Quantities) -> dict[str, Values]:
-        accelerations = np.array([dynamics.acceleration(0.0, *state) for state in zip(*states(q), strict=True)])
-        return {f"dd{name}": accelerations[:, i] for i, name in enumerate(joints)}
-
-    def energy(index: int) -> Formula:
-        return lambda q: dynamics.energies(*states(q))[index]
-
-    title = f"the scene's chain of {amount(len(rods), 'rod')}"
-    more, table = {"T": energy(0), "V": energy(1)}, "\n".join(rows)
-    return table_spec("scene", title, table, joints, tuple(values), more, solve, values=values, analytic=False)
+BODIES, POSES = SHARED["bodies"].keys(), SHARED["pose"].keys()
+FAMILIES = {
+    "plane": family("plane"),
+    "moved": family("moved"),
+    "elastic": family("elastic"),
+    "cart-pole": family("cart-pole"),
+    "cart-double": family("cart-double"),
+    "double": [spec for spec in family("double") if not {"tip", "equal"} <= {*spec.kind.split()}],
+    "triple": family("triple"),
+    "acrobot": family("double", angles="relative", equal="-", drive="acrobot both"),
+    "polar": family("polar"),
+    "furuta": family("furuta"),
+}
