@@ -26,7 +26,7 @@ STENCIL = ((1, 4, 5), (2, -1, 5), (3, 4, 105), (4, -1, 280))  # central differen
 
 NUMBERS = ("sin", "cos", "sqrt", "pi")  # what a formula may use of its type of number
 SIGNS = ("theta_sign", "phi_sign", "swapped", "along", "y_sign", "z_sign")  # and of the convention
-FUNCTIONS = {*NUMBERS, "dot", "cross", "vector", "slope", *SIGNS}
+FUNCTIONS = {*NUMBERS, "dot", "vector", *SIGNS}
 
 
 @cache
@@ -191,10 +191,9 @@ class Quantities:
         """What FUNCTIONS are for these numbers and this convention."""
         own, numbers = self.convention, {name: getattr(self.xp, name) for name in NUMBERS}
         vector = lambda *rows: np.stack([r if isinstance(r, np.ndarray) else self.number(r) for r in rows])  # noqa: E731
-        slope = lambda name, variable: self.derivative(lambda q: q[name], variable)  # noqa: E731
         up_down = -1 if own.z == "up" else 1, 1 if own.z == "down" else -1
         signs = dict(zip(SIGNS, (own.theta, own.phi, own.swapped, own.along, *up_down), strict=True))
-        return numbers | signs | {"dot": dot, "cross": cross, "vector": vector, "slope": slope}
+        return numbers | signs | {"dot": dot, "vector": vector}
 
     def __getitem__(self, name: str) -> Values:
         """A quantity: scalars (n,), vectors (3, n) and tensors (3, 3, n) in I. Raises KeyError for an unknown name."""

@@ -59,29 +59,16 @@ def _cosines(source: str, target: str) -> Formula:
     return value
 
 
-# indices of the centre of mass, of energies, and of how B turns
-_INDICES = {"~": "_ _G _C _CG _cm _com _GO _OG", "%": "_ _k _c _p _kin _pot _tot", "&": "_ _B _BI _IB _AB"}
 KINDS = {variant.kind: variant for variant in variants("rod")}
 RODS = tuple(KINDS)
 _ROWS = KINDS["thin"].rows
-_INERTIAS = ("inertia", "inertiaO")
 FORMULAS: dict[str, Formula] = formulas({row.quantity: row.formula for row in _ROWS if row.formula})
 FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
 FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J")}
-LATEX = {row.quantity: row.printed for row in _ROWS if row.printed} | {"inertia": r"\mathbf{I}"}
 DIMENSION_OF = {row.quantity: powers for row in _ROWS if (powers := row.dimension) is not None}
-DIMENSION_OF |= dict.fromkeys(MATRICES, (0, 0, 0)) | dict.fromkeys(("inertia", "inertiaO"), (1, 2, 0))
-_RATES = {"q_i": "dq_i", "rG": "vG", "vG": "aG", "omega": "alpha"}
-_RATES |= {f"{d}{angle}": f"d{d}{angle}" for angle in ANGLES for d in ("", "d")}
-_RATES |= {f"v{c}": f"a{c}" for c in "xyz"} | {c: f"v{c}" for c in "xyz"} | {f"w{c}": f"wd{c}" for c in "123xyz"}
-_TENSORS = {"inertia": "*I I", "inertiaO": "*J", "t": "+t"}
-_WRITTEN = names_written(
-    {
-        row.quantity: " ".join(w[:-1] + end for w in row.written.split() for end in _INDICES.get(w[-1], w[-1]).split())
-        for row in _ROWS
-    }
-    | _TENSORS
-)
+DIMENSION_OF |= dict.fromkeys(MATRICES - {"inertia", "inertiaO"}, (0, 0, 0))
+_RATES = {row.quantity: row.rate for row in _ROWS if row.rate}
+_WRITTEN = names_written({row.quantity: row.written for row in _ROWS})
 
 
 def meanings(written: Written) -> tuple[str, ...]:
@@ -110,7 +97,7 @@ def _spec(variant: Variant) -> Spec:
         solve=solve,
         words=meanings,
         dimensions=DIMENSION_OF,
-        printed=LATEX,
+        printed={row.quantity: row.printed for row in _ROWS if row.printed},
         still=frozenset(about["still"]),
         common=about["common"],
         families=(*alike, tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS),

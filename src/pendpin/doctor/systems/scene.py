@@ -33,7 +33,7 @@ def scene_spec(scene: Scene) -> Spec:
         rows += [Row(f"{c}{i}", "m", f"{c}_{i}{f' {c}' * one}") for c in "xyz"]
     rows += [Row("g", "m/s2", "g"), Row("T", "N m", "T K E_k"), Row("V", "N m", "V U E_p")]
     rows += [Row("L", "N m", "L", "T - V"), Row("E", "N m", "E H", "T + V")]
-    rows += [Row(f"p{name}", "N m s", f"p_{name} p_{text}", f"slope('T', 'd{name}')") for name, text in printed.items()]
+    rows += [Row(f"p{name}", "N m s", f"p_{name} p_{text}") for name, text in printed.items()]
 
     def states(q: Quantities) -> list[Values]:
         """The angles and rates (n, nv) at the states."""
@@ -46,6 +46,10 @@ def scene_spec(scene: Scene) -> Spec:
     def energy(index: int) -> Formula:
         return lambda q: dynamics.energies(*states(q))[index]
 
+    def momentum(name: str) -> Formula:
+        return lambda q: q.derivative(energy(0), f"d{name}")
+
     title = f"the scene's chain of {amount(len(rods), 'rod')}"
     variant = Variant("scene", title, {"coordinates": joints, "parameters": tuple(values)}, {}, rows)
-    return table_spec(variant, solve, {"T": energy(0), "V": energy(1)}, values=values, analytic=False)
+    more = {f"p{name}": momentum(name) for name in joints} | {"T": energy(0), "V": energy(1)}
+    return table_spec(variant, solve, more, values=values, analytic=False)

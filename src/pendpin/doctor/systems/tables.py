@@ -23,6 +23,8 @@ UNITS |= {"s": (0, 0, 1), "1/s": (0, 0, -1), "1/s2": (0, 0, -2), "m/s": (0, 1, -
 UNITS |= {"kg m2": (1, 2, 0), "N": (1, 1, -2), "N m": (1, 2, -2), "N m s": (1, 2, -1), "N/m": (1, 0, -2)}
 # a row with one of these is several: of rates, angles, bodies and axes
 MARKS = {"{d}": ("", "d", "dd"), "{q}": ("theta", "phi"), "{n}": "12", "{i}": "123", "{c}": "xyz"}
+# indices of the centre of mass, of energies, and of how a frame turns
+INDICES = {"~": "_ _G _C _CG _cm _com _GO _OG", "%": "_ _k _c _p _kin _pot _tot", "&": "_ _B _BI _IB _AB"}
 POSED = ("across", "high", "rise")  # functions that are a sine or a cosine in each pose
 _POSED = re.compile(rf"\b(?:{'|'.join(POSED)})(?=\()")
 # positions and mass matrices: they have no unit of time, and yet they move
@@ -40,6 +42,7 @@ class Row(NamedTuple):
     written: str = ""
     formula: str = ""
     printed: str = ""  # where the text does not print it
+    rate: str = ""  # of the rod: its name, where it has a letter of its own
 
     @property
     def dimension(self) -> Dimension | None:
@@ -81,13 +84,14 @@ def names_written(writings: Mapping[str, str]) -> dict[str, tuple[str, ...]]:
     """What a word may mean, the likeliest first, from the writings of each name, its likeliest first.
 
     A * stands before what is printed with a hat or in bold type, a + before what may be printed either way, and @ for the
-    axis of the name, as a number or a letter.
+    axis of the name, as a number or a letter; a last sign of INDICES for each of its indices.
     """
     ranked: dict[str, list[tuple[int, str]]] = {}
     for name, every in writings.items():
         axis = re.search(r"[123xyz]", name)
         pair = next((pair for pair in ("1x", "2y", "3z") if axis and axis[0] in pair), "")
-        for rank, one in enumerate(every.split()):
+        words = (one[:-1] + index for one in every.split() for index in INDICES.get(one[-1], one[-1]).split())
+        for rank, one in enumerate(words):
             for word in {one.replace("@", mark) for mark in pair} if "@" in one else (one,):
                 styles = ("", "*") if word[0] == "+" else ("*" * (word[0] == "*"),)
                 for style in styles:
@@ -148,8 +152,6 @@ def table_spec(
     parameters = tuple(name for name in about["parameters"] if name not in variant.given)
     texts = {row.quantity: row.formula for row in rows if row.formula and row.quantity not in parameters}
     every = {**formulas(texts | dict(variant.given)), **more}
-    ends = [name[1:] for name in every if re.fullmatch(r"y[pG]?\d?", name) and f"x{name[1:]}" in (*every, *coordinates)]
-    every |= formulas({f"r{end}": f"vector(x{end}, y{end})" for end in ends})  # for which a text may have a name
 
     dimensions = {row.quantity: powers for row in rows if (powers := row.dimension) is not None}
     timeless = {
@@ -159,7 +161,7 @@ def table_spec(
     for name in coordinates:
         kg, m, s = dimensions[name]
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
-    places = tuple(f"{axis}{end}" for end in ends for axis in "xy" if f"{axis}{end}" in every)
+    places = tuple(name for name in every if re.fullmatch(r"[xy]p?\d?", name))
     dimensions |= {f"d{name}": (0, 1, -1) for name in places}
     written = names_written({row.quantity: row.written for row in rows if row.quantity not in about["unwritten"]})
 
