@@ -9,9 +9,10 @@ from pendpin import effects as fx
 from pendpin.cli import main
 from pendpin.errors import InputError, Interrupted
 from pendpin.motions.trajectory import simulate
+from pendpin.scene import load_scene
 from pendpin.verification import hardcases
 from pendpin.verification.hardcases import CASES, hard, run_case
-from pendpin.verification.hardcases.base import GROUPS, THICK, Case, scene
+from pendpin.verification.hardcases.base import FOLDER, GROUPS, Case, scene
 
 CLAIMS = [(case, method) for case in CASES.values() for method in case.methods]
 CHEAP = "no-duration"
@@ -42,6 +43,13 @@ def test_the_catalogue_is_whole() -> None:
         assert "auto" in case.methods
         assert case.bound >= 0
         assert all((case.title, case.physics, case.why, case.figure, case.derivation))
+
+
+def test_every_scene_can_be_loaded() -> None:
+    """Each file of scenes/ is a scene that `pendpin run` takes, and has the name of its case."""
+    paths = sorted((FOLDER / "scenes").glob("*.toml"))
+    assert {path.stem for path in paths} - set(CASES) == {"scale"}  # which two cases compare with theirs
+    assert {path.stem for path in paths if not load_scene(path).duration} == {"no-duration", "one-sample"}
 
 
 def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
@@ -80,7 +88,9 @@ def test_sinusoids_are_smooth_at_late_times(effect: fx.Effect, energy_balance: b
     """At t = 1e9 s doubles are 1e-7 s apart: a force that is taken there jumps, and steps collapse."""
     early, late = (
         simulate(
-            scene(THICK, effect, q=(0.3,), duration=0.02, time=time), tolerance=1e-12, energy_balance=energy_balance
+            scene("late-driven", {"start.time": time}).replace(effects=(fx.Gravity(), effect)),
+            tolerance=1e-12,
+            energy_balance=energy_balance,
         ).stats.steps
         for time in (0.0, 1e9)
     )

@@ -1,7 +1,8 @@
 """The hard cases: scenes that break simulators, each with a bound from physics or analysis (docs/hard_cases.md).
 
-base.py has the record of a case; rods.py and chains.py the cases; catalogue.toml their texts. Here they are run: each on its
-methods, or in MuJoCo, Drake and SciPy on Pinocchio's accelerations, each at its best setting.
+scenes/ has the scene of each case, catalogue.toml its texts and methods; rods.py and chains.py its measure and bound;
+base.py the record of a case. Here they are run: each on its methods, or in MuJoCo, Drake and SciPy on Pinocchio's
+accelerations, each at its best setting.
 """
 
 import time
@@ -22,7 +23,7 @@ from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
 from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once, simulators
 from pendpin.verification.hardcases import chains, rods
-from pendpin.verification.hardcases.base import Case, Solve, scene
+from pendpin.verification.hardcases.base import FOLDER, Case, Solve, scene
 
 CASES = {case.name: case for case in sorted((*rods.CASES, *chains.CASES), key=lambda case: case.group)}
 FIELDS = ("name", "group", "title", "physics", "why", "figure", "bound", "derivation", "methods")  # of a case, in JSON
@@ -81,7 +82,9 @@ def catalogue_report() -> Report:
     """The names of the hard cases, their titles and bounds."""
     rows = [(case.name, case.title, f"{case.bound:.1e}") for case in CASES.values()]
     data = [{name: getattr(case, name) for name in ("name", "title", "figure", "bound")} for case in CASES.values()]
-    return Report((Table(("case", "what", "bound"), rows),), data)
+    return Report(
+        (Table(("case", "what", "bound"), rows), f"`pendpin run` takes their scenes: {FOLDER / 'scenes'}"), data
+    )
 
 
 def hard(
@@ -151,12 +154,12 @@ NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pend
     *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
 )
 COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pendpin's
-    **{f"cone-{rate:g}": partial(chains.cone, rate, 50) for rate in (1e2, 1e3, 1e4)},
-    "swings-in-space": lambda: scene(chains.THICK, q=(0.7, 0.4), v=(1.3, -0.8), duration=40.0, samples=41),
-    "triple-1e4": lambda: chains.triple(3.0),
-    "chain-100": lambda: chains.tumbling(chains.HUNDRED, 0.1),
-    "whip": lambda: chains.whip((12, 0.3)),
-    "chaos-methods": lambda: chains.wild(5.0),
+    **{f"cone-{rate:g}": partial(scene, f"cone-{rate:g}", chains.turns(rate, 50)) for rate in (1e2, 1e3, 1e4)},
+    "swings-in-space": partial(scene, "swings-in-space", {"duration": 40.0, "solver.samples": 41}),
+    "triple-1e4": partial(scene, "triple-1e4", {"duration": 3.0}),
+    "chain-100": partial(chains.tumbling, "chain-100", {"duration": 0.1}),
+    "whip": partial(scene, "whip", chains.SHORT_WHIP),
+    "chaos-methods": partial(chains.wild, 5.0),
 }
 
 

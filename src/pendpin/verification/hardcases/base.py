@@ -1,4 +1,7 @@
-"""Hard cases: the record of a case, and the scenes and measures that families of cases share."""
+"""Hard cases: the record of a case, its scenes and texts, and the measures that families of cases share.
+
+Each scene is a file of scenes/, which `pendpin run` takes too; catalogue.toml has the texts and the methods.
+"""
 
 import tomllib
 from collections.abc import Callable, Mapping
@@ -8,20 +11,18 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.effects import Effect, Gravity
 from pendpin.errors import InputError, Interrupted, RunError
 from pendpin.ground.arrays import Array
 from pendpin.motions.trajectory import Trajectory
-from pendpin.scene import Chain, Rod, Scene, Solver, Start, fixed_methods
+from pendpin.scene import Rod, Scene, load_scene
 
 Solve = Callable[[Scene], Trajectory]
 Settings = Mapping[str, float]  # tolerance, or step in s
+Figure = Callable[[Trajectory], float]
 Measure = Callable[[Solve, bool], float]  # of the full form, or of the short one
 
 G = 9.81  # m/s²
-THIN = Chain(rods=(Rod(length=1.0, mass=1.0),))
-ROD = Rod(length=1.0, mass=1.0, radius=0.05)
-THICK = Chain(rods=(ROD,))
+ROD = Rod(length=1.0, mass=1.0, radius=0.05)  # the thick rod of many scenes; a thin one is as long and as heavy
 REDUCED = 2 / 3  # m, of the uniform thin rod of 1 m
 SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at which it leaves the upright
 
@@ -44,50 +45,52 @@ class Case:
     beside: Callable[[], Mapping[str, float]] | None = None
 
 
-# the groups, and the texts of all cases, by name or by the name of their family
-CATALOGUE = tomllib.loads((Path(__file__).parent / "catalogue.toml").read_text(encoding="utf-8"))
+# the groups, and the texts and methods of all cases, by name or by the name of their family
+FOLDER = Path(__file__).parent
+CATALOGUE = tomllib.loads((FOLDER / "catalogue.toml").read_text(encoding="utf-8"))
 GROUPS: dict[int, str] = dict(enumerate(CATALOGUE["groups"], start=1))
 
 
+def scene(name: str, changes: Mapping[str, Any] | None = None) -> Scene:
+    """The scene of a file of scenes/, with other values at key paths."""
+    return load_scene(FOLDER / "scenes" / f"{name}.toml").replace(changes)
+
+
+def drift(run: Trajectory) -> float:
+    """The energy drift of a run."""
+    return run.energy().drift
+
+
 def case(
-    text: str, bound: float, methods: Mapping[str, Settings], measure: Measure, beside: Any = None, **numbers: Any
+    text: str,
+    bound: float,
+    figure: Figure = drift,
+    short: Mapping[str, Any] | None = None,
+    measure: Measure | None = None,
+    beside: Callable[[], Mapping[str, float]] | None = None,
+    **numbers: Any,
 ) -> Case:
-    """A case with the texts of catalogue.toml under a name, in which {numbers} are filled in."""
+    """A case with the entry of catalogue.toml under a name, in which {numbers} are filled in.
+
+    Its figure is that of the run of its scene, whose short form has other values at key paths; or it has a measure.
+    """
     entry = {"name": text} | CATALOGUE[text]
-    texts: dict[str, Any] = {k: part.format(**numbers) if isinstance(part, str) else part for k, part in entry.items()}
-    return Case(**texts, bound=bound, methods=methods, measure=measure, beside=beside)
+    filled: dict[str, Any] = {k: part.format(**numbers) if isinstance(part, str) else part for k, part in entry.items()}
+
+    def measure_run(solve: Solve, full: bool) -> float:
+        return figure(solve(scene(filled["name"], None if full else short)))
+
+    return Case(**filled, bound=bound, measure=measure or measure_run, beside=beside)
 
 
-def settings(**methods: float | None) -> dict[str, Settings]:
-    """The setting of each method: a tolerance, or a step in s where it takes one; none for None."""
-    kinds = {name: "step" if name in fixed_methods() else "tolerance" for name in methods}
-    return {name: {} if value is None else {kinds[name]: value} for name, value in methods.items()}
+def start_of(scene: Scene) -> tuple[Array, Array]:
+    """The angles and rates (nv,) at which a scene starts that lists all of them."""
+    return np.array(tuple(scene.start.positions)), np.array(tuple(scene.start.velocities))
 
 
-TIGHT = settings(auto=1e-12, taylor=1e-16)
-
-
-def scene(
-    model: Chain,
-    *effects: Effect,
-    q: Any = (),
-    v: Any = (),
-    duration: float,
-    samples: int | None = None,
-    gravity: Gravity | None = Gravity(),  # noqa: B008  frozen
-    time: float = 0.0,
-) -> Scene:
-    """A chain under gravity and other effects; angles and rates that are left out are 0."""
-    positions, velocities = (np.pad(np.asarray(x, float), (0, 2 * model.count - len(x))).tolist() for x in (q, v))
-    start = Start(time=time, positions=tuple(positions), velocities=tuple(velocities))
-    acting = effects if gravity is None else (gravity, *effects)
-    return Scene(duration=duration, model=model, start=start, effects=acting, solver=Solver(samples=samples))
-
-
-def reverse_rates(run: Trajectory, scene: Scene) -> Scene:
-    """A scene that starts at the end of a run, with all rates reversed."""
-    start = Start(positions=tuple(run.q[-1].tolist()), velocities=tuple((-run.v[-1]).tolist()))
-    return scene.model_copy(update={"start": start})
+def start_at(scene: Scene, q: Array, v: Array) -> Scene:
+    """A scene with other angles and rates at its start, (nv,) each."""
+    return scene.replace({"start.positions": q.tolist(), "start.velocities": v.tolist()})
 
 
 def inertia_about_joint(rod: Rod) -> float:
@@ -100,9 +103,9 @@ J = inertia_about_joint(ROD)
 HANG = J / (ROD.mass * ROD.properties.h)  # m, the reduced length of the thick rod
 
 
-def drift_of(make: Callable[[Any], Scene], long: Any, short: Any) -> Measure:
-    """The energy drift in the scene that `make` gives for a duration in s, or in turns, or with a number of rods."""
-    return lambda solve, full: solve(make(long if full else short)).energy().drift
+def largest(values: Array) -> float:
+    """The largest size of an array's numbers."""
+    return float(np.abs(values).max())
 
 
 def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
@@ -122,12 +125,12 @@ def departure(run: Trajectory, angle: Array, far: float) -> float:
     return float(run.t[i - 1] + (np.log(far) - low) / (high - low) * (run.t[i] - run.t[i - 1]))
 
 
-def refused(one: str, other: str, *given: Any, **fields: Any) -> Measure:
-    """0 if a scene (as of `scene`) is refused, or its run ends, with an error of one line that has both words; else 1."""
+def refused(name: str, one: str, other: str) -> Measure:
+    """0 if a scene is refused, or its run ends, with an error of one line that has both words; else 1."""
 
     def measure(solve: Solve, full: bool) -> float:
         try:
-            solve(scene(*given, **fields))
+            solve(scene(name))
         except Interrupted:
             raise
         except (InputError, RunError) as error:
