@@ -6,11 +6,10 @@ from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import unescape
-from itertools import pairwise
+from itertools import islice, pairwise
 from typing import Any
 from urllib.parse import unquote
 
-from pendpin.doctor.reading.macros import expand_macros
 from pendpin.doctor.reading.tokens import ENVIRONMENTS, cut, tokens
 from pendpin.doctor.reading.tree import Unread
 from pendpin.errors import InputError, shown
@@ -34,25 +33,15 @@ _MARKS = {  # what opens a formula, and what closes it; where that is not said, 
     r"<math[^<>]*>": "</math>|<math>",  # the other may be missing
     rf"\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}": "",
 }
-_TEX, _MARKED = re.compile(r"\\(?:section|documentclass|begin\{document\})"), re.compile(r"(?m)^[ \t]*(?:%+|#|//+)")
 _BRACED = r"\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\}"
 _PLAIN: tuple[tuple[str, Callable[[re.Match[str]], str]], ...] = (  # other languages in LaTeX and letters
     ("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0])),
     (r"<sub>([^<>]*)</sub>", lambda match: f"_{match[1]}" if match[1].isdigit() else f"_({match[1]})"),
     (r"<sup>([^<>]*)</sup>", lambda match: f"^{match[1]}" if match[1].isdigit() else f"^({match[1]})"),
-    (
-        rf"\{{(?=\\displaystyle\b)({_BRACED[2:-2]})\}}",
-        lambda match: match[0] if "$" in match.string else f"${match[1]}$",
-    ),
     (rf"\\[hv]?phantom\*?\s*{_BRACED}", lambda match: " " * len(match[0])),  # also where it holds an equals sign
     (  # in strings
         r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
         lambda match: " \\",
-    ),
-    (  # LaTeX in comments of code: displays, or bare commands
-        r"(?m)^(?:[ \t]*%(?![%\w]).*\n)*[ \t]*%.*\$\$.*\n(?:[ \t]*%.*\n?)*"
-        r"|^[ \t]*(?:#(?!#)|//)[^$\n=]*\\[a-zA-Z]+[^$\n]*=[^$\n]*$",
-        lambda match: match[0] if _TEX.search(match.string) else _MARKED.sub(lambda mark: " " * len(mark[0]), match[0]),
     ),
 )
 _OPENERS = re.compile("|".join(f"({opener})" for opener in _MARKS))
@@ -72,7 +61,6 @@ _COMMENT = re.compile(
     r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
     r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
 )
-_LABELLED = re.compile(r"\s*(?:#|%|//|!)+\s*(?:[Ee]q\w*\.?\s*)?\(?\d+\)?\s*[:.)]\s+")  # a comment such as % Eq 1: a = b
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _BEFORE = re.compile(r"\s*((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
@@ -104,6 +92,9 @@ _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
 )
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
+_SEVERAL = re.compile(  # x, y = a, b
+    r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*=(?!=)\s*(.*)", re.S
+)
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
@@ -155,7 +146,7 @@ class Document:
 
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
-    found, skipped, text = list[tuple[int, Statement]](), list[str](), expand_macros(text)
+    found, skipped = list[tuple[int, Statement]](), list[str]()
     for pattern, by in _PLAIN:
         text = re.sub(pattern, by, text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
@@ -172,35 +163,17 @@ def read_text(text: str) -> Document:
 
 
 def equations_in(formula: str) -> list[tuple[int, str]]:
-    """The equations of a display or line, each with where it begins; of one that is not read, the whole.
-
-    Where several names have values at once there is an equation for each, or for the column of names.
-    """
+    """The equations of a display or line, each with where it begins; of one that is not read, the whole."""
     try:
         found = cut(tokens(formula, MOST_OF_A_DISPLAY))
     except Unread:
         return [(0, formula.strip())]
     equations = list[tuple[int, str]]()
-    for i, piece in enumerate(found):
-        kinds = [token.kind for token in piece]
-        if "relation" not in kinds:
-            continue
-        prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
-        start, end = prefix.start() if prefix else piece[0].start, piece[-1].end
-        relation = piece[kinds.index("relation")]
-        left, value = formula[start : relation.start], formula[relation.end : end].strip()
-        names = [name.strip() for name in re.sub(r"^\s*\((.*)\)\s*$|,\s*$", r"\1", left).split(",")]
-        if len(names) == 1 or not value or not all(re.fullmatch(r"(?:\w+\.\s*)?[^\W\d]\w*", name) for name in names):
-            equations.append((start, formula[start:end]))
-            continue
-        more = [one for one in found[i + 1 : i + len(names)] if "relation" not in [token.kind for token in one]]
-        values = [value, *(formula[a[-1].end : b[-1].end].strip(" ,") for a, b in pairwise([piece, *more]))]
-        if values[0].startswith("sincos("):
-            values = [f"{function}{values[0].removeprefix('sincos')}" for function in ("sin", "cos")]
-        if len(values) == len(names):
-            equations += [(start, f"{name} = {one}") for name, one in zip(names, values, strict=True)]
-        else:
-            equations.append((start, f"({', '.join(names)}) = {values[0]}"))
+    for piece in found:
+        if any(token.kind == "relation" for token in piece):
+            prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
+            start = prefix.start() if prefix else piece[0].start
+            equations.append((start, formula[start : piece[-1].end]))
     return equations
 
 
@@ -251,10 +224,9 @@ def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
     found: list[Formula] = []
     for start, end, begin, formula in formulas:
         first, ended, at, before = found[-1] if found else (0, 0, 0, "=")
-        is_right = "=" not in before and re.match(r"(?:\s|\\displaystyle\b)*=", formula)  # of $x$ $= a$
         is_display = bool(found) and text[start : start + 2] in ("$$", r"\[", r"\b", "``")
         is_rest = is_display and (_ENDS_OPEN.search(before) or formula.lstrip(" &\n")[:1] in ("+", "-"))
-        if (is_right and not text[ended:start].strip()) or (is_rest and not re.search(r"\w", text[ended:start])):
+        if is_rest and not re.search(r"\w", text[ended:start]):
             between = "\f" + re.sub(r"[^\n]", " ", text[at + len(before) + 1 : begin])
             found[-1] = (first, end, at, before + between + formula)
         else:
@@ -281,7 +253,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         for pattern, by in () if quoted else _CODE:
             whole = re.sub(pattern, by, whole)
         returns = not quoted and re.match(r"\s*return\b", whole)
-        if (whole.lstrip()[:1] in {"#", "%", "!"} and not _LABELLED.match(whole)) or not (returns or "=" in whole):
+        if whole.lstrip()[:1] in {"#", "%", "!"} or not (returns or "=" in whole):
             continue
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
         bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
@@ -295,7 +267,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
             yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
             continue
         codes = [(match.start(1), match[1]) for match in re.finditer(r"`([^`=]*=[^`]*)`", whole)]
-        parts = [(at + i, one) for at, part in codes or _in_line(whole) for i, one in equations_in(part)]
+        each = [(at, one) for at, part in codes or _in_line(whole) for one in _for_each_name(part)]
+        parts = [(at + i, one) for at, part in each for i, one in equations_in(part)]
         pieces = [(begin + at, end, one) for at, one in parts if codes or not _NO_EQUATION.search(one)]
         if not pieces:
             skipped.append(f"line {number}")
@@ -317,6 +290,17 @@ def _returned(line: str, before: str) -> Iterator[str]:
             yield from (f"{name}_dot = {rate}" for name, rate in pairs)
 
 
+def _for_each_name(line: str) -> list[str]:
+    """Code that gives several names their values at once, as an equation for each, or for the column of names."""
+    if not (several := _SEVERAL.fullmatch(line)):
+        return [line]
+    right = re.sub(r"^sincos(\(.*\))$", r"sin\1, cos\1", several[2].rstrip(" ;"))
+    names, values = _at_commas(several[1]), _at_commas(right)
+    if len(names) == len(values):
+        return [f"{name} = {value}" for name, value in zip(names, values, strict=True)]
+    return [f"({', '.join(names)}) = {several[2]}"]
+
+
 def _at_commas(text: str) -> list[str]:
     """The parts between commas outside brackets."""
     found = list[str]()
@@ -331,7 +315,7 @@ def _at_commas(text: str) -> list[str]:
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
     """A plain line without its label, comments and the like, and where that begins; nothing of one that is prose."""
     line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
-    label = _LABELLED.match(line) or _LABEL.match(line)
+    label = _LABEL.match(line)
     begin = label.end() if label and "=" not in label[0] else 0
     equation = line[begin:].rstrip()
     while (shorter := _COMMENT.sub(lambda match: " " * len(match[0]), equation).rstrip()) != equation:
@@ -370,33 +354,14 @@ def read_toml(data: bytes, place: str) -> Document:
 def statements(equations: dict[str, str] | Iterable[str]) -> Iterator[Statement]:
     """Named or numbered equations as statements."""
     pairs = equations.items() if isinstance(equations, dict) else (("", text) for text in equations)
-    for number, (name, text) in enumerate(pairs, start=1):
-        if number > MOST_STATEMENTS:
-            return
-        text = text.strip().strip("$").strip()
-        if found := equations_in(text):  # without layout around it
-            as_printed = all(text.startswith(one, at) for at, one in found)
-            end = found[-1][0] + len(found[-1][1])
-            text = text[found[0][0] : end] if as_printed else ", ".join(one for _, one in found)
-        yield Statement(text, name or f"equation {number}", name)
+    for number, (name, text) in enumerate(islice(pairs, MOST_STATEMENTS), start=1):
+        yield Statement(text.strip().strip("$").strip(), name or f"equation {number}", name)
 
 
 def text_of(value: object) -> str | None:
-    """The text of an Eq, expression or column of sympy, its functions of time as names; None for anything else."""
-    from sympy import Derivative, Eq, Expr, MatrixBase, Symbol
-    from sympy.core.function import AppliedUndef
+    """The text of an Eq, expression or matrix of sympy, without LaTeX in its names; None for anything else."""
+    from sympy import Eq, Expr, MatrixBase
 
-    if isinstance(value, Eq):
-        left, right = text_of(value.lhs), text_of(value.rhs)
-        return None if left is None or right is None else f"{left} = {right}"
-    if isinstance(value, MatrixBase):
-        return f"({', '.join(str(text_of(entry)) for entry in value)})"
-    if not isinstance(value, Expr):
+    if not isinstance(value, Eq | Expr | MatrixBase):
         return None
-    rates = {}
-    for one in value.atoms(Derivative):
-        if isinstance(one.expr, AppliedUndef):
-            name, dots = one.expr.func.__name__, "d" * int(one.derivative_count)
-            rates[one] = Symbol(f"\\{dots}ot{{{name}}}" if name.startswith("\\") else dots + name)
-    value = value.xreplace(rates)
-    return str(value.xreplace({one: Symbol(one.func.__name__) for one in value.atoms(AppliedUndef)}))
+    return re.sub(r"[\\{}]", "", f"{value.lhs} = {value.rhs}" if isinstance(value, Eq) else str(value))
