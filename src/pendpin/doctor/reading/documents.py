@@ -235,7 +235,7 @@ def _joined(text: str, formulas: list[Formula]) -> list[Formula]:
 
 
 def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Iterator[tuple[int, int, str]]:
-    """Lines, and pieces of code within them, that are equations and stand outside the marks of mathematics.
+    """Lines that are equations and stand outside the marks of mathematics.
 
     Each with where it begins and ends. Code goes on in the next line while a bracket is open, or after a sign.
     """
@@ -266,10 +266,9 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if returns:
             yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
             continue
-        codes = [(match.start(1), match[1]) for match in re.finditer(r"`([^`=]*=[^`]*)`", whole)]
-        each = [(at, one) for at, part in codes or _in_line(whole) for one in _for_each_name(part)]
+        each = [(at, one) for at, part in _in_line(whole) for one in _for_each_name(part)]
         parts = [(at + i, one) for at, part in each for i, one in equations_in(part)]
-        pieces = [(begin + at, end, one) for at, one in parts if codes or not _NO_EQUATION.search(one)]
+        pieces = [(begin + at, end, one) for at, one in parts if not _NO_EQUATION.search(one)]
         if not pieces:
             skipped.append(f"line {number}")
         yield from pieces

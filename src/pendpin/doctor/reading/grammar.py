@@ -178,10 +178,6 @@ class _Parser:
     def power(self) -> Node:
         """A factor with its exponents, or what is transposed."""
         base = self.atom()
-        while base.bracketed is not None and self.peek().kind == "method":  # (a - b).sin()
-            mark, name = self.take(), self.take()
-            span = (base.outer[0], name.end)
-            base = Node("function", span, name.text, (base,), ((mark.start, name.end),), bracketed=span)
         while base.bracketed is not None and self.peek().kind == "prime":
             token = self.take()
             if base.kind == "matrix" and not self.latex:

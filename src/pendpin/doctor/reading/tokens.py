@@ -74,7 +74,6 @@ _SIGNS = {  # and of characters and signs
     "relation": "= ==→= :=→= ≈",
     "gap": "⇒ ⟹",
     "function": "√→sqrt",
-    "method": "∘",
     "command": "∂→partial",
     "other relation": "< > ≠ ≤ ≥ ∼ ≪ ≫",
     "script": "^ **→^ _",
@@ -101,12 +100,8 @@ _OWNERS = "obj env model sys system robot pendulum par params p self cfg config 
 
 
 def _name_member(match: re.Match[str]) -> str:
-    """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole; a.sin() is sin(a), a.powi(2) is a^(2)."""
+    """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole."""
     owners, number, _, name, call = match.groups()
-    if call and match.string[match.end() : match.end() + 1] == ")" and name in FUNCTIONS:
-        return f"{name}({match[0].rpartition('.')[0].removeprefix('self.')}"
-    if call and name in ("powi", "powf"):
-        return f"{match[0].rpartition('.')[0].removeprefix('self.')}^("
     if call and name not in FUNCTIONS | CALLED:
         return match[0]
     if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
@@ -123,16 +118,12 @@ def _mark_rows(match: re.Match[str]) -> str:
 
 Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
-    (r"""\b(?:params?|par|p|self|cfg|config|const)\[\s*(['"])(\w+)\1\s*\]""", r"\2"),  # params["m1"] is m1
-    (  # labels, comments, module names, the number of an equation
-        r"\\(?:label|tag|ref|eqref|[hv]space|[hv]?phantom|(?:text)?color|cite)\*?\s*\{[^{}]*\}"
-        r"|(?<!\\)%(?!2B)[^\n]*|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-        r"|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])|(?<=[\w)\]])\.T\b|\.\.\.[^\n]*\n"
-        r"|(?:\\[lc]?dots\s*(?:f_\d\s*)?)?(?:(?<=[\s.,])|(?<=dots))\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\(\s*[ijkn]\s*=[^()]*\)|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()"
-        r"|@(?:S|M)(?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\\(?=[_*])"
-        r"|(?<![-`])(?:`{3}|-{3})[-`\s]*$|(?<!\\)\\\s*$|(?<=const)\."  # what ends a display
-        r"|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$"
-        r"|</?(?:i|b|em|strong|p|br|span|code|var)\b[^<>]*>",
+    (  # labels, comments, module names, the number of an equation, the points of functions of each element
+        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{[^{}]*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
+        r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$"
+        r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
+        r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
         "",
     ),
     (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
@@ -154,11 +145,8 @@ _OF_LATEX: tuple[Rewriting, ...] = (
 )
 _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
-    (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers and functions in C
-    (r"\b(sin|cos|tan|sqrt|pow)f(?=\()", r"\1"),
+    (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
     (r"\.inv\(\)", "^(-1) "),
-    (r"(?<=\))\.pow[if]\(", "^("),  # of Rust
-    (rf"(?<=\))\.({'|'.join(FUNCTIONS)})\(\)", r"∘\1"),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
     # where others are there, it is a step in time
