@@ -62,7 +62,6 @@ _COMMENT = re.compile(
     r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
 )
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
-_BEFORE = re.compile(r"\s*((?:(?:[A-Za-z]{3,}|of|is|to|by|in)\s+)+)(?=[A-Za-z][^\s=+*/]*\s*=)")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
@@ -323,8 +322,6 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
     beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
     prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
-        if (words := _BEFORE.match(equation)) and not {*words[1].split()} & _NOT_WORDS:
-            begin, equation = begin + words.end(), equation[words.end() :]
         yield begin, equation
 
 

@@ -103,17 +103,13 @@ class _Parser:
             if token.kind in ("relation", "end", "condition"):
                 side = "left" if token.kind == "relation" and not found else "right"
                 raise Unread(f"the {side} side of = is empty", token.start)
-            if token.text == "Eq" and self.peek(1).text == "(":  # of sympy, also where it has a name
-                self.take()
-                found = [*self.group().children]
-            elif token.kind not in ("close", "other relation", *SEPARATORS):
+            if token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
             if token.text == "≈" and len(found) > 1:  # what is rounded behind a chain
                 return found
             if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
-                of_forces = len(found) > 2 and found[0].written and found[0].written.letter.startswith("sum")
-                return found[1:] if of_forces else found  # sum F = T - mg = m a says what is equal, not what sum F is
+                return found
             if token.kind != "relation":
                 wrong = {
                     "condition": f"an equation that holds only {token.text} is not checked",
@@ -334,11 +330,8 @@ class _Parser:
             factors = [self.atom()] if first.kind in ("number", "half") else []
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
-            if not factors and self.latex:
+            if not factors:
                 raise Unread(f"{token.text} of nothing", first.start)
-            if not factors:  # sin = np.sin(theta) makes it a name
-                name, mark = symbol_node(Written(token.text), (token.start, token.end)), (caret.start, caret.end)
-                return Node("power", (token.start, caret.end), exponent, (name,), (mark,)) if exponent else name
             if self.peek()[:2] == ("letter", "t") and factors[-1].kind == "symbol":  # cos omega t
                 factors.append(self.symbol())
             marks = tuple((factor.span[0], factor.span[0]) for factor in factors)
@@ -377,7 +370,7 @@ class _Parser:
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \underbrace, \det, \sum, \dv and \pdv."""
+        r"""\sqrt, \frac, \underbrace, \det and \sum."""
         token = self.peek()
         if token.text == "sqrt":
             return self.function()
@@ -395,19 +388,10 @@ class _Parser:
             case "det":
                 inner = self.atom()
                 return Node("function", (start, inner.outer[1]), "det", (inner,), ((start, token.end),))
-            case "dv" | "pdv":
-                order = self.atom().value if self.peek().text == "[" else 1
-                inside = self.atom()
-                inside, by = (inside, self.atom()) if self.peek().text == "{" else (self.power(), inside)
-                return differentiate(inside, by, order, (start, self.peek(-1).end))
             case "sum":  # with small numbers as its bounds, written out
                 scripts = {"_": "", "^": ""}
                 while (mark := self.peek().kind) in scripts:
                     scripts[mark] = self.take().text
-                if not any(scripts.values()) and self.at_symbol():  # the sum of the forces is a name: \sum F_r = T
-                    name = self.symbol().written or TIME
-                    if self.at_end():
-                        return symbol_node(replace(name, letter=f"sum{name.letter}"), (start, self.peek(-1).end))
                 bounds = re.fullmatch(r"([a-z])=(\d) (\d)", f"{scripts['_']} {scripts['^']}")
                 if bounds is None or not 0 <= int(bounds[3]) - int(bounds[2]) < MOST_TERMS:
                     raise Unread("a sum is read with small numbers as its bounds", start)

@@ -11,6 +11,7 @@ from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
+MOST_OF_A_NUMBER = 4  # tokens of the number beside an equation, such as (b_1)
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign
@@ -47,7 +48,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
-    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv",
+    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
     "over": "over",
     "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
@@ -179,6 +180,7 @@ _TOKEN = {
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _ABROAD = {"sen": "sin", "tg": "tan"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
+
 # J_1c is J_1 c
 _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")
 
@@ -299,8 +301,6 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     end = place + len(word)
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
-    elif word == "frac" and not latex:  # frac(1)(2)
-        yield Token("command", word, place, end)
     elif (name := _ABROAD.get(word.lower(), word.lower())) in FUNCTIONS and (
         word.islower() or text[end : end + 1] in ("(", "[")
     ):
@@ -372,8 +372,8 @@ def cut(found: list[Token]) -> list[list[Token]]:
         elif kinds & {",", ";"}:
             if [token.text for token in marks] == [","] and not any(map(_relates, equations)):
                 goes_on, between = True, marks  # of a, b = c, d all is kept
-        elif kinds == {"&"} and _relates(before) and begins == "open" and not both:
-            continue  # the number of an equation, or words beside it
+        elif kinds == {"&"} and _relates(before) and begins == "open" and len(piece) <= MOST_OF_A_NUMBER and not both:
+            continue
         else:
             goes_on = begins == "relation" or not both or kinds == {"."}
         if before and goes_on:
