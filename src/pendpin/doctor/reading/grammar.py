@@ -197,8 +197,7 @@ class _Parser:
     def atom(self) -> Node:
         """A number, symbol, function, fraction, bracket or matrix."""
         token = self.peek()
-        above = self.peek(1) if token.text == "{" else token
-        if above.text in ("d", "partial", "frac") and above.kind not in ("^", "_") and (node := self.derivative()):
+        if token.text in ("d", "partial", "frac") and token.kind not in ("^", "_") and (node := self.derivative()):
             return node
         if self.at_sign():  # m*g*-cos(theta)
             self.take()
@@ -257,11 +256,6 @@ class _Parser:
         """A name with what stands behind it: dots, primes, indices, frames; a letter after ^ belongs to it."""
         while True:
             mark, last = self.peek(), self.peek(-1)
-            index = self.peek(1)
-            if mark.kind == "^" and index.kind == "_":  # l^2_1 is l_1^2
-                swapped = index._replace(start=mark.start, end=mark.start), mark._replace(end=index.end)
-                self.tokens[self.place : self.place + 2] = swapped
-                continue
             adjoins = last.kind == "letter" and last.end == mark.start and not self.latex  # as in θ1
             if mark.kind == "dots":
                 dots = written.dots + ACCENTS.get(mark.text, 0)
@@ -286,16 +280,13 @@ class _Parser:
         r"""A derivative in time or a partial one: \frac{d}{dt}, dD/d phi, d(...)/dt; None where there is none."""
         place, start = self.place, self.peek().start
         fraction = self.took("frac")
-        over = not fraction and self.took("{")
         above, start_below = self.differential(fraction), self.place
-        divided = above and (fraction or self.took("over" if over else "/"))
-        below = self.differential(fraction) if divided else None
-        below = None if over and not self.took("}") else below
+        below = self.differential(fraction) if above and (fraction or self.took("/")) else None
         if fraction and above and below is None and self.tokens[start_below : start_below + 2][-1].text == above[0]:
             raise Unread("a derivative that is not read", start)
         if above and below and above[0] == below[0] and (by := below[1]):
             inside, order = above[1:]
-            if fraction or over or inside or by.written == TIME:
+            if fraction or inside or by.written == TIME:
                 if by.written is None or order != below[2]:
                     raise Unread("a derivative that is not read", start)
                 inside = inside or self.power()
@@ -370,11 +361,8 @@ class _Parser:
         return inside
 
     def command(self) -> Node:
-        r"""\sqrt, \frac, \underbrace, \det and \sum."""
-        token = self.peek()
-        if token.text == "sqrt":
-            return self.function()
-        self.take()
+        r"""\frac, \underbrace, \det and \sum."""
+        token = self.take()
         start = token.start
         match token.text:
             case "frac":

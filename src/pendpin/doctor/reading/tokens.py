@@ -48,7 +48,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
-    "command": "sqrt det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
+    "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
     "over": "over",
     "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
@@ -58,7 +58,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "|": "| vert→| Vert→| lvert→| rvert→| lVert→| rVert→|",
     "open": r"{→\{ lbrace→\{ lbrack→[ lparen→(",
     "close": r"}→\} rbrace→\} rbrack→] rparen→)",
-    "function": " ".join(FUNCTIONS - {"sqrt"}) + " sen→sin tg→tan ctg→cot",
+    "function": " ".join(FUNCTIONS) + " sen→sin tg→tan ctg→cot",
     "accent": " ".join(ACCENTS),
 }
 _SIGNS = {  # and of characters and signs
@@ -127,6 +127,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
         "",
     ),
+    (r"(\^\s*(?:\w|\{[^{}]*\}))\s*(_(?:\w|\{[^{}]*\}|\\[a-z]+))", r"\2\1"),  # l^2_1 is l_1^2
     (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
