@@ -282,7 +282,6 @@ PRINTED = [
     (r"\omega´ = -\frac{g}{l} \sin\theta", "domega", "-g/l*sin(theta)"),
     (r"F = -Tsen(\theta)", "F", "-T*sin(theta)"),
     (r"\dot{{\bf{x}}}_{c} = {\bf{J}}_c \dot{{\bf{q}}}", "dx_c", "J_c*dq"),
-    (r"p = {\partial T\over \partial \dot q} + {d\over dt} x", "p", "Ddq_T + dx"),
     (r"P.Sen(\theta) = m.a", "P*sin(theta)", "m*a"),
     (r"\sin^2(\theta) \Pi = const.", "sin(theta)**2*Pi", "const"),
     ("x = (env->gravity*sin(q) + 4.0f)/pend->m2", "x", "(g*sin(q) + 4.0)/m_2"),
