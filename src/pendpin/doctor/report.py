@@ -172,15 +172,14 @@ def first_screen(diagnosis: Diagnosis) -> list[str]:
         answer.append(f"Equation {first.number}, {first.place}, is the first wrong one{mend}.")
         later, rest = ([one for one in others if (one.follows == first.number) is here] for here in (True, False))
         said = [f"{len(wrong)} of {count} equations {'fail' if others else 'fails'}"]
-        said += [f"{_listed(later)} {'follow' if later[1:] else 'follows'} from it"] if later else []
-        said += [f"{_listed(rest)} {'are' if rest[1:] else 'is'} wrong too"] if rest else []
+        said += [f"{_listed(later, 'follows', 'follow')} from it"] * bool(later)
+        said += [f"{_listed(rest, 'is', 'are')} wrong too"] * bool(rest)
         answer.append(f"{'; '.join(said)}.")
-    read_as = [f"Read as equations of {diagnosis.title}."] if known else [diagnosis.remarks[0]] if not wrong else []
-    noun, verb = ("Equations", "do") if doubtful[1:] else ("Equation", "does")
+    read_as, *remarks = [f"Read as equations of {diagnosis.title}."] * known + [*diagnosis.remarks]
     why = "not hold as read here, and may be wrong or meant otherwise; the reasons are below."
-    doubt = [f"{noun} {_listed(doubtful)} {verb} {why}"] * bool(doubtful)
-    answer += [*read_as, *doubt] if wrong or not known else [*doubt, *read_as]
-    answer += diagnosis.remarks[0 if known else 1 :]
+    doubt = [f"Equation{'s' * bool(doubtful[1:])} {_listed(doubtful, 'does', 'do')} {why}"] * bool(doubtful)
+    answer += [read_as, *doubt, *remarks] if wrong or not known else [*doubt, read_as, *remarks]
+
     unchecked = [one for one in diagnosis.findings if one.verdict == "not checked" and one.kind != "condition"]
     if known and (left := [one for one in unchecked if not one.when]):  # and what to write so that they are checked
         symbols = list(dict.fromkeys(name.lstrip("?") for one in left for name in one.unknown))
@@ -211,9 +210,9 @@ def last_lines(diagnosis: Diagnosis) -> list[str]:
     return answer
 
 
-def _listed(findings: Sequence[Finding]) -> str:
-    """Some equations by their numbers and places."""
-    return _few([f"{one.number} ({one.place})" for one in findings])
+def _listed(findings: Sequence[Finding], one: str, several: str) -> str:
+    """Some equations by their numbers and places, and what is said of one or of several."""
+    return f"{_few([f'{found.number} ({found.place})' for found in findings])} {several if findings[1:] else one}"
 
 
 def _few(every: Sequence[str]) -> str:
