@@ -7,14 +7,10 @@ import pytest
 
 import pendpin as pp
 from pendpin.doctor.checking.residuals import Disagreement, common, unit
-from pendpin.doctor.reading.names import Vocabulary
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, free_states
-from pendpin.doctor.systems.rod import SPECS
 from pendpin.doctor.systems.tables import FAMILIES
 
-SYSTEM = System(SPECS["general"])
-WORDS = Vocabulary(SYSTEM.spec.words, {}, frozenset(SYSTEM.spec.state))
 FORCE = (Fraction(1), Fraction(1), Fraction(-2))
 
 

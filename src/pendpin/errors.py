@@ -74,9 +74,9 @@ def one_line(text: str) -> str:
     return "".join(c if c.isprintable() else c.encode("unicode_escape").decode() for c in cut)
 
 
-def brief(text: str) -> str:
-    """Text for a representation: cut where it is long."""
-    return text if len(text) <= MOST_REPR else f"{text[:MOST_REPR]}..."
+def brief(text: str, most: int = MOST_REPR) -> str:
+    """A text, cut where it is longer than a representation, or than `most`."""
+    return text if len(text) <= most else f"{text[: most - 3]}..."
 
 
 def shown(value: Any, most: int = 60) -> str:
@@ -87,7 +87,7 @@ def shown(value: Any, most: int = 60) -> str:
         text = one_line(repr(value))
     except (RecursionError, ValueError):  # ValueError: a whole number in it has thousands of digits
         text = f"a {type(value).__name__} that is too deep or too long to show"
-    return text if len(text) <= most else f"{text[: most - 3]}..."
+    return brief(text, most)
 
 
 def is_number(value: Any) -> TypeGuard[float]:

@@ -125,9 +125,9 @@ class Diagnosis(Result):
         lines = [Styled([(first, "bold" if not self.wrong and not self.doubtful else "bold red")]), *others]
         for one in self.findings:
             condition, printed = f" {one.condition}" * bool(one.condition), one_line(one.latex)
-            about = f"{condition}  {one.kind}: {shortened(printed, 300)}"
+            about = f"{condition}  {one.kind}: {brief(printed, 300)}"
             if one.verdict == "not checked":
-                about = f"  {one.place}: {one_line(one.remark)}: {shortened(printed, 60)}"
+                about = f"  {one.place}: {one_line(one.remark)}: {brief(printed, 60)}"
             lines.append(Styled([(f"{one.number:3} ", ""), (one.verdict, STYLES[one.verdict]), (about, "")]))
             for what, pieces in one.below():
                 indent, style = BELOW[what]
@@ -140,7 +140,7 @@ class Diagnosis(Result):
         records = [{name: getattr(finding, name) for name in RECORDED.split()} for finding in self.findings]
         for finding, record in zip(self.findings, records, strict=True):
             mends = [{"latex": mend.latex, "words": mend.words} for mend in finding.mends]
-            record |= {"latex": shortened(finding.latex, MOST_PRINTED), "mends": mends}
+            record |= {"latex": brief(finding.latex, MOST_PRINTED), "mends": mends}
         return records
 
     def page(self) -> str:
@@ -218,11 +218,6 @@ def explain_change(old: str, new: str) -> str:
     return f": {about[0]}, {about[1].replace('is the inertia', 'that')}" if all(about) and old != new else ""
 
 
-def shortened(text: str, most: int) -> str:
-    """A text, cut where it is longer."""
-    return text if len(text) <= most else f"{text[: most - 3]}..."
-
-
 def _paragraphs(said: Iterable[str]) -> list[str]:
     """Lines of text for a page, in which numbers of equations lead to their cards."""
     link, number = r'<a href="#equation-\1">\1</a>\2', re.compile(r"(?<!\d)(\d+)( [(]|, )(?=line )")
@@ -240,7 +235,7 @@ def _card(finding: Finding) -> str:
     """One equation on a page, its verdict, and what mends it."""
     head = (("place", f"{finding.number}, {finding.place}"), ("badge", finding.verdict), ("kind", finding.kind))
     spans = "".join(f'<span class="{name}">{html.escape(said)}</span>' for name, said in head if said != "unread")
-    printed = html.escape(shortened(one_line(finding.latex), MOST_ON_PAGE))
+    printed = html.escape(brief(one_line(finding.latex), MOST_ON_PAGE))
     condition = f"<p><strong>holds if {html.escape(finding.condition)}</strong></p>" if finding.condition else ""
     below = [*finding.below()] or [("remark", [(finding.remark, "")])] * bool(finding.remark)
     body = f"<header>{spans}</header><pre>{printed}</pre>{condition}{''.join(_block(*one) for one in below)}"
