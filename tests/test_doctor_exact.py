@@ -4,13 +4,19 @@ from fractions import Fraction
 
 import numpy as np
 import pytest
+import sympy as sp
 
 import pendpin as pp
-from pendpin.doctor.checking.residuals import Disagreement, common, unit
-from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import System, free_states
+from pendpin.doctor.checking.residuals import Disagreement, Equation, common, stack_residuals, unit
+from pendpin.doctor.reading.grammar import parse
+from pendpin.doctor.reading.names import Vocabulary, bound
+from pendpin.doctor.report import Finding, residual
+from pendpin.doctor.systems.base import System, dot, free_states
+from pendpin.doctor.systems.rod import SPECS
 from pendpin.doctor.systems.tables import FAMILIES
 
+SYSTEM = System(SPECS["general"])
+WORDS = Vocabulary(SYSTEM.spec.words, {}, frozenset(SYSTEM.spec.state))
 FORCE = (Fraction(1), Fraction(1), Fraction(-2))
 
 
@@ -107,6 +113,27 @@ def test_units_of_dimensions() -> None:
     assert common([None, None]) is None
     with pytest.raises(Disagreement, match="N and kg m²"):
         common([FORCE, (Fraction(1), Fraction(2), Fraction(0))])
+
+
+@pytest.mark.parametrize(
+    "equation",
+    [
+        r"\ddot\phi = -\dot\theta^2\sin\phi\cos\phi - \frac{3g}{2l}\cos\theta\sin\phi",
+        r"\frac{d}{dt}\frac{\partial L}{\partial\dot\phi} = \frac{\partial L}{\partial\phi}",
+        r"\frac{1}{2}m|\vec v_G|^2 = T",
+        r"\vec R + m\vec g = m\vec a_G",
+    ],
+)
+def test_a_residual_as_text_is_that_of_the_equation(equation: str) -> None:
+    """Left minus right off the true motion, vectors along the axes of the rod."""
+    one = Equation(tuple(bound(side, WORDS) for side in parse(equation)[0]))
+    states = free_states(SYSTEM)
+    numbers = stack_residuals(one, states, plain=True)
+    numbers = [dot(numbers, states[axis]) for axis in ("b1", "b2", "b3")] if len(numbers) == 3 else numbers
+    names = {name: sp.Symbol(name) for name in states.base}
+    entries = sp.flatten([sp.sympify(residual(one, SYSTEM), locals=names)])
+    values = [sp.lambdify([*names.values()], entry)(*states.base.values()) for entry in entries]
+    np.testing.assert_allclose(values, numbers, atol=1e-12)
 
 
 def test_second_rates_of_places_need_no_rates_of_accelerations():

@@ -148,7 +148,7 @@ ANSWERS = {  # what a bare install says: nothing on stderr, or what is missing a
     "validate acheson": "",
     "validate conical --methods dop853": "",
     "reference scene.toml --out folder": "",
-    "doctor text.md": "",
+    "doctor text.md": "needs sympy: pip install sympy",
     "fit scene.toml swing.csv": "needs llvmlite",
     "sweep --vary duration=0.1:0.2:2": "needs xarray: pip install",
     "map store.zarr": "there is no store of a sweep",

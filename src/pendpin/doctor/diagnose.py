@@ -1,7 +1,6 @@
 """The way in: equations as text, file, table or sympy expressions; or functions that compute what equations would."""
 
 import re
-import sys
 from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -11,6 +10,7 @@ from pendpin.doctor.reading.documents import MOST_BYTES, Document, read_text, re
 from pendpin.doctor.report import Diagnosis
 from pendpin.errors import InputError, inside, shown
 from pendpin.ground.files import read_whole
+from pendpin.ground.libraries import optional
 from pendpin.scene import Scene, load_scene
 
 if TYPE_CHECKING:
@@ -53,6 +53,7 @@ def diagnose(
 
     Raises:
         InputError: for a text that cannot be read at all.
+        MissingLibrary: without sympy.
     """
     if isinstance(equations, Scene):
         from pendpin.motions.crosschecks.functions import compare_functions
@@ -60,6 +61,7 @@ def diagnose(
         return compare_functions(equations, accelerations, reactions)
     if accelerations is not None or reactions is not None:
         raise InputError("accelerations and reactions are compared with a Scene: give one as the first argument")
+    optional("sympy", "the equation doctor", "sympy")
     document = _document(equations)
     own = {name: _plain(value) for name, value in (symbols or {}).items()}
     if not document.statements:
@@ -118,6 +120,6 @@ def _plain(value: Any) -> str:
         return value
     if isinstance(value, int | float):
         return repr(value)
-    if (text := text_of(value) if "sympy" in sys.modules else None) is None:
+    if (text := text_of(value)) is None:
         raise InputError(f"{shown(value)} is neither text nor an expression of sympy")
     return text

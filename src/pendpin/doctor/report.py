@@ -8,10 +8,15 @@ from dataclasses import dataclass
 from importlib import resources
 from typing import Any
 
-from pendpin.doctor.checking.residuals import Equation
+import numpy as np
+
+from pendpin.doctor.checking.check import in_symbols
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, residuals
 from pendpin.doctor.mending.mends import Mend
+from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.recognition import UNKNOWN
-from pendpin.doctor.systems.base import System
+from pendpin.doctor.systems.base import System, dot, free_states
+from pendpin.doctor.systems.rod import AXES
 from pendpin.errors import amount, brief, one_line
 from pendpin.ground.report import Report, Result, Styled
 
@@ -137,10 +142,13 @@ class Diagnosis(Result):
 
     def to_json(self) -> list[dict[str, Any]]:
         """One record an equation for machines: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
+
+        def as_record(mend: Mend) -> dict[str, str]:
+            return {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
+
         records = [{name: getattr(finding, name) for name in RECORDED.split()} for finding in self.findings]
         for finding, record in zip(self.findings, records, strict=True):
-            mends = [{"latex": mend.latex, "words": mend.words} for mend in finding.mends]
-            record |= {"latex": brief(finding.latex, MOST_PRINTED), "mends": mends}
+            record |= {"latex": brief(finding.latex, MOST_PRINTED), "mends": [*map(as_record, finding.mends)]}
         return records
 
     def page(self) -> str:
@@ -216,6 +224,30 @@ def explain_change(old: str, new: str) -> str:
     """Why a change that is often needed is right; empty for others."""
     about = [INERTIAS.get(re.sub(r"[ {}*/]|\\frac|\^", "", text), "") for text in (old, new)]
     return f": {about[0]}, {about[1].replace('is the inertia', 'that')}" if all(about) and old != new else ""
+
+
+@np.errstate(all="ignore")
+def residual(equation: Equation, system: System) -> str:
+    """Left minus right as text for sympy, in the coordinates, parameters and reactions of the text.
+
+    Of several equal sides the first two that are not the same for every motion; of vectors the components along b1, b2, b3.
+    Empty for what no formula gives, as the dynamics of a scene.
+    """
+    if not system.spec.analytic:
+        return ""
+    try:
+        quantities = in_symbols(system)
+        numbers, symbols = (residuals(equation, q, plain=True) for q in (free_states(system), quantities))
+    except Unread:
+        return ""
+    for (values, size), (rows, _) in zip(numbers, symbols, strict=True):
+        if np.abs(values).max() > TOLERANCE * size.max():
+            rows = [dot(rows, quantities[axis]) for axis in AXES["B"]] if len(rows) == 3 else rows
+            width = {4: 2, 9: 3}.get(len(rows), 1)
+            entries = [str(row[0]) for row in rows]
+            lines = (f"[{', '.join(entries[i : i + width])}]" for i in range(0, len(entries), width))
+            return entries[0] if len(entries) == 1 else f"Matrix([{', '.join(lines)}])"
+    return "0"
 
 
 def _paragraphs(said: Iterable[str]) -> list[str]:

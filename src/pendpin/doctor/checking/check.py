@@ -1,10 +1,12 @@
 """The verdict on an equation at random states; in which motions it fails; laws of any system; what definitions come to."""
 
 import re
+from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import replace
 from functools import cache
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 
@@ -12,8 +14,9 @@ from pendpin.doctor.checking.evaluation import ENERGIES, Equation, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Disagreement, dimension, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, parts, walk
-from pendpin.doctor.systems.base import STATES, Quantities, Spec, System, Values, free_states, random_states
+from pendpin.doctor.systems.base import STATES, Formula, Quantities, Spec, System, Values, free_states, random_states
 from pendpin.equations.base import exact
+from pendpin.ground.libraries import optional
 
 EXACT = 1e-25  # what is left in 50 digits: three derivatives within each other leave 1e-32
 SAME = 1e-8  # relative: of second derivatives eight digits are left
@@ -131,6 +134,26 @@ def in_fifty_digits(states: Quantities) -> Quantities:
 
 
 @cache
+def in_symbols(system: System) -> Quantities:
+    """Every quantity as sympy's expression in the state, the parameters and the unknowns."""
+    sympy: Any = optional("sympy", "the equation doctor", "sympy")
+
+    def on_each(function: Callable[[Any], Any]) -> Callable[[Any], Values]:
+        one_by_one = np.frompyfunc(function, 1, 1)
+        return lambda x: np.asarray(one_by_one(np.asarray(x, dtype=object)), dtype=object)
+
+    def derivative(q: Quantities, function: Formula, variable: str) -> Values:
+        value, rates = function(q), {sympy.Symbol(name): rate[0] for name, rate in q.direction(variable).items()}
+        if variable == "t" and any(str(one) in q.spec.unknowns for x in value.flat for one in x.free_symbols):
+            raise Unread("the rate of an acceleration or reaction is not known")
+        return on_each(lambda x: sum(x.diff(symbol) * rate for symbol, rate in rates.items()))(value)
+
+    functions = {name: on_each(getattr(sympy, name)) for name in ("sin", "cos", "sqrt")}
+    numbers = SimpleNamespace(asarray=on_each(sympy.sympify), pi=sympy.pi, derivative=derivative, **functions)
+    names = (*system.spec.state, *system.spec.parameters, *system.spec.unknowns)
+    return Quantities({name: np.array([sympy.Symbol(name)], dtype=object) for name in names}, system, numbers)
+
+
 def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     """The quantity that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det, and how it is read; None for none.
 

@@ -10,6 +10,7 @@ from itertools import islice, pairwise
 from typing import Any
 from urllib.parse import unquote
 
+from pendpin.doctor.reading.macros import expand_macros
 from pendpin.doctor.reading.tokens import ENVIRONMENTS, cut, tokens
 from pendpin.doctor.reading.tree import Unread
 from pendpin.errors import InputError, shown
@@ -145,7 +146,7 @@ class Document:
 
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
-    found, skipped = list[tuple[int, Statement]](), list[str]()
+    found, skipped, text = list[tuple[int, Statement]](), list[str](), expand_macros(text)
     for pattern, by in _PLAIN:
         text = re.sub(pattern, by, text)
     formulas = sorted({*_formulas(text), *_pictures(text)})

@@ -108,7 +108,7 @@ class Spec:
     turning: tuple[str, ...] = ()  # what stands in sines and cosines: angles, their differences
     extra: tuple[str, ...] = ()  # atoms of which one may stand in a monomial
     values: Mapping[str, float] = field(default_factory=dict)  # parameters that are numbers
-    analytic: bool = True  # whether its formulas take complex numbers and 50 digits
+    analytic: bool = True  # whether its formulas take complex numbers and symbols
 
     @property
     def rates(self) -> tuple[str, ...]:
@@ -235,11 +235,13 @@ class Quantities:
     def derivative(self, function: Formula, variable: str) -> Values:
         """The derivative of a function of the state, in time along the motion or by a coordinate or rate.
 
-        Of real numbers by a complex step, which has no rounding; within that by central differences. Raises KeyError
-        where the rate of an acceleration or reaction is needed and not known.
+        Of real numbers by a complex step, which has no rounding; within that by central differences. Of polynomials by
+        the rules. Raises Unread where the rate of an acceleration or reaction is needed and not known.
         """
         if self.depth == MOST_NESTED:
             raise Unread(f"more than {MOST_NESTED} derivatives of each other")
+        if hasattr(self.xp, "derivative"):
+            return self.xp.derivative(self, function, variable)
         with np.errstate(all="ignore"):  # what is not finite is refused where it is compared
             rate = self._slope(function, variable)
         if variable == "t" and (rate != rate).any() and not all(f"d{name}" in self for name in self.spec.rates):

@@ -1,7 +1,7 @@
 """A rod on a universal joint: what every quantity truly is, how it is written, and the special cases of each kind of rod.
 
 The formulas are those of docs/derivation.md, in the convention of the text, for any type of number; names of that page's own
-convention end in _. The accelerations and reactions come from pendpin.equations, run on floats or 50-digit numbers.
+convention end in _. The accelerations and reactions come from pendpin.equations, run on floats, 50-digit numbers or symbols.
 """
 
 from typing import Any
