@@ -76,15 +76,6 @@ def test_a_dot_may_be_missing():
     assert third.mends[0].latex.count("dot") == 3
 
 
-def test_heights_say_which_sign_the_potential_energy_has():
-    """Where y = -l cos, an energy of angles from upright is wrong; without heights nothing says which is meant."""
-    up = r"$$V = m_1 g l_1\cos\theta_1 + m_2 g(l_1\cos\theta_1 + l_2\cos\theta_2)$$" + "\n"
-    *_, energy = findings(POINTS + FIRST + SECOND + "# Energies\n" + up)
-    assert energy.verdict == "fails"
-    assert energy.mends[0].words.startswith("the sign of ")
-    assert findings(FIRST + SECOND + "# Energies\n" + up)[-1].verdict == "not checked"
-
-
 def test_a_load_in_one_of_two_accelerations_confirms_neither():
     """A friction at the pole moves the cart too."""
     cart = r"$$\ddot x = \frac{F + m\sin\theta(L\dot\theta^2 + g\cos\theta)}{M + m\sin^2\theta}$$" + "\n"
@@ -146,21 +137,6 @@ def test_what_no_other_equation_bears_out_is_not_accused():
     assert not found.ok
 
 
-@pytest.mark.parametrize("count", [3, 4])
-def test_few_are_accused_beside_one_that_holds(count):
-    """Where more than three others do not hold, in one place or two each, the text is about another system."""
-    wrong = [
-        r"R_1 = \frac{mg}{3}\cos\theta\sin\phi",
-        r"R_2 = \frac{mg}{4}\cos\theta",
-        r"V = -\frac{mgl}{2}\cos\theta\sin\phi",
-        r"T = \frac{ml^2}{3}(\dot\phi^2+\dot\theta^2\cos^2\phi)",
-    ][:count]
-    right = r"\ddot\theta = 2\dot\theta\dot\phi\tan\phi - \tfrac32\,\frac{g}{l}\,\frac{\sin\theta}{\cos\phi}"
-    first, *others = (f.verdict for f in findings(" ".join(f"$${line}$$" for line in (right, *wrong))))
-    assert first == "holds"
-    assert others == ["fails" if count <= 3 else "not checked"] * count
-
-
 def test_a_speed_along_the_other_axis_is_a_slip():
     """Copied from the line above: x for y."""
     speeds = r"""$$V = m_1 g y_1 + m_2 g y_2$$
@@ -183,12 +159,9 @@ def test_a_cart_may_be_at_capital_x():
     assert kinetic.verdict == "holds"
 
 
-def test_angles_measured_otherwise_are_no_fault():
-    """Sine and cosine exchanged in two places: who measures from the horizontal writes that. In one place it is a slip."""
+def test_a_cosine_for_a_sine_is_a_slip():
     right = r"$$\ddot x = \frac{m l\dot\theta^2\sin\theta + m g\sin\theta\cos\theta}{M + m\sin^2\theta}$$"
     assert findings(ON_A_CART + right)[-1].verdict == "holds"
-    twice = right.replace(r"^2\sin\theta +", r"^2\cos\theta +").replace(r"m\sin^2", r"m\cos^2")
-    assert findings(ON_A_CART + twice)[-1].verdict == "not checked"
     assert findings(ON_A_CART + right.replace(r"m\sin^2", r"m\cos^2"))[-1].verdict == "fails"
 
 

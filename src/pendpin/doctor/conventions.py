@@ -1,6 +1,7 @@
 """The convention and the kind of rod that a text is about: given in words, or what explains most of its equations."""
 
-from itertools import compress, product
+from collections.abc import Collection
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -9,14 +10,13 @@ from pendpin.doctor.printed import Printed, readings_that_hold
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
-from pendpin.doctor.systems.rod import RODS, SPECS
+from pendpin.doctor.systems.rod import SPECS
 from pendpin.errors import InputError, not_one_of
 
-MOST_SAMPLED = 6  # equations that fail, of which a convention that is searched on explains one
 MOST_SEARCHED = 300  # parts of an equation whose convention is searched
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3"}
-# equations: what the symbols of a text tell of its rod; another that is of any shape too needs less
-SYMBOLS_COUNT, ITSELF = 1.5, 0.25
+# equations: what the symbols of a text tell of its rod, and how much less of the next; what the usual convention counts
+SURE, NEARLY = 1.5, 0.25
 
 OTHER_WORDS = {"theta-counterclockwise": "theta-ccw", "theta-reversed": "theta-ccw", "phi-cw": "phi-reversed"}
 OTHER_WORDS |= {"phi-clockwise": "phi-reversed", "mirrored": "z-mirrored", "b3-joint": "b3-up"}
@@ -39,49 +39,34 @@ def conventions_of(text: str) -> Convention:
     return Convention(**changes)
 
 
-def _telling(equations: list[Printed]) -> list[Printed]:
-    """The equations that tell a convention: those that can be read, are no definitions, and are not too long."""
-    found = list[Printed]()
-    for one in (one for one in equations if one.ways and not one.defines and not one.lacking):
-        inside = list(parts(one.sides))
-        if len(inside) <= MOST_SEARCHED and not any(p.kind == "derivative" or p.value in CONSTANTS for p in inside):
-            found.append(one)
-    return found
+def likeliest_rod(equations: list[Printed], kinds: tuple[str, ...], conventions: Collection[Convention]) -> System:
+    """The kind of rod and the convention, the usual one first, under which most equations hold.
+
+    Another kind than the symbols tell has to explain two equations more, and so has a convention that is not the usual one.
+    """
+    told, guess = [one for one in equations if _tells(one)], _kinds_of_symbols(equations)
+    prior = [SURE - NEARLY * guess.index(kind) if kind in guess else 0.0 for kind in kinds]
+    kind = kinds[int(np.argmax(prior + _count(told, tuple(System(SPECS[kind]) for kind in kinds))))]
+    systems = tuple(System(SPECS[kind], convention) for convention in conventions)
+    unusual = [SURE * bool(i) for i in range(len(systems))]
+    return systems[int(np.argmax(_count(told, systems) - unusual))]
+
+
+def _tells(one: Printed) -> bool:
+    """Whether an equation tells a convention: it can be read, is no definition, and is not too long."""
+    inside = [*parts(one.sides)]
+    plain = not any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
+    return bool(one.ways) and not (one.defines or one.lacking) and plain and len(inside) <= MOST_SEARCHED
 
 
 def _count(equations: list[Printed], systems: tuple[System, ...]) -> np.ndarray:
     """How many equations hold for each of some systems."""
     held = [[reading is not None for reading in readings_that_hold(one, systems)] for one in equations]
-    return np.array(held, dtype=bool).reshape(-1, len(systems)).sum(0)
+    return np.array(held, dtype=float).reshape(-1, len(systems)).sum(0)
 
 
-def find_convention(equations: list[Printed], rod: str, swaps: bool = True) -> tuple[Convention, list[str]]:
-    """The convention that a text was written in, and remarks.
-
-    It is the usual one, unless another explains two equations more: what explains all but no two more is a remark.
-    `swaps` says whether the names of the angles may be swapped.
-    """
-    usual, told = (System(SPECS[rod]),), _telling(equations)
-    wrong = [one for one in told if not _count([one], usual)[0]]
-    right = [one for one in told if one not in wrong]
-    systems = tuple(System(SPECS[rod], one) for one in EVERY if swaps or not one.swapped)
-    for some, least in ((wrong[:MOST_SAMPLED], 1), (wrong, min(2, len(wrong)))):
-        healed = _count(some, systems)
-        systems, healed = tuple(compress(systems, healed >= least)), healed[healed >= least]
-        if not (wrong and systems):
-            return Convention(), []
-    held = healed + _count(right, systems)
-    best = int(np.argmax(held))
-    if held[best] >= max(len(right) + 2, 0.6 * len(told)):
-        return systems[best].convention, []
-    if held[best] == len(told):
-        words = systems[best].convention.words
-        return Convention(), [f"All equations hold if {words}; if that is meant, give it as the convention."]
-    return Convention(), []
-
-
-def likely_rod(equations: list[Printed]) -> str:
-    """The kind of rod that a text is about: its symbols tell, unless at least two equations more hold for another one.
+def _kinds_of_symbols(equations: list[Printed]) -> tuple[str, ...]:
+    """The kinds of rod that the symbols of a text tell, the likeliest first.
 
     h, or inertias without a length, call for any rod, r for a uniform one; else it is thin.
     """
@@ -93,18 +78,9 @@ def likely_rod(equations: list[Printed]) -> str:
         # the length gives h or an inertia
         uniform |= "l" in inside and "h" not in inside - lone and bool(lone & {"h", "inertia", *INERTIAS})
     if uniform or not ("h" in names or (names & INERTIAS and "l" not in names)):
-        guess = "uniform" if names & {"r", "I3", "J3"} else "thin"
-    else:  # two transverse inertias are told apart, or the tensor is printed
-        written = [p.written for one in equations for p in parts(one.sides) if p.written and p.written.letter in "IJ"]
-        indices = {one.index[:1] for one in written}
-        apart = any(one.styled for one in written) or (indices & {"1", "x"} and indices & {"2", "y"})
-        guess = "general" if apart else "symmetric"
-
-    told = _telling(equations)
-
-    def score(rod: str) -> float:
-        alike = rod == guess or {rod, guess} == {"symmetric", "general"}
-        held = _count(told, (System(SPECS[rod]),))[0]
-        return held + SYMBOLS_COUNT * alike + ITSELF * (rod == guess)
-
-    return max(RODS, key=score)
+        return ("uniform",) if names & {"r", "I3", "J3"} else ("thin",)
+    # two transverse inertias are told apart, or the tensor is printed
+    written = [p.written for one in equations for p in parts(one.sides) if p.written and p.written.letter in "IJ"]
+    indices = {one.index[:1] for one in written}
+    apart = any(one.styled for one in written) or (indices & {"1", "x"} and indices & {"2", "y"})
+    return ("general", "symmetric") if apart else ("symmetric", "general")

@@ -67,14 +67,7 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
             hopeless = sum(finding.doubtful for finding in findings)
             findings[i] = doctor.second(findings[i], one, tried[i], hopeless < MOST_HOPELESS)
     findings = [doctor.through_definitions(one, findings) for (doctor, _), one in zip(pairs, findings, strict=True)]
-
-    def again(i: int) -> Finding:
-        """The finding on an equation as the whole document is read."""
-        doctor, one = doctors[id(found.main)], found.main.equations[i]
-        finding, readings = doctor.first(one)
-        return doctor.second(finding, one, readings, True) if readings else finding
-
-    findings = tuple(judge(findings, found, again))
+    findings = tuple(judge(findings, found))
     wrong = found.main.unknown and any(finding.verdict == "fails" for finding in findings)
     title, remarks = (found.main.system.spec.title, ()) if wrong else (found.title, found.main.remarks)
     return Diagnosis(findings, found.main.system, title, remarks, document.skipped)

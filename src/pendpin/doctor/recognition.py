@@ -5,12 +5,13 @@ from collections import Counter, defaultdict
 from collections.abc import Collection, Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
+from itertools import permutations
 from typing import Any
 
 import numpy as np
 
 from pendpin.doctor.checking.residuals import stack_residuals
-from pendpin.doctor.conventions import SINGLE, conventions_of, find_convention, likely_rod
+from pendpin.doctor.conventions import EVERY, SINGLE, conventions_of, likeliest_rod
 from pendpin.doctor.letters import Letters, Renamed, credit, letters_of, renamings, settled, telling
 from pendpin.doctor.printed import Printed, Text, read_equations
 from pendpin.doctor.reading.documents import Document
@@ -40,25 +41,7 @@ MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
 OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
-FROM_HORIZONTAL = re.compile(
-    r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast", re.I
-)
-ON_A_JOINT = re.compile(
-    r"^(?!.*(?:spherical|polar|azimuth)).*(?:Cardan|universal joint|U-joint|Hooke'?s? joint)", re.I | re.S
-)
-# words of texts about systems that pendpin does not know
-FOREIGN = re.compile(
-    r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|gyroscope|"
-    r"spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
-    re.IGNORECASE,
-)
-ARM = re.compile(
-    r"\brotary\b|\barm (?:rotation|angle|yaw|turns)|(?:rotat|turn)\w* arm|horizontal arm|旋臂|旋转臂", re.I
-)
-SPRING = re.compile(
-    r"spring|elasti|ressort|muelle|resorte|\bmola\b|feder|molla|пружин|弹簧|彈簧|ばね|バネ|용수철", re.I
-)
-WORDS = {  # of texts about each family
+WORDS = {  # of texts about each family, and about what else tells one system from another
     "cart-pole": r"\b(?:cart|trolley|carriage|chariot|wagen|carro|carrito|carrinho|carrello|cart-?pole)s?\b|тележк|小车|"
     r"滑块|台車|카트",
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
@@ -72,21 +55,23 @@ WORDS = {  # of texts about each family
     "moved": r"Kapi[tc]za|Капиц|卡皮察|カピッツァ|parametric\w* (?:driven|excited)|(?:pivot|support) (?:moves|osc|vib)|"
     r"(?:vibrat|oscillat|mov|driven|shak)\w* (?:pivot|support|suspension)",
     "rod": r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal",
+    "upright": r"upright|inverted|invertido|invertito|inverso|inversé|inverses|перев[её]рнут|обратн\w* маятник|倒立|역진자|"
+    r"도립|unstable|balanc|\btop\b|upward|stand|acrobot",
+    "horizontal": r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast",
+    "arm": r"\brotary\b|\barm (?:rotation|angle|yaw|turns)|(?:rotat|turn)\w* arm|horizontal arm|旋臂|旋转臂",
+    "spring": r"spring|elasti|ressort|muelle|resorte|\bmola\b|feder|molla|пружин|弹簧|彈簧|ばね|バネ|용수철",
+    # systems that pendpin does not know
+    "foreign": r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|"
+    r"gyroscope|spinning top|projectile|vibrat\w*|oscillates|rocket|charge|oscillator|beam|plate|fluid|Atwood|Kepler)\b",
 }
-UPRIGHT = re.compile(
-    r"upright|inverted|invertido|invertito|inverso|inversé|inverses|перев[её]рнут|обратн\w* маятник|倒立|역진자|도립|"
-    r"unstable|balanc|\btop\b|upward|stand|acrobot",
-    re.I,
-)
-
-
 RELATED = {"acrobot": "double", "cart-double": "cart-pole"}  # families that the same words name
+CHAINED = re.compile(r"\\(?:up|down)arrow|\bchain\b")
 
 
 @lru_cache(maxsize=200)
-def _words_of(text: str) -> tuple[set[str], bool]:
-    """The families that the words of a section name, and whether they say that something stands upright."""
-    return {name for name, words in WORDS.items() if re.search(words, text, re.I)}, bool(UPRIGHT.search(text))
+def words_of(text: str) -> set[str]:
+    """What the words of a text are about, as WORDS names it."""
+    return {name for name, words in WORDS.items() if re.search(words, text, re.I)}
 
 
 @dataclass(frozen=True, eq=False)
@@ -127,10 +112,11 @@ class Reading:
         """
         kinds = self.system.kind.split()
         family = "rod" if kinds[0] in RODS else RELATED.get(kinds[0], kinds[0])
-        said, upright = _words_of(text)
+        words = words_of(text)
+        said = words & {*FAMILIES, "rod"}
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
-        prior += (LIKELIER if upright else UNSAID) * ("up" in kinds) - 0.3 * ("mirrored" in kinds)
+        prior += (LIKELIER if "upright" in words else UNSAID) * ("up" in kinds) - 0.3 * ("mirrored" in kinds)
         prior += ROD if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
         lost = set().union(*(strange for strange, here in zip(self.strangers, inside, strict=True) if here))
         elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(self.credits[~inside].sum()))
@@ -273,7 +259,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     main = main if main.chosen or main.unknown else _doubted(main, text)
     chosen: list[Reading] = [main] * count
     rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
-    furuta = "furuta" in _words_of(text)[0]  # some of its equations are a rod's
+    furuta = "furuta" in words_of(text)  # some of its equations are a rod's
     if main.chosen or (main.unknown and furuta):
         return Recognition(main, tuple(chosen), tuple(rivals))
     sections = [*page.sections]
@@ -300,7 +286,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         # the same system with bodies of another kind, if that explains what the reading does not in more places than one
         kin = [one for one in readings if same(one, BODIES) and one.system != mine.system]
         kin = [one for one in kin if (one.credits > mine.credits).sum() > 1]
-        if "down" in mine.system.kind.split() and _words_of(text)[1]:  # the words of the page say that something stands
+        if "down" in mine.system.kind.split() and "upright" in words_of(text):  # something stands
             kin += [one for one in readings if same(one, POSES) and "up" in one.system.kind.split()]
         every = (*every, *((CLEARLY, one) for one in kin))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
@@ -322,45 +308,38 @@ def without(words: Collection[str], kind: str) -> list[str]:
 
 
 def _rods(page: _Page) -> Iterator[Reading]:
-    """The equations read as those of a rod on a universal joint, also with other names of its angles in both orders."""
-    yield _as_rod(page, {})
-    tried = set[tuple[Name, ...]]()
+    """The equations read as those of a rod on a universal joint, also with other names of its angles in both orders.
+
+    Each is of the kind and in the convention that explain most.
+    """
+    namings: list[Renamed] = [{}]
     for found in page.letters:
-        letters = tuple(name for name in found.angles if name in found.moving and name[1] in ("", "1", "2"))
-        if len(letters) == 2 and not {"theta", "phi"} <= {name[0] for name in letters} and letters not in tried:
-            tried.add(letters)
-            for pair in (letters, letters[::-1]):
-                yield _as_rod(page, dict(zip(pair, (Written("theta"), Written("phi")), strict=True)))
-
-
-def _as_rod(page: _Page, renamed: Renamed) -> Reading:
-    """The equations read as those of a rod on a universal joint, of the kind and in the convention that explain most."""
-    own = page.kind if page.kind in RODS else None
-    words = page.words(SPECS["thin"], renamed)
-    words.usual.update({f"?{name[0]}": node for name in ("sin", "cos") if (node := lone(f"{name}(phi)", words))})
-    equations = page.text.bind(words)
-    kind, remarks = own or likely_rod(equations), list[str]()
-    if page.convention is not None:
-        base, conventions = conventions_of(page.convention), ()
-    else:  # angles whose names are guessed are tried in both orders
-        base, remarks = find_convention(equations, kind, swaps=not renamed)
-        conventions = SINGLE
-    if own is None and kind == "point":
-        told = "These are equations of a point mass on a massless rod or string; for a rod with mass write --rod thin."
-        remarks.insert(0, told)
-    if base.words:
-        remarks.insert(0, f"The text has its own convention: {base.words}.")
-    title, chained = SPECS[kind].title, False
-    if own is None and len(re.findall(r"\\(?:up|down)arrow|\bchain\b", page.document.text)) > 3:
-        chained = True
-        title = "a chain of rods, each equation as one of a single rod"
-        remarks.insert(0, "This text is about a chain of rods: give the chain as --scene to have it checked.")
-    if renamed:
-        text = ",".join(f"{'_'.join(name).rstrip('_')}={angle.letter}" for name, angle in renamed.items())
-        remarks.insert(0, f"The angles are read so that most equations hold; confirm it with --symbols {text}.")
-    system = System(SPECS[kind], base)
-    chosen = own is not None
-    return Reading(equations, words, system, title, tuple(remarks), chosen, chained, conventions)
+        letters = [name for name in found.angles if name in found.moving and name[1] in ("", "1", "2")]
+        if len(letters) == 2 and not {"theta", "phi"} <= {name[0] for name in letters}:
+            orders = permutations((Written("theta"), Written("phi")))
+            namings += [one for order in orders if (one := dict(zip(letters, order, strict=True))) not in namings]
+    own, told = page.kind in RODS, page.convention
+    kinds = (str(page.kind),) if own else RODS
+    for renamed in namings:
+        words = page.words(SPECS["thin"], renamed)
+        words.usual.update({f"?{name[0]}": node for name in ("sin", "cos") if (node := lone(f"{name}(phi)", words))})
+        equations, remarks = page.text.bind(words), list[str]()
+        # angles whose names are guessed are tried in both orders
+        conventions = [c for c in EVERY if not (renamed and c.swapped)] if told is None else [conventions_of(told)]
+        system = likeliest_rod(equations, kinds, conventions)
+        title, chained = system.spec.title, not own and len(CHAINED.findall(page.document.text)) > 3
+        if renamed:
+            text = ",".join(f"{'_'.join(name).rstrip('_')}={angle.letter}" for name, angle in renamed.items())
+            remarks.append(f"The angles are read so that most equations hold; confirm it with --symbols {text}.")
+        if chained:
+            title = "a chain of rods, each equation as one of a single rod"
+            remarks.append("This text is about a chain of rods: give the chain as --scene to have it checked.")
+        if system.convention.words:
+            remarks.append(f"The text has its own convention: {system.convention.words}.")
+        if system.kind == "point" and not own:
+            remarks.append(f"These are equations of {title}; for a rod with mass write --rod thin.")
+        others = SINGLE if told is None else ()
+        yield Reading(equations, words, system, title, tuple(remarks), own, chained, others)
 
 
 def _others(page: _Page) -> Iterator[Reading]:
@@ -370,15 +349,15 @@ def _others(page: _Page) -> Iterator[Reading]:
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)
-    furuta = "furuta" in _words_of(text)[0]
+    said = words_of(text)
     points = not (inertias or re.search("uniform|homogen|slender|physical", text))
     may = {  # what only some texts are about
         "acrobot": driven,
         "moved": points and ("t", "") in page.letters[0].turned,
-        "elastic": bool(SPRING.search(text)),
-        "furuta": furuta or bool(ARM.search(text)),
+        "elastic": "spring" in said,
+        "furuta": bool(said & {"furuta", "arm"}),
         "triple": points and any(name[1] == "3" for name in page.letters[0].turned),
-        "polar": page.kind == "polar" or not ON_A_JOINT.search(text),
+        "polar": page.kind == "polar" or "rod" not in said or "polar" in said,
     }
     for family, specs in FAMILIES.items():
         if page.kind not in (None, family) or not may.get(family, True):
@@ -392,7 +371,7 @@ def _others(page: _Page) -> Iterator[Reading]:
             seen.append(renamed)
             alike: dict[str, list[Spec]] = defaultdict(list)  # by the body: the same names
             for spec in bodies:
-                sideways = " horizontal" in spec.kind and not FROM_HORIZONTAL.search(text)
+                sideways = " horizontal" in spec.kind and "horizontal" not in said
                 if not sideways and not (" equal" in spec.kind and unequal):
                     alike[spec.kind.split()[1]].append(spec)
             found = list[Reading]()
@@ -411,9 +390,9 @@ def _doubted(reading: Reading, text: str) -> Reading:
     derivatives = [p for one in reading.equations for p in parts(one.sides) if p.kind == "derivative"]
     moved = {str(p.children[0].value) for p in derivatives if p.children[0].kind == "symbol"}
     strange = {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
-    foreign = bool(FOREIGN.search(text) or strange)
+    foreign = "foreign" in words_of(text) or bool(strange)
     holds = int(reading.credits.sum())
-    furuta = "furuta" in _words_of(text)[0] and not reading.system.kind.startswith("furuta")
+    furuta = "furuta" in words_of(text) and not reading.system.kind.startswith("furuta")
     if not (furuta and holds < 2 * FEW) and (holds or not readable or (len(readable) < FEW and not foreign)):
         return reading
     words = f"No system that pendpin knows fits this text: {REMEDY}."

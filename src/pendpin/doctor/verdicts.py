@@ -5,7 +5,6 @@ or is mended, uses it.
 """
 
 from collections import defaultdict
-from collections.abc import Callable, Iterator
 from contextlib import suppress
 from dataclasses import replace
 from itertools import permutations
@@ -18,19 +17,19 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, hold
 from pendpin.doctor.letters import HARDLY
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import Reading, Recognition, without
+from pendpin.doctor.recognition import Recognition, without
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, System, free_states, random_states
+from pendpin.doctor.systems.base import System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
-NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
+NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them
 
 
-def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Finding]) -> list[Finding]:
-    """The findings of a document, weighed against each other; `again` gives one as the whole document is read."""
+def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
+    """The findings of a document, weighed against each other."""
     cases = [Case(*three) for three in zip(findings, found.equations, found.chosen, strict=True)]
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
@@ -39,25 +38,18 @@ def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Fi
         _turn_axes(cases)
         for case, words in [(case, objection_to(case, cases)) for case in cases if case.finding.verdict == "fails"]:
             case.doubt(words)
-        _doubt_what_was_said_otherwise(cases)
+        _doubt_what_is_said_otherwise(cases)
         _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
-        same, turned = lambda system: without((*POSES, "mirrored"), system.kind), set[int]()
+        same = lambda system: without((*POSES, "mirrored"), system.kind)  # noqa: E731
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
             other = case.system.kind != found.main.system.kind and same(case.system) == same(found.main.system)
             if case.finding.verdict == "holds" and other and case.reading.credits[i] and not found.main.credits[i]:
-                words, section = case.reading.title, case.one.statement.section
-                if section in turned or _contradicts_heights(case, cases, found.main):
-                    instead = again(i)
-                    if instead.doubtful or instead.verdict == "fails":
-                        case.finding, case.reading, case.system = instead, found.main, found.main.system
-                        turned.add(section)
-                        continue
-                case.doubt(f"it holds if angles are measured otherwise than in most of the text: {words}")
+                case.doubt(f"it holds if angles are measured otherwise than in most of the text: {case.reading.title}")
     wrong: list[Case] = []
     for case in cases:
         finding = case.finding
         doubtful = finding.doubtful and not finding.mends and not case.reading.unknown
-        if (finding.verdict == "fails" or doubtful) and finding.equation and not finding.linear:
+        if (finding.verdict == "fails" or doubtful) and finding.equation:
             if (source := find_source(finding.equation, wrong, case.system)) and not finding.follows:
                 case.says(verdict="fails", proved=True, follows=source, remark="")
             elif finding.verdict == "fails":
@@ -73,19 +65,6 @@ def judge(findings: list[Finding], found: Recognition, again: Callable[[int], Fi
     return [case.finding for case in cases]
 
 
-def _contradicts_heights(case: Case, cases: list[Case], main: Reading) -> bool:
-    """Whether what holds for angles from upright is about heights that the text gives with angles from below.
-
-    That is an equation with such a height, as dy/dt = -l sin(theta) dtheta/dt beside y = -l cos(theta), or an energy.
-    """
-    if "down" not in main.system.kind.split():
-        return False
-    lefts = [other.left for other in cases if other.confirmed and other.system.kind == main.system.kind and other.left]
-    heights = {(left.letter, left.index) for left in lefts if left.letter[:1] in ("y", "z") and not left.dots}
-    about = {(part.written.letter, part.written.index) for part in parts(case.one.sides) if part.written}
-    return bool(heights & about) or (bool(heights) and case.meaning() in ("V", "L"))
-
-
 def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
     """Take back accusations of what another reading explains that explains the section about as well.
 
@@ -95,7 +74,7 @@ def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
         mine = case.reading
         here = [k for k, other in enumerate(cases) if other.reading is mine and found.rivals[k] is found.rivals[i]]
         for less, rival in found.rivals[i]:
-            if case.finding.verdict == "fails" and rival.credits[i] > 0 and not _contradicts_heights(case, cases, mine):
+            if case.finding.verdict == "fails" and rival.credits[i] > 0:
                 case.doubt(f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod")
             breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i] and less < EQUALLY
             if breaks and (saved := [k for k in here if rival.credits[k] > HARDLY and not mine.credits[k]]):
@@ -104,54 +83,32 @@ def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
                 case.doubt(words, when="in every motion")
 
 
-def _doubt_what_was_said_otherwise(cases: list[Case]) -> None:
-    """Doubt an equation that holds only because a letter is not what a line before it in its section says.
+def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
+    """Doubt an equation that holds only because a letter is not what another line of its section says.
 
     v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there. Where
     x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
-    said, section = dict[Written, tuple[str, Node, Dimension | None]](), -1
+    said = [case for case in cases if case.left and len(case.one.sides) == 2 and symbols(case.one.sides[1]) - {"pi"}]
+    said = [one for one in said if one.finding.kind not in ("condition", "definition", "unread")]
+    said = [one for one in said if one.unit in POINTS or (one.unit == INERTIA and one.meaning() in one.spec.still)]
     for case in cases:
-        one, spec, left = case.one, case.spec, case.left
-        if one.statement.section != section:
-            section = one.statement.section
-            said = {
-                left: told
-                for other in cases
-                if other.one.statement.section == section
-                for left, told in _inertias(other)
-            }
-        equation = case.finding.equation if case.finding.verdict == "holds" else None
-        for part in parts(equation.sides) if equation and said else ():
-            assert equation is not None
-            name, dimension = part.written, spec.dimensions.get(equation.meaning(str(part.value)))
-            if name is None or name == left or name not in said or said[name][2] != dimension:
-                continue
-            place, meaning, _ = said[name]
-            first, *rest = equation.sides
-            sides = first, *(with_meaning(side, name, "?said") for side in rest)
-            instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": meaning})
-            with suppress(Unread):
-                if relative_error(instead, random_states(case.system)) >= TOLERANCE:
-                    case.doubt(f"it does not hold with {plain(name)} as {place} says")
-                    break
-        if left and len(one.sides) == 2 and case.finding.kind not in ("condition", "definition", "unread"):
-            said.pop(left, None)
-            of_points = spec.dimensions.get(case.meaning()) in POINTS and case.meaning() not in spec.state
-            if case.finding.verdict in ("holds", "not checked") and of_points:
-                said[left] = case.finding.place, one.sides[1], spec.dimensions[case.meaning()]
-
-
-def _inertias(case: Case) -> Iterator[tuple[Written, tuple[str, Node, Dimension]]]:
-    """The moment of inertia that an equation gives in masses and lengths: its name, where, and what it is."""
-    sides, kind = case.one.sides, case.finding.kind
-    inside = (
-        symbols(sides[1]) - {"pi"}
-        if len(sides) == 2 and kind not in ("condition", "definition", "unread")
-        else set[str]()
-    )
-    if case.left and inside and inside <= case.spec.still and case.spec.dimensions.get(case.meaning()) == INERTIA:
-        yield case.left, (case.finding.place, sides[1], INERTIA)
+        equation, here = case.finding.equation, dict[Written, Case]()
+        if case.finding.verdict != "holds" or equation is None:
+            continue
+        for one in said:  # a moment of inertia may be given below
+            before = one.finding.number < case.finding.number or one.unit == INERTIA
+            if before and one.left and one.one.statement.section == case.one.statement.section:
+                here[one.left] = one
+        for name, one in here.items():
+            meanings = [equation.meaning(str(part.value)) for part in parts(equation.sides) if part.written == name]
+            same = any(case.spec.dimensions.get(meaning) == one.unit for meaning in meanings)
+            if same and name != case.left and one.finding.verdict != "holds if":
+                sides = equation.sides[0], *(with_meaning(side, name, "?said") for side in equation.sides[1:])
+                instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": one.one.sides[1]})
+                with suppress(Unread):
+                    if relative_error(instead, random_states(case.system)) >= TOLERANCE:
+                        case.doubt(f"it does not hold with {plain(name)} as {one.finding.place} says")
 
 
 def _doubt_loads_of_one(cases: list[Case]) -> None:
@@ -178,9 +135,8 @@ def _doubt_definitions(cases: list[Case]) -> None:
     used: dict[str, dict[tuple, Node]] = defaultdict(dict)  # by the symbol, what it is in equations that hold
     for case in cases:
         finding = case.finding
-        confirmed = finding.equation if finding.kind != "definition" and case.confirmed else None
-        if confirmed and _is_circular(confirmed, case.system):
-            confirmed = None
+        alone = finding.kind == "definition" or _is_derivative(finding.equation, case.system)
+        confirmed = finding.equation if case.confirmed and not alone else None
         if finding.verdict == "fails" and finding.mends:  # as it is mended it holds
             confirmed = finding.mends[0].equation if case.mends_itself else finding.equation
         for name, meaning in meanings_used(confirmed) if confirmed else ():
@@ -195,27 +151,17 @@ def _doubt_definitions(cases: list[Case]) -> None:
             if not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
                 case.doubt(words, mends=finding.mends, unknown=(one.defines,))
-        elif finding.equation and _is_circular(finding.equation, case.system):
-            alone = [name for name, _ in meanings_used(finding.equation) if not used[name]]
-            case.doubt(
-                f"it holds by what {alone[0].lstrip('?')} is here, and nothing else confirms that" if alone else ""
-            )
+        elif finding.equation and _is_derivative(finding.equation, case.system):
+            names = [name.lstrip("?") for name, _ in meanings_used(finding.equation) if not used[name]]
+            case.doubt(f"it holds by what {names[0]} is here, and nothing else confirms that" if names else "")
 
 
-def _is_circular(equation: Equation, system: System) -> bool:
-    """Whether an equation only says again what a definition of the text says.
-
-    As T - m g = 0 does beside T = m g, or a derivative by a rate beside a Lagrangian that the text defines.
-    """
-    inside = set().union(*map(symbols, equation.sides))
-    own = sorted(inside & equation.definitions.keys())
-    if len(own) != 1 or equation.sides[0] is equation.sides[-1]:
+def _is_derivative(equation: Equation | None, system: System) -> bool:
+    """Whether an equation is a derivative by a rate of what the text defines, which is true of any function."""
+    if equation is None or not equation.definitions.keys() & set().union(*map(symbols, equation.sides)):
         return False
     variables = {str(part.value) for part in parts(equation.sides) if part.kind == "derivative"}
-    others, meant = inside - {*own}, symbols(equation.definitions[own[0]])
-    by_rate = bool(variables & {*system.spec.rates})
-    within = others - {*system.spec.unknowns} <= meant if by_rate else not variables and others == meant
-    return within and holds(equation, free_states(system))
+    return bool(variables & {*system.spec.rates}) and holds(equation, free_states(system))
 
 
 def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
@@ -236,15 +182,18 @@ def _turn_axes(cases: list[Case]) -> None:
             place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
             if place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
-    for letter, (first, *others) in turned.items():
-        alone = not others and letter in ("y", "z") and letter not in right and first.spec.kind not in RODS
-        if alone and _holds_turned(first, letter):  # nothing else shows which way it is measured
-            first.doubt(f"it holds if {letter} is measured the other way")
-    for letter in (letter for letter, wrong in turned.items() if len(wrong) > 1 and letter not in right):
-        for case in cases:
-            if case.finding.verdict == "fails" and _holds_turned(case, letter):
-                words = f"{letter} is measured the other way"
+    for letter in turned.keys() - right:
+        words, wrong = (
+            f"{letter} is measured the other way",
+            [case for case in cases if case.finding.verdict == "fails"],
+        )
+        for case in (case for case in wrong if _holds_turned(case, letter)):
+            if len(turned[letter]) > 1:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
+            elif (
+                case in turned[letter] and letter in ("y", "z") and case.spec.kind not in RODS
+            ):  # nothing shows which way
+                case.doubt(f"it holds if {words}")
 
 
 def _holds_turned(case: Case, letter: str) -> bool:
