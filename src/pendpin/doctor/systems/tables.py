@@ -14,7 +14,7 @@ from itertools import product
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from pendpin.doctor.reading.names import Written
+from pendpin.doctor.reading.names import GREEK, Written
 from pendpin.doctor.systems.base import Dimension, Formula, Quantities, Spec, Values, dot, formulas, inverse
 
 # what a quantity is measured in, as powers of kg, m, s; - for what has several units, or what no text names
@@ -29,7 +29,6 @@ POSED = ("across", "high", "rise")  # functions that are a sine or a cosine in e
 _POSED = re.compile(rf"\b(?:{'|'.join(POSED)})(?=\()")
 # positions and mass matrices: they have no unit of time, and yet they move
 MOVING = re.compile(r"r[Gp12A]|q|mass|M\d\d|[xy][0123p]?|z|e[rtp]")
-_GREEK = ("theta", "phi", "alpha", "beta", "psi", "omega", "tau", "gamma")
 
 Table = list[list[str]]  # the cells of its head and of each row
 
@@ -207,7 +206,7 @@ def _latex(name: str, coordinates: tuple[str, ...]) -> str:
     dots = next((n for n in (2, 1) if name[:n] == "d" * n and name[n:] in coordinates), 0)
     letter = name[dots:].rstrip("0123456789")
     index = f"_{name[dots + len(letter) :]}".removesuffix("_")
-    letter = "\\" + letter if letter in _GREEK else letter
+    letter = "\\" + letter if letter in GREEK else letter
     return rf"\{'d' * dots}ot{{{letter}}}{index}" if dots else letter + index
 
 
