@@ -64,11 +64,11 @@ def test_the_readme_of_a_registry_has_no_dead_link(built: dict[str, Path]) -> No
 
 
 def test_the_wheel_holds_what_runs(built: dict[str, Path]) -> None:
-    """The modules, the example scenes with their data, the URDF; no executed notebook."""
+    """The modules, the tables of the doctor, the example scenes with their data, the URDF; no executed notebook."""
     with zipfile.ZipFile(built["wheel"]) as archive:
         names = set(archive.namelist())
     tracked = {path for path in TOP.rglob("*") if path.is_file()}
-    modules = {f"pendpin/{path.relative_to(TOP / 'src/pendpin')}" for path in tracked if path.suffix == ".py"
+    modules = {f"pendpin/{path.relative_to(TOP / 'src/pendpin')}" for path in tracked if path.suffix in (".py", ".md")
                and path.is_relative_to(TOP / "src/pendpin")}  # fmt: skip
     scenes = {f"pendpin/examples/{path.relative_to(TOP / 'examples')}" for path in (TOP / "examples").rglob("*.toml")}
     assert modules | scenes | {"pendpin/py.typed", "pendpin/urdf/universal_rod.urdf"} <= names
