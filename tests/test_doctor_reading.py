@@ -11,7 +11,7 @@ from pendpin.doctor.printed import read_equations
 from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.names import Written
 from pendpin.doctor.reading.tree import Node
-from pendpin.doctor.systems.rod import DIMENSION_OF, meanings
+from pendpin.doctor.systems.rod import SPECS, meanings
 from pendpin.errors import InputError
 
 # --- right equations hold -------------------------------------------------------------------------------------------
@@ -189,11 +189,12 @@ INDICES = ["", *"123xyzGOcgpi", "xx", "11", "G1", "G,x", "B,2", "tip", "k", "pot
 
 def test_a_printed_name_of_a_rod_is_a_quantity_and_its_dot_the_rate():
     """Every meaning has a dimension, and what a dot makes of it one with a second less."""
+    dimensions = SPECS["thin"].dimensions
     for letter, index, styled in product(LETTERS, INDICES, (False, True)):
         names, rates = (meanings(Written(letter, dots, index, styled)) for dots in (0, 1))
-        assert {*names} <= DIMENSION_OF.keys() | {"q_i"}
-        slower = {(kg, m, s - 1) for kg, m, s in (DIMENSION_OF[name] for name in names if name != "q_i")}
-        assert {DIMENSION_OF[name] for name in rates if name != "dq_i"} <= slower
+        assert {*names} <= dimensions.keys() | {"q_i"}
+        slower = {(kg, m, s - 1) for kg, m, s in (dimensions[name] for name in names if name != "q_i")}
+        assert {dimensions[name] for name in rates if name != "dq_i"} <= slower
 
 
 # --- what strangers write has the value that it has in Python ---------------------------------------------------------

@@ -4,13 +4,14 @@ The formulas are those of docs/derivation.md, in the convention of the text, for
 convention end in _. The accelerations and reactions come from pendpin.equations, run on floats, 50-digit numbers or symbols.
 """
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.reading.names import ANGLES, SHORT_FUNCTIONS, UNIT_VECTORS, Written
-from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, dot, formulas, with_zeros
-from pendpin.doctor.systems.tables import Variant, names_written, plain_name, variants
+from pendpin.doctor.reading.names import SHORT_FUNCTIONS, UNIT_VECTORS, Written
+from pendpin.doctor.systems.base import Formula, Quantities, Spec, Values, dot, with_zeros
+from pendpin.doctor.systems.tables import Variant, names_written, plain_name, table_spec, variants
 from pendpin.equations import newton_euler
 from pendpin.equations.base import RodInertia
 
@@ -59,16 +60,12 @@ def _cosines(source: str, target: str) -> Formula:
     return value
 
 
+_OF_ARRAYS: dict[str, Formula] = {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
+_OF_ARRAYS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J")}
 KINDS = {variant.kind: variant for variant in variants("rod")}
 RODS = tuple(KINDS)
-_ROWS = KINDS["thin"].rows
-FORMULAS: dict[str, Formula] = formulas({row.quantity: row.formula for row in _ROWS if row.formula})
-FORMULAS |= {f"C_{a}{b}": _cosines(a, b) for a in "IAB" for b in "IAB" if a != b}
-FORMULAS |= {"inertia": _tensor("I"), "inertiaO": _tensor("J")}
-DIMENSION_OF = {row.quantity: powers for row in _ROWS if (powers := row.dimension) is not None}
-DIMENSION_OF |= dict.fromkeys(MATRICES - {"inertia", "inertiaO"}, (0, 0, 0))
-_RATES = {row.quantity: row.rate for row in _ROWS if row.rate}
-_WRITTEN = names_written({row.quantity: row.written for row in _ROWS})
+_RATES = {row.quantity: row.rate for row in KINDS["thin"].rows if row.rate}
+_WRITTEN = names_written({row.quantity: row.written for row in KINDS["thin"].rows})
 
 
 def meanings(written: Written) -> tuple[str, ...]:
@@ -84,25 +81,17 @@ def meanings(written: Written) -> tuple[str, ...]:
 
 
 def _spec(variant: Variant) -> Spec:
-    """One kind of rod."""
+    """One kind of rod: it has reactions, vectors and matrices, and names of its own for rates."""
     about = {key: tuple(words) for key, words in variant.about.items()}
-    alike = tuple(tuple(names.split()) for names in " ".join(about["alike"]).split(";"))
-    return Spec(
-        kind=variant.kind,
-        title=variant.title,
-        coordinates=ANGLES,
-        parameters=about["parameters"],
+    alike = (tuple(names.split()) for names in " ".join(about["alike"]).split(";"))
+    return replace(
+        table_spec(variant, solve, _OF_ARRAYS),
         unknowns=about["unknowns"],
-        formulas=FORMULAS | formulas(variant.given),
-        solve=solve,
         words=meanings,
-        dimensions=DIMENSION_OF,
-        printed={row.quantity: row.printed for row in _ROWS if row.printed},
         still=frozenset(about["still"]),
         common=about["common"],
         families=(*alike, tuple(sorted(UNIT_VECTORS)), tuple(sorted(MATRICES)), SHORT_FUNCTIONS),
         arrays=frozenset(VECTORS | MATRICES),
-        turning=ANGLES,
         extra=about["terms"],
     )
 

@@ -162,6 +162,7 @@ def table_spec(
         dimensions |= {f"d{name}": (kg, m, s - 1), f"dd{name}": (kg, m, s - 2)}
     places = tuple(name for name in every if re.fullmatch(r"[xy]p?\d?", name))
     dimensions |= {f"d{name}": (0, 1, -1) for name in places}
+    printed = {row.quantity: row.printed for row in rows}
     written = names_written({row.quantity: row.written for row in rows if row.quantity not in about["unwritten"]})
 
     @cache
@@ -191,7 +192,7 @@ def table_spec(
         solve=solve or accelerations,
         words=words,
         dimensions=dimensions,
-        printed={name: _latex(name, (*coordinates, *places)) for name in dimensions},
+        printed={name: printed.get(name) or _latex(name, (*coordinates, *places)) for name in dimensions},
         still=still,
         common=(*coordinates, *rates, *unknowns, *parameters),
         families=tuple(map(tuple, families.values())),
