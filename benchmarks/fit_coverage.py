@@ -65,10 +65,12 @@ class LinearFits:
         self.problem, self.J = p, solved.rest(solved.J)[:, :, None, :]
         self.starts, self.seen = solved.Q[:, :, None, :], ~np.isnan(p.batch.y.transpose(2, 0, 1))
         self.inverse = np.linalg.pinv((self.J * p.scale).reshape(-1, len(x)), rcond=1e-5) * p.scale[:, None]
-        gradients = fit.setting.free.gradients(fit.solution.z)
-        self.keys = [key for key in fit.setting.free.keys if key in fit.errors] + ["zero"]
+        gradients = fit.setting.pendulum.free.gradients(fit.solution.z)
+        self.keys = [key for key in fit.setting.pendulum.free.keys if key in fit.errors] + ["zero"]
         rows = [
-            np.append(row, 0.0) for key, row in zip(fit.setting.free.keys, gradients, strict=True) if key in fit.errors
+            np.append(row, 0.0)
+            for key, row in zip(fit.setting.pendulum.free.keys, gradients, strict=True)
+            if key in fit.errors
         ]
         self.gradients = [*rows, np.eye(len(x))[-1]]
 

@@ -45,6 +45,7 @@ def run(
     """
     from pendpin.graphics.figure import save_plot
     from pendpin.graphics.report import run_report
+    from pendpin.graphics.view import Animation
     from pendpin.motions.crosschecks.crosscheck import crosscheck_run
     from pendpin.motions.trajectory import simulate
     from pendpin.runs.checkpoint import EVERY, resumable
@@ -73,7 +74,8 @@ def run(
         report = crosscheck_run(trajectory)
         files = [trajectory.to_csv(out) if out.suffix.lower() == ".csv" else trajectory.save(out)]
         files += [save_plot(trajectory, plot)] if plot else []
-        files += [trajectory.animate().save(html)] if html else []
+        animation = Animation(trajectory, check=lambda run: report.verdict if report else "")  # which was made once
+        files += [animation.save(html)] if html else []
         answer = run_report(trajectory, report.verdict if report else "")
         checks = {"crosscheck": report and report.worst.relative, "crosscheck_ok": report and report.ok}
         data = answer.data | checks | {"files": [str(file) for file in files]}
@@ -84,7 +86,7 @@ def run(
     if stopped:
         raise stopped
     if view:
-        _show_live(trajectory.animate())
+        _show_live(animation)
     if report and report.fault:
         raise PendpinError(f"the cross-check along the run failed: {report.fault}")
 

@@ -14,7 +14,7 @@ from pendpin.dynamics.binding import Accounts, Binding, BoundField, BoundTorque
 from pendpin.dynamics.compiling import EquationsOfMotion, compile_engine, drop_zeros
 from pendpin.dynamics.contacts import Contacts, bind_contacts
 from pendpin.dynamics.samples import Sampler, compile_sampler
-from pendpin.effects import ContactEffect, Effect, Motion
+from pendpin.effects import ContactEffect, Effect
 from pendpin.engines import MAX_SPHERICAL, AngleEngine, Directions, Engine, Loads, LongChain, Revolute, Spherical
 from pendpin.engines.pinocchio import forces, joints_of, turn_into_joint_frames
 from pendpin.errors import InputError, amount, shown
@@ -261,22 +261,20 @@ def efforts(run: RunRecord) -> dict[str, Array]:
     engine, binding, bodies = Revolute(dynamics.model, dynamics.loads), dynamics.binding, dynamics.model.bodies
     data, heavy, still = model.createData(), model.copy(), np.zeros(model.nv)
 
-    def effort(bound: Any, t: float, q: Array, v: Array, motion: Motion) -> Array:
-        """The generalised force (nv,) of one effect at t since the start, q, v (nv,) and the motion there."""
-        if isinstance(bound, BoundTorque):
-            return bound.at(t, q, v)
-        if isinstance(bound, BoundField):
-            heavy.gravity.linear = np.asarray(bound.at(t), float)
-            return -pin.computeGeneralizedGravity(heavy, data, q)
-        wrenches = turn_into_joint_frames(binding.bodies.com, motion, *bound.at(t, binding.complete(t, motion)))
-        return -pin.rnea(model, data, q, still, still, forces(wrenches, joints_of(bodies), model.njoints))
-
-    acts = [bound for bound in binding.acts if bound]
+    acts: list[Any] = [bound for bound in binding.acts if bound]
     out = {bound.effect.kind: np.zeros_like(run.q) for bound in acts}
     rest = np.zeros_like(run.q)
-    for i, (t, q, v, a) in enumerate(zip(run.t - dynamics.start, run.q, run.v, run.a, strict=True)):
+    for i, (t, q, v, a) in enumerate(zip((run.t - dynamics.start).tolist(), run.q, run.v, run.a, strict=True)):
         motion = engine.motion(np.concatenate([q, v]))
         for bound in acts:
-            out[bound.effect.kind][i] += effort(bound, float(t), q, v, motion)
+            if isinstance(bound, BoundTorque):
+                effort = bound.at(t, q, v)
+            elif isinstance(bound, BoundField):
+                heavy.gravity.linear = np.asarray(bound.at(t), float)
+                effort = -pin.computeGeneralizedGravity(heavy, data, q)
+            else:
+                wrenches = turn_into_joint_frames(binding.bodies.com, motion, *bound.at(t, binding.complete(t, motion)))
+                effort = -pin.rnea(model, data, q, still, still, forces(wrenches, joints_of(bodies), model.njoints))
+            out[bound.effect.kind][i] += effort
         rest[i] = pin.rnea(model, data, q, v, a) - sum(one[i] for one in out.values())
     return out | ({CONTACTS: rest} if dynamics.contacts is not None else {})

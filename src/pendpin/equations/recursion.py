@@ -297,7 +297,9 @@ def thin_turning(
         inward_part = d[i] * dot(rate[i], rate[i])
         B = m * h * _UNIT + length * A
         P = _UNIT - outer(d[i], d[i])
-        Y = _inverse(J * _UNIT + length**2 * (P @ A @ P)) @ P
+        M = J * _UNIT + length**2 * (P @ A @ P)  # symmetric: its inverse, by cofactors
+        cofactors = np.stack([cross(M[1], M[2]), cross(M[2], M[0]), cross(M[0], M[1])])
+        Y = cofactors * (1 / dot(M[0], cofactors[0])) @ P
         c = h * f + length * (length * applied(A, inward_part) - b)
         if moment is not None:
             c = c + cross(moment[i], d[i])
@@ -316,9 +318,3 @@ def thin_turning(
     answers = inward(release, [nothing] * len(d), parents, xp)
     turned, forces = zip(*outward(move, np.zeros(3), parents, xp), strict=True)
     return np.stack(turned), np.stack(forces)
-
-
-def _inverse(M: Array) -> Array:
-    """The inverse of a symmetric (3, 3) matrix, by cofactors."""
-    cofactors = np.stack([cross(M[1], M[2]), cross(M[2], M[0]), cross(M[0], M[1])])
-    return cofactors * (1 / dot(M[0], cofactors[0]))

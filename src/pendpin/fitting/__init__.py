@@ -60,7 +60,7 @@ def fit(
     prediction = None if others is None else predict(setting, solution, others, hold_out_start)
     seconds = time.process_time() - begin
 
-    chosen, nz, nx, columns = setting.free, len(solution.z), len(solution.x), setting.columns
+    chosen, nz, nx, columns = setting.pendulum.free, len(solution.z), len(solution.x), setting.columns
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
     # The fitted numbers by key path, and their gradients by the unknowns (nx,); zeros are in the unit of [data].
     numbers = chosen.values(solution.z).tolist()

@@ -73,17 +73,17 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
                 compared.append((_compare(name, present, fit, now, other), other))
         return compared
 
-    omitted, taken = {other[0] for other in _omissions(fit.scene, [*fit.setting.free.keys])}, []
+    omitted, taken = {other[0] for other in _omissions(fit.scene, [*fit.setting.pendulum.free.keys])}, []
     progress("the fit as it is")
-    now = _refit(fit, fit.solution, fit.scene, [*fit.setting.free.keys])
+    now = _refit(fit, fit.solution, fit.scene, [*fit.setting.pendulum.free.keys])
     while True:
         others = sorted(compare(_additions(now)), key=lambda other: other[0].criterion)
         best = next((other for other in others if other[0].needed), None)
         if best is None:
             break
         taken.append(best[0])
-        now = _refit(fit, best[1].solution, best[1].scene, [*best[1].setting.free.keys])
-    present = (other for other in _omissions(now.scene, [*now.setting.free.keys]) if other[0] in omitted)
+        now = _refit(fit, best[1].solution, best[1].scene, [*best[1].setting.pendulum.free.keys])
+    present = (other for other in _omissions(now.scene, [*now.setting.pendulum.free.keys]) if other[0] in omitted)
     parts = [*taken, *(part for part, _ in [*others, *compare(present)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
@@ -91,9 +91,11 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
 def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
     """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
     setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
-    x = np.concatenate([setting.free.start, near.offsets[: len(problem.prior) - len(setting.free.start)]])
+    x = np.concatenate(
+        [setting.pendulum.free.start, near.offsets[: len(problem.prior) - len(setting.pendulum.free.start)]]
+    )
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
-    solution, free = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty), setting.free
+    solution, free = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty), setting.pendulum.free
     fitted = substitute(scene, free.keys, free.values(solution.z).tolist(), replace_checked)
     return _Model(setting, solution, fitted)
 
@@ -131,7 +133,7 @@ def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
 
 
 def _additions(now: _Model) -> Iterator[_Other]:
-    scene, keys = now.scene, [*now.setting.free.keys]
+    scene, keys = now.scene, [*now.setting.pendulum.free.keys]
     kinds, many, model = {effect.kind for effect in scene.effects}, len(scene.effects), scene.model
     weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
     size = SMALL * sum(weights)

@@ -39,6 +39,7 @@ class Swing(NamedTuple):
         return f"Swing {shown(self.name)}: {amount(len(self.t), 'sample')}"
 
     def part(self, chosen: Any) -> "Swing":
+        """The swing with the samples at some places."""
         return self._replace(t=self.t[chosen], y=self.y[chosen], rows=self.rows[chosen])
 
 

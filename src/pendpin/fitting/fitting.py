@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.errors import InputError
 from pendpin.fitting import guess
 from pendpin.fitting.data import RESTS, Swing, batch, cut_pieces, read_swings, sensors_of, spread_of, thin_out
-from pendpin.fitting.parameters import Free, free_parameters
+from pendpin.fitting.parameters import free_parameters
 from pendpin.fitting.problem import MOST_START_STEPS, Pendulum, Problem, Solved, bind_pendulum, search, solve_starts
 from pendpin.fitting.uncertainty import CORNER, Certainty, certainty, huber_scale, pseudo_residuals, sensor_noise
 from pendpin.ground.arrays import Array
@@ -41,10 +41,8 @@ class Setting:
 
     scene: Scene
     table: Data
-    free: Free
     pendulum: Pendulum
     swings: tuple[Swing, ...]
-    pace: float  # s, the time scale of the data
     noise: Array  # (columns,) rad or m
     columns: tuple[str, ...]
     robust: bool
@@ -59,14 +57,14 @@ class Setting:
     @cached_property
     def angles(self) -> tuple[Swing, ...]:
         """The swings of the joints that move (n,), from the columns."""
-        return guess.joint_angles(self.pendulum, self.swings, self.free.start)
+        return guess.joint_angles(self.pendulum, self.swings, self.pendulum.free.start)
 
     @cached_property
     def regression(self) -> guess.Regression:
         """The accelerations that the data show, for equation error, by cubics over some samples to either side."""
         parts, points = [], max(8, MOST_POINTS // len(self.angles))
         for swing in self.angles:
-            m, width = len(swing.t), SMOOTHING * self.pace
+            m, width = len(swing.t), SMOOTHING * self.pendulum.pace
             reach = int(np.clip(np.ceil(width / np.median(np.diff(swing.t))), 3, (m - 1) // 2))
             centres = np.unique(np.linspace(reach, m - 1 - reach, min(points, m - 2 * reach)).astype(int))
             t, rows = swing.t[centres], centres[:, None] + np.arange(-reach, reach + 1)
@@ -79,7 +77,7 @@ class Setting:
     def slowness(self) -> float:
         """How many times slower the data move than the scene with its guesses, by their accelerations."""
         offsets = self.shift.shape[1] if self.table.offsets == "free" else 0
-        a, _ = self.regression.accelerations(np.concatenate([self.free.start, np.zeros(offsets)]))
+        a, _ = self.regression.accelerations(np.concatenate([self.pendulum.free.start, np.zeros(offsets)]))
         sizes = [np.sqrt(np.nanmean(x**2)) for x in (a, self.regression.measured)]
         return float(np.sqrt(sizes[0] / sizes[1])) if min(sizes) > 0 else 1.0
 
@@ -122,7 +120,7 @@ def prepare(scene: Scene, data: Any, free: str | Sequence[str], robust: bool = F
     swings = thin_out(swings, FINEST * pace)
     t = np.concatenate([swing.t for swing in swings])
     pendulum = bind_pendulum(scene, parameters, sensors, float(t.min()), float(t.max()), pace)
-    return Setting(scene, table, parameters, pendulum, swings, pace, noise, tuple(table.columns), robust)
+    return Setting(scene, table, pendulum, swings, noise, tuple(table.columns), robust)
 
 
 def fixed_offsets(setting: Setting) -> Array:
@@ -161,8 +159,9 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     # How far a number that the data do not determine may be from its guess: frictions and drags farther, because bodies
     # are weighed and measured before a fit, frictions seldom.
     sizes = np.where(p.prior != 0, np.abs(p.prior), p.scale)
-    sizes[: p.nz] = np.where(setting.free.positive, 1.0, sizes[: p.nz])
-    sizes[: p.nz] *= np.where(setting.free.dissipation(setting.scene), ROUGHLY, 1.0)
+    free = setting.pendulum.free
+    sizes[: p.nz] = np.where(free.positive, 1.0, sizes[: p.nz])
+    sizes[: p.nz] *= np.where(free.dissipation(setting.scene), ROUGHLY, 1.0)
     x = guess.nearest_to_guess(setting.regression, p, x, sizes)
     progress("error bars")
     return _finish(setting, p, x, solved)
@@ -174,7 +173,7 @@ def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], long
     for piece in (
         piece for swing in swings for piece in cut_pieces(swing, longest)
     ):  # by cubics over the first moments
-        count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pace)).sum(), 5, len(piece.t)))
+        count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pendulum.pace)).sum(), 5, len(piece.t)))
         q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
         starts.append(np.concatenate([q[0] - shift, rate[0]]))
     return np.array(starts).T
@@ -184,10 +183,10 @@ def _pose_problem(setting: Setting) -> Problem:
     """The problem in short pieces, with the guesses as the prior."""
     count = len(setting.columns)
     many = count if setting.table.offsets == "free" else 0
-    free, none = setting.free, np.full(many, np.inf)
+    free, none = setting.pendulum.free, np.full(many, np.inf)
     return Problem(
         setting.pendulum,
-        batch(setting.swings, SHORT * setting.pace),
+        batch(setting.swings, SHORT * setting.pendulum.pace),
         1 / setting.noise,
         np.concatenate([np.where(free.positive | (free.start == 0), 1.0, np.abs(free.start)), np.full(many, OFFSET)]),
         np.concatenate([free.lower, -none]),
@@ -207,8 +206,8 @@ def with_scene(setting: Setting, p: Problem, scene: Scene, free: Sequence[str]) 
     """The same data and weights with another scene, whose numbers are the prior, and other free numbers."""
     parameters, sensors = free_parameters(scene, free), sensors_of(setting.table, build(scene.model))
     t = np.concatenate([swing.t for swing in setting.swings])
-    pendulum = bind_pendulum(scene, parameters, sensors, float(t.min()), float(t.max()), setting.pace)
-    setting = replace(setting, scene=scene, free=parameters, pendulum=pendulum)
+    pendulum = bind_pendulum(scene, parameters, sensors, float(t.min()), float(t.max()), setting.pendulum.pace)
+    setting = replace(setting, scene=scene, pendulum=pendulum)
     fresh = _pose_problem(setting)
     fresh = replace(fresh, still=np.zeros_like(fresh.still), batch=p.batch, weights=p.weights, share=p.share)
     return setting, _rescale(setting, fresh, fresh.prior)
@@ -223,7 +222,7 @@ def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
         unseen = ~(slope * np.where(x[:nz] != 0, np.abs(x[:nz]), 1.0) > UNSEEN * size)
         natural = np.where(unseen, 0.0, 0.01 * size / np.where(unseen, 1.0, slope))
     scale[:nz] = np.where(natural > 0, natural, scale[:nz])
-    positive = np.pad(setting.free.positive, (0, len(x) - nz))
+    positive = np.pad(setting.pendulum.free.positive, (0, len(x) - nz))
     return replace(problem, scale=np.where(positive, np.minimum(scale, MOST_CHANGE), scale))
 
 
@@ -234,8 +233,8 @@ def _try_whole_swings(setting: Setting, problem: Problem, x: Array) -> tuple[Pro
         whole = replace(problem, batch=batch(setting.swings, longest))
         J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _guess_starts(setting, whole, x)).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
-        growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pace
-        if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pace:
+        growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pendulum.pace
+        if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pendulum.pace:
             break
         longest /= 2
     whole = replace(whole, weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))

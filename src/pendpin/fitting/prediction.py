@@ -122,7 +122,7 @@ def predict(
     that of these starts by the samples that they were fitted to, and that of one residual of the fit (G. Seber, C. Wild,
     Nonlinear Regression, Wiley, 1989, section 5.1). What the model misses is in the residuals only.
     """
-    swings, certainty, x = thin_out(swings, FINEST * setting.pace), solution.certainty, solution.x
+    swings, certainty, x = thin_out(swings, FINEST * setting.pendulum.pace), solution.certainty, solution.x
     compared = compared_samples(swings, start)
     heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)

@@ -36,7 +36,6 @@ EVALUATIONS, FEW = 2000, 10  # at most, for each time scale of the data and some
 MOST_KEPT = 256  # motions with the same numbers: the last ones of all pieces of most data
 LOST = 1e6  # a residual that is no number, in units of the weights
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
-AT_REST = 1e-10  # of the largest acceleration: what a joint at rest may accelerate by and stay
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
 
 
@@ -190,6 +189,7 @@ class Problem:
 
     @property
     def nz(self) -> int:
+        """The number of search coordinates."""
         return len(self.pendulum.free.start)
 
     def split(self, x: Array) -> tuple[Array, Array]:

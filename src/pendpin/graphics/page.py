@@ -257,4 +257,5 @@ def _geometry(shape: Shape, thinnest: float) -> dict[str, Any]:
 
 
 def base64_of(data: bytes) -> str:
+    """Bytes as text of 64 letters, as a page holds them."""
     return base64.b64encode(data).decode("ascii")

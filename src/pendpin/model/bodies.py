@@ -51,6 +51,7 @@ class RodJoint:
 
     @property
     def kind(self) -> JointKind:
+        """Universal, or the axis of a hinge."""
         return "x" if self.phi < 0 else "y" if self.theta < 0 else "universal"
 
     @property
@@ -75,6 +76,7 @@ class WrittenJoint(NamedTuple):
 
     @property
     def limited(self) -> bool:
+        """Whether either limit is finite."""
         return math.isfinite(self.lower) or math.isfinite(self.upper)
 
 

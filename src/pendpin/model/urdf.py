@@ -139,6 +139,7 @@ class _Builder(ElementTree.TreeBuilder):
     """Refuses a DOCTYPE, where entities would be declared that grow without bound or read files."""
 
     def doctype(self, *_: object) -> None:
+        """Refuse what may name other files, or grow without bound."""
         raise InputError("a URDF has no DOCTYPE and no entities; remove them")
 
 

@@ -207,6 +207,7 @@ def _intervals_of(run: RunRecord, t: Array) -> Indices:
 
 
 def times_of_events(run: RunRecord) -> Array:
+    """The times (k,) of the events of a run, s."""
     return np.array([event.t for event in run.events])
 
 

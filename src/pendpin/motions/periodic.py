@@ -111,7 +111,9 @@ def periodic_orbit(
     frequency = drive_of(scene) if period is None else None
     free, first = period is None and frequency is None, 2 * np.pi / frequency if frequency else period
     if not first:  # the time at which a run first comes near its start again
-        run = simulate(scene.replace(start=start_at(scene, state)).with_solver(samples=SAMPLES))
+        run = simulate(
+            scene.replace(start=Start.at_state(scene.start.time, *np.split(state, 2))).with_solver(samples=SAMPLES)
+        )
         states = np.concatenate([np.where(model.slides, run.q, np.sin(run.q)), run.v], 1)
         away = np.linalg.norm(states - states[0], axis=1)
         inner = away[1:-1]
@@ -179,7 +181,7 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
         )
     values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
     order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
-    at = scene.replace(start=start_at(scene, y), duration=period)
+    at = scene.replace(start=Start.at_state(scene.start.time, *np.split(y, 2)), duration=period)
     return PeriodicOrbit(at, period, free, values[order], errors[order], size, transition)
 
 
@@ -197,7 +199,8 @@ def integrate_period(scene: Scene, y: Array, period: float, key: str | None = No
     """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
     refuse_contacts(scene)
     size = len(y)
-    lasting = scene.model_copy(update={"duration": period, "start": start_at(scene, y)})
+    start = Start.at_state(scene.start.time, *np.split(y, 2))
+    lasting = scene.model_copy(update={"duration": period, "start": start})
     variations = Variations(lasting, [*list_state_keys(size // 2), *([] if key is None else [key])])
     first = np.eye(len(variations.keys), size)
     # The steps of an explicit method, which what decays fastest limits, would take minutes.
@@ -215,12 +218,6 @@ def integrate_period(scene: Scene, y: Array, period: float, key: str | None = No
     whole = 2 * np.pi * np.round((end - y) / (2 * np.pi))
     angle = (np.arange(size) < size // 2) & ~slides
     return Return(end, changes[-1, :size].T, by_number, rate[0], np.where(angle, whole, 0.0))
-
-
-def start_at(scene: Scene, y: Array) -> Start:
-    """The scene's start with another state (2 nv,), in rad and rad/s (m for slides)."""
-    q, v = np.split(y, 2)
-    return Start(time=scene.start.time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
 
 
 def frequencies_of(scene: Scene) -> set[float | None]:

@@ -63,6 +63,7 @@ class _Pieces(NamedTuple):
     error: Array  # (p,), what the interpolation leaves out
 
     def some(self, which: Mask) -> "_Pieces":
+        """The pieces at which a mask (p,) is set."""
         return _Pieces(*(x[which] for x in self))
 
     @property
@@ -195,6 +196,7 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
 
 
 def impacts(run: RunRecord) -> int:
+    """The number of impacts on stops in a run."""
     return sum(event.kind == "stop" for event in run.events)
 
 

@@ -64,6 +64,7 @@ class Variations:
 
     @cached_property
     def pace(self) -> Pace:
+        """How fast what acts changes during the scene."""
         scene, (q, v) = self.scene, np.split(self.start, 2)
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
         return timing(dynamics, scene.effects, q, v, scene.duration, None).pace

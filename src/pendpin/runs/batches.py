@@ -65,6 +65,7 @@ class Cases(NamedTuple):
     energies: Array  # (c, 2) J, kinetic and potential at the start
 
     def some(self, places: Indices) -> "Cases":
+        """Those at these places (k,)."""
         return Cases([self.models[i] for i in places], *(rows[places] for rows in self[1:]))
 
     def pieces(self, samples: int, workers: int = 1) -> list[Indices]:

@@ -1,10 +1,11 @@
 """A motion with contacts, integrated from event to event; held and sliding joints change at events only."""
 
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.contacts import Contacts, Mode, Scales
+from pendpin.dynamics.contacts import Contacts, Mode
 from pendpin.dynamics.falls import LowFall, falls_of, guards_of, rates_and_mode
 from pendpin.effects.pace import Pace
 from pendpin.engines import CALLBACK_EVERY, Derivative, ProgressCallback
@@ -34,7 +35,7 @@ class LoopWithEvents(IntegrationLoop):
         self._block, self._method = integrator.compiled_block(self.engine, self.progress), integrator
         self.contacts: Contacts = replace(contacts, block=self._block)
         self.library, self.version = integrator.event_library, version(integrator.event_library)
-        self._scales: Scales | None = None  # of the whole run: a later beginning keeps them
+        self.scales: Any = None  # the Scales of the whole run, once it has begun: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
         """The first sample, from q, v (nv,), after the impacts that are due at the start."""
@@ -42,7 +43,7 @@ class LoopWithEvents(IntegrationLoop):
         y = np.concatenate([q, v, np.zeros(self.accounts)])
         try:
             self.sample(t, y)
-            self._scales = self._scales or self.contacts.scales(self.times, *self._angles(y), self.pace.varies)
+            self.scales = self.scales or self.contacts.scales(self.times, *self._angles(y), self.pace.varies)
             mode = self._meet(t, y)
             if self.sample(t, y):  # after the impacts
                 mode = self._meet(t, y)
@@ -96,12 +97,6 @@ class LoopWithEvents(IntegrationLoop):
                 failure = str(error)
         following = EventState(float(segment.t), y, mode, at_once, self.records)
         return done.grown(rows, following, segment.steps, counted.calls - before, happened), failure
-
-    @property
-    def scales(self) -> Scales:
-        """The scales of the run, once it has begun."""
-        assert self._scales is not None
-        return self._scales
 
     def _stepper(self, longest: float, mode: Mode, fall: LowFall | None) -> Stepper:
         """The method, with steps up to `longest` in s; those of a fall are as short as it."""

@@ -112,6 +112,7 @@ class Prepared:
 
     @cached_property
     def timing(self) -> Timing:
+        """How fast what acts on the scene changes, and what is known of that."""
         scene, dynamics = self.scene, self.dynamics
         return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
 

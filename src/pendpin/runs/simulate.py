@@ -62,17 +62,6 @@ def varied(
 # --- limits in processor time: other processes make no difference ----------------------------------------------------
 
 
-class Budget:
-    """So many s of processor time, from its creation on; infinite ones are no limit."""
-
-    def __init__(self, seconds: float) -> None:
-        self._end = time.process_time() + seconds
-
-    @property
-    def left(self) -> float:
-        return self._end - time.process_time()
-
-
 def halting(seconds: float) -> ProgressCallback:
     """A progress callback that raises Halted after so many s of processor time; the first call starts them."""
     end = float("inf")

@@ -35,6 +35,11 @@ class Start(Record):
     velocities: Values = Field(default_factory=FrozenDict, description="rad/s, or degrees/s; m/s for prismatic joints")
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles and their rates")
 
+    @classmethod
+    def at_state(cls, time: float, q: Array, v: Array) -> Self:
+        """The start at a time in s from positions and velocities (nv,), rad and rad/s (m and m/s for slides)."""
+        return cls(time=time, positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
+
     def __eq__(self, other: object) -> bool:
         """Whether both hold the same values; pendpin.Start, a subclass with constructors, equals this record."""
         return isinstance(other, Start) and vars(self) == vars(other)

@@ -100,6 +100,7 @@ def _inline(value: Any) -> Any:
 
 
 def example_names() -> list[str]:
+    """The names of the example scenes."""
     return sorted(path.stem for path in examples_folder().glob("*.toml"))
 
 
@@ -113,4 +114,5 @@ def read_example(name: str) -> tuple[str, list[Path]]:
 
 
 def examples_folder() -> Path:
+    """The folder of the example scenes."""
     return folder_of("examples")

@@ -56,6 +56,7 @@ class Task:
 
     @cached_property
     def chosen(self) -> tuple[Measure, ...]:
+        """The measures, fitted to the scene and the numbers that vary."""
         return tuple(fitted(measure(given), self.scene, self.plan.keys) for given in self.measures)
 
     @cached_property

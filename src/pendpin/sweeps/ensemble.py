@@ -186,7 +186,7 @@ def _run_starts(
         took.append(Counts(**how, **counts, version=version("heyoka")))
     for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
         look()
-        start = Start(time=scene.start.time, positions=tuple(q[i].tolist()), velocities=tuple(v[i].tolist()))
+        start = Start.at_state(scene.start.time, q[i], v[i])
         try:
             run = run_to_setting(scene.model_copy(update={"start": start}), progress=look)
         except Interrupted:

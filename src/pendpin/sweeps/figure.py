@@ -82,6 +82,7 @@ def chosen(dataset: Any, measure: str | None) -> str:
 
 
 def names_of(dataset: Any) -> list[str]:
+    """The names of the measures in a result."""
     return [str(name) for name in dataset.data_vars if name != "why"]
 
 

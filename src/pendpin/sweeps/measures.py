@@ -351,9 +351,9 @@ def lyapunov(run: Trajectory) -> float:
     apart_by, growth = np.full(states.shape[1], small / math.sqrt(states.shape[1])), 0.0
     for begin, end in pairwise(ends):
         q, v = np.split(states[begin] + apart_by, 2)
-        start = Start(time=float(run.t[begin]), positions=tuple(q.tolist()), velocities=tuple(v.tolist()))
         solver = scene.solver.model_copy(update={"samples": 2})
-        fields = {"start": start, "duration": float(run.t[end] - run.t[begin]), "solver": solver}
+        start, duration = Start.at_state(float(run.t[begin]), q, v), float(run.t[end] - run.t[begin])
+        fields = {"start": start, "duration": duration, "solver": solver}
         other = run_to_setting(scene.model_copy(update=fields))
         apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
         grown = float(np.linalg.norm(apart_by))

@@ -35,6 +35,7 @@ class Claim:
 
     @property
     def verdict(self) -> str:
+        """One word for a table."""
         return "ok" if self.ok else "BROKEN"
 
 

@@ -58,7 +58,7 @@ def solve(
     joints, rate = Joints.at(q), rods_last(v)
     omega = joints.omega(rate)
     push, about_G, at_joint, first_spherical = _external(chain, joints, torque, force, moment)
-    _, s, _, c = joints.trig
+    s_t, s, c_t, c = joints.trig
     drift = rate[0] * (omega[1] - rate[1]) + rate[1] * (c * omega[0] + s * omega[2])
     spherical, states = None, q[..., 0].size // chain.n
     if first_spherical < chain.n:
@@ -76,11 +76,16 @@ def solve(
     x, alpha = project(Balances(rods, rods.inverse, *known))
     if spherical is not None:
         alpha = _add_spin(joints, spherical, omega, drift, alpha)
+    # theta'' and phi'': the relative angular acceleration along the joint's two axes
+    beside = c * omega[2] - s * omega[0]  # omega . a3, the same above and below the joint
+    up = above(alpha, joints.n)
+    theta_dd = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * beside
+    phi_dd = alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * beside
     shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if at_joint is None else at_joint.copy()
     moment_at_joint[0] -= s * x[3]
     moment_at_joint[2] += c * x[3]
     return ChainSolution(
-        acceleration=rods_first(_angle_accelerations(joints, rate, omega, alpha), shape),
+        acceleration=rods_first(np.array([theta_dd, phi_dd]), shape),
         alpha=rods_first(alpha, shape),
         force=rods_first(x[:3], shape),
         Mc=x[3].reshape(shape),
@@ -142,12 +147,3 @@ def _add_spin(joints: Joints, spherical: Mask, omega: Array, drift: Array, alpha
     band[joints.n - 1 :: joints.n, 1] = 0
     rhs = np.where(spherical, drift + s * a1 + s_t * above(a2, joints.n), alpha[2])
     return np.stack([a1, a2, lapack("tbsv")(1, band.T, rhs, lower=1)])
-
-
-def _angle_accelerations(joints: Joints, rate: Array, omega: Array, alpha: Array) -> Array:
-    """theta'', phi'' (2, K): the relative angular acceleration along the joint's two axes."""
-    s_t, s, c_t, c = joints.trig
-    across = c * omega[2] - s * omega[0]  # omega . a3, the same above and below the joint
-    up = above(alpha, joints.n)
-    theta_dd = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * across
-    return np.array([theta_dd, alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * across])

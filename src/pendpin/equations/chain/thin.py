@@ -160,13 +160,15 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
             u_rate = _into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
         q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
         joint = Joints.at(q[:, i : i + 1])
-        rates = _rates(joint, u_rate)
+        s_t, s, c_t, c = joint.trig  # theta' is 0 at a pole, where u' does not show it
+        along_theta = (c_t * u_rate[1] - s_t * u_rate[2]) / np.where(np.abs(c) < POLE, np.inf, c)
+        rates = np.array([along_theta, c * u_rate[0] - s * (s_t * u_rate[1] + c_t * u_rate[2])])
         if acceleration is not None:
             above, rates, a[:, i].T[:] = _accelerated(above, joint, rates, np.ascontiguousarray(acceleration[:, i].T))
         elif i + 1 < n:
             omega = joint.into(above.omega) + joint.relative_omega(rates)
             above = _Turning(_product(above.frame, joint.R), omega, above.alpha)
-        v[:, i], across[:, i] = rates.T, np.abs(joint.trig[3])
+        v[:, i], across[:, i] = rates.T, np.abs(c)
     return Reading(q, v, across, None if acceleration is None else a)
 
 
@@ -241,13 +243,6 @@ def _other(pair: Array) -> Array:
 def _wrapped(angle: Array) -> Array:
     """The same angles (n,) in [-pi, pi] rad."""
     return angle - 2 * np.pi * np.round(angle / (2 * np.pi))
-
-
-def _rates(joint: Joints, u_rate: Array) -> Array:
-    """theta', phi' (2, k) from u' (3, k); theta' is 0 at a pole, where u' does not show it."""
-    s_t, s, c_t, c = joint.trig
-    along_theta = (c_t * u_rate[1] - s_t * u_rate[2]) / np.where(np.abs(c) < POLE, np.inf, c)
-    return np.array([along_theta, c * u_rate[0] - s * (s_t * u_rate[1] + c_t * u_rate[2])])
 
 
 def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:

@@ -34,6 +34,7 @@ class Row:
 
     @property
     def ok(self) -> bool:
+        """Whether the error is within the bound."""
         return self.error <= BOUND
 
     def __str__(self) -> str:

@@ -116,6 +116,7 @@ class RoundingError:
 
     @property
     def last(self) -> float:
+        """The error at the end of the run."""
         return float(self.error[-1])
 
     def magnified_beyond(self, error: float) -> bool:
@@ -195,7 +196,6 @@ def _run_shifted(runs: Runs, scene: Scene, states: tuple[Array, ...], step: floa
     positions = q0 - units * dq * ahead  # towards 0: never beyond the farthest
     if contacts is not None:
         positions = np.clip(positions, contacts.lower, contacts.upper)  # else it would be moved to its stop
-    rates = v0 + units * dv * aside
-    start = Start(time=scene.start.time, positions=tuple(positions.tolist()), velocities=tuple(rates.tolist()))
+    start = Start.at_state(scene.start.time, positions, v0 + units * dv * aside)
     shifts = units * EPS, max(1, len(runs.times) // ROUNDING.later_shifts)
     return runs.run(scene.model_copy(update={"start": start}), shifts=shifts)

@@ -89,6 +89,7 @@ class Runs:
         return run
 
     def keep_output_times(self, run: RunRecord) -> RunRecord:
+        """A run at the output times alone, with a scene that says so."""
         solver = self.scene.solver
         at_output_times = run.source.solver.model_copy(update={"samples": solver.samples, "times": solver.times})
         scene = run.source.model_copy(update={"solver": at_output_times})
@@ -96,10 +97,12 @@ class Runs:
 
 
 def are_equal(one: RunRecord, other: RunRecord) -> bool:
+    """Whether two runs took as many steps to the same states."""
     return one.stats.steps == other.stats.steps and np.array_equal(one.q, other.q) and np.array_equal(one.v, other.v)
 
 
 def is_at_rest(run: RunRecord) -> bool:
+    """Whether nothing moves or accelerates at any sample."""
     return not (run.v.any() or run.a.any())
 
 

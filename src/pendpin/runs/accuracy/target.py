@@ -93,6 +93,7 @@ class _Search:
 
     @property
     def at_finest(self) -> bool:
+        """Whether no finer setting is left."""
         return self.last.setting <= self.refinement.least
 
     def run(self) -> RunRecord:

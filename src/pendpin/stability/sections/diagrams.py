@@ -180,7 +180,7 @@ def _draw_starts(
             speed = np.sqrt(2 * (energy - potential[place]) / (way @ way))
             v[moving] = speed * np.linalg.solve(L.T, way)
             v *= -1.0 if v[at] * section.direction < 0 else 1.0
-            starts.append(Start(time=dynamics.start, positions=tuple(q[place].tolist()), velocities=tuple(v.tolist())))
+            starts.append(Start.at_state(dynamics.start, q[place], v))
     return starts
 
 

@@ -114,14 +114,14 @@ class Crossing(Section):
             rows.append(self.values(here))
             points += len(here.t)
             if points >= wanted:
-                return np.concatenate(rows)[self.skip : wanted], _end_as_start(run)
+                return np.concatenate(rows)[self.skip : wanted], Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])
             since = 0.0 if len(here.t) else since + float(run.t[-1] - run.t[0])
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
                 rests = "; the motion has come to rest" if np.ptp(run.q, 0).max() < STILL else ""
                 found = f"{points} of {wanted} points, none in the last {since:.4g} s{rests}"
                 raise RunError(f"{self.name} {how} {self.level:g}: {found}")
-            scene = scene.model_copy(update={"start": _end_as_start(run)})
+            scene = scene.model_copy(update={"start": Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])})
             longer = min(2 * longer, LONGEST * scene.duration)
 
     def crossings(self, run: RunRecord) -> RunRecord:
@@ -163,7 +163,9 @@ class Strobe(Section):
             period = 2 * np.pi / frequency
         times = scene.start.time + period * np.arange(self.skip + 1, self.skip + self.count + 1)
         run = run_to_setting(varied(scene, None, None, times, {}))
-        return self.values(samples_of(run, slice(-self.count, None))), _end_as_start(run)
+        return self.values(samples_of(run, slice(-self.count, None))), Start.at_state(
+            float(run.t[-1]), run.q[-1], run.v[-1]
+        )
 
 
 def crossing(
@@ -215,8 +217,3 @@ def _lasting(scene: Scene, duration: float) -> Scene:
     intervals = (len(scene.times) - 1) * duration / scene.duration
     solver = scene.solver.model_copy(update={"samples": int(max(2, 1 + round(intervals))), "times": None})
     return scene.model_copy(update={"duration": duration, "solver": solver})
-
-
-def _end_as_start(run: RunRecord) -> Start:
-    """The last state of a run as a start."""
-    return Start(time=float(run.t[-1]), positions=tuple(run.q[-1].tolist()), velocities=tuple(run.v[-1].tolist()))

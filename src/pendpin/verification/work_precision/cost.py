@@ -19,7 +19,7 @@ from pendpin.integrators.taylor import seconds_of_compiling, start_compiler
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, marks_at, scale, tip_distance
 from pendpin.runs.preparation import Prepared
-from pendpin.runs.simulate import Budget, halting, run_to_setting
+from pendpin.runs.simulate import halting, run_to_setting
 from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods
 from pendpin.verification import attempt, simulators
 from pendpin.verification.simulators import Peer
@@ -104,7 +104,7 @@ def cost(
         )
     if peers:
         simulators.peers(scene)  # a scene that one of them does not take is refused before anything is measured
-    limit = Budget(np.inf if thorough else LIMIT * (1 + peers))
+    end = time.process_time() + (np.inf if thorough else LIMIT * (1 + peers))
     progress("the reference")
     if "taylor" in (methods or METHODS):
         start_compiler()  # apart from the reference's series, as a first run of any series needs it
@@ -118,11 +118,12 @@ def cost(
         accuracies = sorted({*ACCURACIES, accuracy}, reverse=True)
         for i, error in enumerate(accuracies):
             asked = max(sum(other >= bench.known.error for other in accuracies[i:]), 1)
-            bench.compare(series, error, Budget(limit.left / asked / (2 if others else 1)))
-            bench.compare(others, error, Budget(limit.left / (2 * asked - 1)))
+            for some, parts in ((series, asked * (2 if others else 1)), (others, 2 * asked - 1)):
+                now = time.process_time()
+                bench.compare(some, error, now + (end - now) / parts)
             contested.append(error)
         for one in series + others if thorough else ():
-            bench.refine(one, bench.known.error, budget, limit)
+            bench.refine(one, bench.known.error, budget, end)
     except (KeyboardInterrupt, Interrupted):
         interrupted = True
     libraries = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
@@ -158,9 +159,12 @@ class _Bench:
     budget: float  # s: a method whose run takes longer has ended
     progress: Callable[[str], None]
 
-    def refine(self, series: Series, error: float, worth: float, limit: Budget) -> None:
-        """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left."""
-        while not series.ended and series.first_at(error) is None and limit.left > 0:
+    def refine(self, series: Series, error: float, worth: float, end: float) -> None:
+        """Run finer and finer settings until one meets an error, the next takes more than `worth` s, or no time is left.
+
+        `end` is that of the time left, in s of this process's processor time.
+        """
+        while not series.ended and series.first_at(error) is None and end > time.process_time():
             curve = series.curve
             if curve.points and GROWTH * curve.points[-1].seconds > worth:  # which the next run takes, about
                 return
@@ -169,7 +173,7 @@ class _Bench:
                 series.ended = True
                 return
             self.progress(f"{curve.name}, {setting:.1e}")
-            begin, stop = time.thread_time(), min(PATIENCE * worth, limit.left)
+            begin, stop = time.thread_time(), min(PATIENCE * worth, end - time.process_time())
             result, fault = attempt(partial(series.run, setting, stop))
             if result is None:
                 spent = stop if isinstance(fault, Halted) else time.thread_time() - begin
@@ -189,14 +193,14 @@ class _Bench:
             point = Point(setting, off, min(times, default=seconds), steps, evaluations, compiling)
             series.curve = replace(curve, library=library, points=(*curve.points, point))
 
-    def compare(self, series: Iterable[Series], error: float, limit: Budget) -> None:
-        """Every series up to one error, as far as it is worth it beside the cheapest of them."""
+    def compare(self, series: Iterable[Series], error: float, end: float) -> None:
+        """Every series up to one error until `end`, as far as it is worth it beside the cheapest of them."""
         if error < self.known.error:
             return
         best, (least, times) = np.inf, WORTH
         for one in series:
             worth = self.budget if self.thorough else min(max(least, times * best), self.budget)
-            self.refine(one, error, worth, limit)
+            self.refine(one, error, worth, end)
             best = min(best, one.first_at(error) or np.inf)
 
 

@@ -31,6 +31,7 @@ class Point:
 
     @property
     def first_seconds(self) -> float:
+        """The time of the first run, compiling included, s."""
         return self.seconds + self.compile_seconds
 
 
@@ -51,6 +52,7 @@ class Curve:
 
     @property
     def compile_seconds(self) -> float:
+        """The longest time that compiling took, s."""
         return max((point.compile_seconds for point in self.points), default=0.0)
 
     def point_at(self, error: float) -> Point | None:
@@ -204,6 +206,7 @@ class CostReport(Result):
 
     @property
     def machine_text(self) -> str:
+        """The machine and the versions, in one line."""
         return f"{self.machine}; {', '.join(f'{name} {number}' for name, number in self.versions.items())}"
 
     @property
