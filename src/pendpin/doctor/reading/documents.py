@@ -2,7 +2,7 @@
 
 import re
 import tomllib
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import unescape
@@ -35,15 +35,14 @@ _MARKS = {  # what opens a formula, and what closes it; where that is not said, 
     rf"\\begin\{{(?:{'|'.join(sorted(ENVIRONMENTS))})\*?\}}": "",
 }
 _BRACED = r"\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\}"
-_PLAIN: tuple[tuple[str, Callable[[re.Match[str]], str]], ...] = (  # other languages in LaTeX and letters
-    ("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0])),
-    (r"<sub>([^<>]*)</sub>", lambda match: f"_{match[1]}" if match[1].isdigit() else f"_({match[1]})"),
-    (r"<sup>([^<>]*)</sup>", lambda match: f"^{match[1]}" if match[1].isdigit() else f"^({match[1]})"),
-    (rf"\\[hv]?phantom\*?\s*{_BRACED}", lambda match: " " * len(match[0])),  # also where it holds an equals sign
-    (  # in strings
+_PLAIN = (  # other languages in LaTeX and letters
+    (r"<sub>(\w+)</sub>", r"_\1"),
+    (r"<sup>(\w+)</sup>", r"^\1"),
+    (rf"\\[hv]?phantom\*?\s*{_BRACED}", " "),  # also where it holds an equals sign
+    (
         r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
-        lambda match: " \\",
-    ),
+        r" \\",
+    ),  # in strings
 )
 _OPENERS = re.compile("|".join(f"({opener})" for opener in _MARKS))
 _PICTURE = re.compile(
@@ -53,18 +52,18 @@ _PICTURE = re.compile(
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
-    r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] |\\\\item"
+    r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] "
 )
 _LABEL = re.compile(
     r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
 )
 _COMMENT = re.compile(
-    r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|\s+\(\w{1,5}\)\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
+    r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
     r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
 )
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\"|'{3}"
+    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
@@ -147,6 +146,7 @@ class Document:
 def read_text(text: str) -> Document:
     """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
     found, skipped, text = list[tuple[int, Statement]](), list[str](), expand_macros(text)
+    text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
     for pattern, by in _PLAIN:
         text = re.sub(pattern, by, text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
@@ -180,14 +180,11 @@ def equations_in(formula: str) -> list[tuple[int, str]]:
 def _statement(text: str, start: int, end: int, formula: str, begin: int) -> Statement:
     """A formula with its line and the sentence that it stands in."""
     before, after = text[max(0, start - AROUND) : start], text[end : end + AROUND]
-    cut = [match.end() for match in _SENTENCE.finditer(before.rstrip())]
-    before = before[cut[-1] :] if cut else before
-    heading = _HEADING.findall(text[max(0, start - 6000) : start])
-    closing = _SENTENCE.search(after)
+    sentences = [0, *(match.end() for match in _SENTENCE.finditer(before.rstrip()))]
+    headings, closing = _HEADING.findall(text[:start]), _SENTENCE.search(after)
     after = after[: closing.start() + 1] if closing else after
-    before = f"{heading[-1] if heading else ''} {before}"
-    section = len(_HEADING.findall(text[:start]))
-    return Statement(formula, f"line {text.count(chr(10), 0, begin) + 1}", "", before, after, section)
+    before = f"{headings[-1] if headings else ''} {before[sentences[-1] :]}"
+    return Statement(formula, f"line {text.count(chr(10), 0, begin) + 1}", "", before, after, len(headings))
 
 
 def _formulas(text: str) -> Iterator[Formula]:
@@ -321,7 +318,7 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
         equation = shorter
     bare = re.sub(r"\\[A-Za-z]+|\\text\{[^}]*\}", " ", equation)
     beside = sum(not {*pair} & _NOT_WORDS for pair in _BESIDE.findall(bare))  # words with nothing but a space between
-    prose = beside > 1 or (";" not in equation and _NO_EQUATION.search(bare))
+    prose = beside > 1 or _NO_EQUATION.search(bare)
     if "=" in equation and not prose and "|" not in equation.replace("||", "").lstrip()[:1]:
         yield begin, equation
 

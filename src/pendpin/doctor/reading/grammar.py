@@ -76,10 +76,6 @@ class _Parser:
         """Whether a dependence on time, (t), comes next, and past it."""
         return self.took("(", "t", ")") or self.took("{", "(", "t", ")", "}") or self.took("[", "t", "]")
 
-    def take_lowered(self) -> str:
-        """The index that comes next, and past it; empty where none does."""
-        return self.take().text if self.peek().kind == "_" else ""
-
     def at_sign(self) -> bool:
         """Whether a plus or minus comes next."""
         return self.peek().kind == "operator" and self.peek().text in "+-"
@@ -106,9 +102,8 @@ class _Parser:
             if token.kind not in ("close", "other relation", *SEPARATORS):
                 found.append(self.sum())
             token = self.take()
-            if token.text == "≈" and len(found) > 1:  # what is rounded behind a chain
-                return found
-            if token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
+            rounded = token.text == "≈" and len(found) > 1  # behind a chain
+            if rounded or token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
                 return found
             if token.kind != "relation":
                 wrong = {
@@ -204,7 +199,7 @@ class _Parser:
             inner, sign = self.power(), -1 if token.text == "-" else 1
             return Node("sum", (token.start, inner.outer[1]), (sign,), (inner,), ((token.start, token.end),))
         match token.kind:
-            case "number" | "half":
+            case "number":
                 self.take()
                 if len(token.text) > MOST_DIGITS:
                     raise Unread(f"a number of {len(token.text)} digits", token.start)
@@ -318,7 +313,7 @@ class _Parser:
         if first.kind == "open" and not self.at_symbol():
             argument = self.group()
         else:
-            factors = [self.atom()] if first.kind in ("number", "half") else []
+            factors = [self.atom()] if first.kind == "number" else []
             if self.peek().kind == "command" or self.at_symbol():
                 factors.append(self.atom())
             if not factors:
@@ -437,11 +432,12 @@ class _Parser:
         self.bars += 1
         inner = self.sum()
         self.bars -= 1
-        if self.take().kind != "|":
+        closed = self.take()
+        if closed.kind != "|":
             raise Unread("the bracket | is not closed", opened.start)
-        span = (opened.start, self.peek(-1).end)
-        self.take_lowered()
-        return Node("function", span, "norm", (inner,), ((opened.start, opened.end),))
+        if self.peek().kind == "_":  # which norm it is
+            self.take()
+        return Node("function", (opened.start, closed.end), "norm", (inner,), ((opened.start, opened.end),))
 
 
 def exponent_of(token: Token) -> Fraction:

@@ -66,7 +66,7 @@ _SIGNS = {  # and of characters and signs
     "operator": "+ - −→- –→- * / ·→* ⋅→* ×→x ∙→* ÷→/ ∗→* @→* ∖ %2B→+",
     "^": "⁰→0 ¹→1 ²→2 ³→3 ⁴→4 ⁵→5 ⁶→6",
     "_": "₀→0 ₁→1 ₂→2 ₃→3 ₄→4 ₅→5 ₆→6 ᵢ→i ⱼ→j ₖ→k ₙ→n",
-    "half": "½→1/2 ⅓→1/3 ¼→1/4 ¾→3/4 ⅔→2/3 ⅙→1/6 ⅛→1/8",
+    "number": "½→1/2 ⅓→1/3 ¼→1/4 ¾→3/4 ⅔→2/3 ⅙→1/6 ⅛→1/8",
     "dots": "\u0307→dot \u0308→ddot \u02d9→dot \u00a8→ddot \u0302→hat",
     "letter": " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "open": "( [ {",
