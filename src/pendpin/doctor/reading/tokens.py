@@ -278,9 +278,7 @@ def _script(text: str, mark: Token, latex: bool) -> Token:
             reason = f"the bracket {inside[0].text} is not closed" if inside else "it ends too early"
             return Token("strange", reason, inside[0].start if inside else mark.start, place)
         new = list(_scan(text, place, latex))
-        if not inside:  # of T^t_p only the t is raised
-            head = new[0].text.partition("_")[0] if mark.kind == "^" and new[0].kind == "word" else new[0].text
-            new = [new[0]._replace(text=head, end=new[0].end - len(new[0].text) + len(head))]
+        new = new if inside else new[:1]
         place = new[-1].end
         if strange := next((token for token in new if token.kind == "strange"), None):
             return strange._replace(end=place)
@@ -319,11 +317,10 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
             place += len(part)
 
 
-def cut(found: list[Token]) -> list[list[Token]]:
-    r"""The tokens of each equation without layout: environments, & and gaps, and brackets around equations.
+def _pieces(found: list[Token]) -> list[tuple[list[Token], list[Token]]]:
+    """What stands between separators outside brackets, with those before it.
 
-    An equation ends at \\ where what follows is not the rest of a sum, at a comma, and at & or \quad if there is a relation
-    on both sides. What begins with = after \\ goes on with the chain before it, but is listed by itself.
+    Without environments, & and gaps, and without brackets that begin an equation and hold all of it.
     """
     found = [one for one in found if one.text not in ENVIRONMENTS]
     closed, opened = dict[int, int](), list[int]()
@@ -336,13 +333,12 @@ def cut(found: list[Token]) -> list[list[Token]]:
             del opened[opened.index(fits[-1]) :]
     relations = [i for i, token in enumerate(found) if token.kind == "relation"]
     layout = set[int]()
-    for i, token in enumerate(found):  # brackets that begin an equation and hold all of it
+    for i, token in enumerate(found):
         end = closed.get(i, len(found) if token.text == r"\{" else 0)
         begins = i == 0 or found[i - 1].kind in SEPARATORS or i - 1 in layout
         if begins and any(j < end for j in relations[bisect(relations, i) :][:1]):
             layout |= {i, end}
-    # what stands between separators, with those before it; openers around a token
-    pieces, around = list[tuple[list[Token], list[Token]]]([([], [])]), list[int]()
+    pieces, around = list[tuple[list[Token], list[Token]]]([([], [])]), list[int]()  # openers around a token
     for i, token in enumerate(found):
         while around and closed[around[-1]] < i:
             around.pop()
@@ -358,21 +354,29 @@ def cut(found: list[Token]) -> list[list[Token]]:
             pieces[-1][1].append(token)
         if i in closed:
             around.append(i)
+    return [pair for pair in pieces if pair[1]]
+
+
+def cut(found: list[Token]) -> list[list[Token]]:
+    r"""The tokens of each equation without layout: environments, & and gaps, and brackets around equations.
+
+    An equation ends at \\ where what follows is not the rest of a sum, at a comma, and at & or \quad if there is a relation
+    on both sides. What begins with = after \\ goes on with the chain before it, but is listed by itself.
+    """
     equations = list[list[Token]]()
-    for (marks, piece), (after, following) in pairwise([*(pair for pair in pieces if pair[1]), ([], [])]):
+    for (marks, piece), (after, following) in pairwise([*_pieces(found), ([], [])]):
         kinds, begins, before = {token.kind for token in marks}, piece[0].kind, equations[-1] if equations else []
-        goes_on = begins == "condition" or any(token.kind == "other relation" for token in piece)
         between = [token for token in marks if token.kind in (".", "arrow relation")]
-        is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
         if before and "row" in kinds and before[-1].kind == begins == "relation":  # a = \\ = b
             before.pop()
         ends_open = bool(before) and before[-1].kind in ("relation", "operator")
-        both = _relates(before) and (_relates(piece) or (is_left and not ends_open))
+        is_left = {token.kind for token in after} == {"&"} and following[0].kind == "relation"  # as y in & y &= b
+        both = _relates(before) and (_relates(piece) or is_left)
         if "row" in kinds:
-            goes_on = goes_on or ends_open or (begins in ("operator", "relation") and not both)
+            goes_on = begins == "condition" or ends_open or (begins in ("operator", "relation") and not both)
         elif kinds & {",", ";"}:
-            if [token.text for token in marks] == [","] and not any(map(_relates, equations)):
-                goes_on, between = True, marks  # of a, b = c, d all is kept
+            names = [token.text for token in marks] == [","] and not any(map(_relates, equations))
+            goes_on, between = names or begins == "condition", marks if names else between  # of a, b = c all is kept
         elif kinds == {"&"} and _relates(before) and begins == "open" and len(piece) <= MOST_OF_A_NUMBER and not both:
             continue
         else:
