@@ -179,7 +179,6 @@ _TOKEN = {
     for latex in (True, False)
 }
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
-_ABROAD = {"sen": "sin", "tg": "tan"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 
 # J_1c is J_1 c
@@ -236,7 +235,6 @@ def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
             yield Token("style", "textbf", start, start + found.index("{"))
         case "prose" | "plain":
             name: str = (re.findall(r"[A-Za-z]+\d*", found if match["words"] is None else match["words"]) or [""])[-1]
-            name = _ABROAD.get(name, name)
             name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
             kind = "function" if name in FUNCTIONS else "word" if name[-1:].isdigit() else "letter"
             yield Token(kind if name else "space", name, start, end)
@@ -300,7 +298,7 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     end = place + len(word)
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
-    elif (name := _ABROAD.get(word.lower(), word.lower())) in FUNCTIONS and (
+    elif (name := word.lower()) in FUNCTIONS and (
         word.islower() or text[end : end + 1] in ("(", "[")
     ):
         yield Token("function", name, place, end)
@@ -311,9 +309,8 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
         over_dt = word == "dt" and text[:place].rstrip().endswith("/")
         code = "*" in text or (not text[:place].strip() and text[end:].lstrip()[:1] == "=")  # or a name with its value
         for part in ["d", "t"] if over_dt else spelled(word, latex, code):
-            part_name = _ABROAD.get(part, part)
-            kind = "function" if part_name in FUNCTIONS else "word" if len(part) > 1 else "letter"
-            yield Token(kind, part_name, place, place + len(part))
+            kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
+            yield Token(kind, part, place, place + len(part))
             place += len(part)
 
 
