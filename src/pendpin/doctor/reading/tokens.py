@@ -298,9 +298,7 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     end = place + len(word)
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
-    elif (name := word.lower()) in FUNCTIONS and (
-        word.islower() or text[end : end + 1] in ("(", "[")
-    ):
+    elif (name := word.lower()) in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
         yield Token("function", name, place, end)
     elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):
         yield Token("word", match[0], place, place + match.end())
