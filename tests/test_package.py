@@ -68,8 +68,8 @@ def test_the_wheel_holds_what_runs(built: dict[str, Path]) -> None:
     with zipfile.ZipFile(built["wheel"]) as archive:
         names = set(archive.namelist())
     tracked = {path for path in TOP.rglob("*") if path.is_file()}
-    modules = {f"pendpin/{path.relative_to(TOP / 'src/pendpin')}" for path in tracked if path.suffix in (".py", ".md")
-               and path.is_relative_to(TOP / "src/pendpin")}  # fmt: skip
+    modules = {f"pendpin/{path.relative_to(TOP / 'src/pendpin')}" for path in tracked
+               if path.suffix in (".py", ".md", ".toml") and path.is_relative_to(TOP / "src/pendpin")}  # fmt: skip
     scenes = {f"pendpin/examples/{path.relative_to(TOP / 'examples')}" for path in (TOP / "examples").rglob("*.toml")}
     assert modules | scenes | {"pendpin/py.typed", "pendpin/urdf/universal_rod.urdf"} <= names
     assert not [name for name in names if name.endswith(".ipynb")]
