@@ -372,7 +372,6 @@ DOCUMENTS = [
     (".. math::\n\n  x = a\n  + b\n\nend", [(3, "x = a + b")]),
     ("so ${e`x = a`} and", [(1, "x = a")]),
     ('  parameter SI.Mass m = 2 "the mass";', [(1, "m = 2")]),
-    ("T = a b (Kinetic energy of m1)", [(1, "T = a b")]),
     ("fprintf('M = %.4f (m)', M);\nx = b;", [(2, "x = b")]),
     ("入力（水平力）：u = F", [(1, "u = F")]),
     ("Title\n=====\n\n$x = a$", [(4, "x = a")]),

@@ -57,10 +57,7 @@ _SENTENCE = re.compile(
 _LABEL = re.compile(
     r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
 )
-_COMMENT = re.compile(
-    r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$"
-    r"|\s+\([A-Za-z]+ (?:energy|of|for|from|about|in|the|is)\b[^()=]*\)\s*$"
-)
+_COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
@@ -144,7 +141,7 @@ class Document:
 
 
 def read_text(text: str) -> Document:
-    """The formulas of a document between LaTeX's marks, and its lines and pieces of code that are equations."""
+    """The formulas of a document between LaTeX's marks, and its lines that are equations."""
     found, skipped, text = list[tuple[int, Statement]](), list[str](), expand_macros(text)
     text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
     for pattern, by in _PLAIN:
