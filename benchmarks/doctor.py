@@ -74,7 +74,7 @@ class Independent(Quantities):
 
 
 WORLD = Independent()
-WORDS = Vocabulary(SPECS["thin"].words, {}, frozenset(SPECS["thin"].state))
+WORDS = Vocabulary(SPECS["thin"])
 
 
 def left_over(text: str) -> np.ndarray:

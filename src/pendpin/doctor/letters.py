@@ -9,7 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import islice, permutations, product
+from itertools import permutations, product
 
 import numpy as np
 
@@ -17,10 +17,11 @@ from pendpin.doctor.checking.check import quantity_of
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.printed import Printed, Text, holding, letters_in, readings_that_hold
-from pendpin.doctor.reading.names import Vocabulary, Written
+from pendpin.doctor.reading.names import ANGLES, Vocabulary, Written, of_coordinate
 from pendpin.doctor.reading.states import COORDINATE
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, Values
+from pendpin.doctor.systems.tables import FAMILIES
 
 Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]  # what letters of a text stand for
@@ -37,8 +38,6 @@ MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without 
 HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = 2.0, 0.5  # what a definition that comes to an acceleration, or is named like a quantity, counts
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
-TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
-OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
 @dataclass(frozen=True)
@@ -74,43 +73,39 @@ def letters_of(equations: list[Printed]) -> Letters:
 
 def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
-    often = letters.every
+    often, coordinates = letters.every, FAMILIES[family][0].coordinates
+    turning = [name for name in coordinates if name.startswith(ANGLES)]
     if not letters.moving and (COORDINATE, "1") in often:  # a linear model alone
         yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
-    angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
-    indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # else of q = (q_1, q_2) the parts are the angles
-    angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
-    moving = [name for name in letters.moving if name not in letters.turned]
-    sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
-    slides = [name for name in moving if name[0] in sliding and name not in angles]
-    slides = sorted(slides, key=lambda name: (-often[name], name))[:MOST_SLIDES]
-    if family in ("plane", "moved"):
-        yield from ({name: Written("theta")} for name in alone if often[name] * RARELY >= often[alone[0]])
-    elif family in ("polar", "furuta"):
-        states = [name for name in slides if name[1]]  # of a vector of states: an azimuth stands in no sine
-        pairs = ((polar, azimuth) for polar in angles for azimuth in (*angles, *states) if polar != azimuth)
-        yield from ({polar: Written("theta"), azimuth: Written("phi")} for polar, azimuth in pairs)
-    elif family == "elastic":
-        named = ({slide: Written("s"), angle: Written("theta")} for slide, angle in product(slides, angles))
-        yield from (_with_rates(renamed, letters) for renamed in named)
-    elif family == "triple":
-        for letter in dict.fromkeys(name[0] for name in angles if (name[0], "3") in letters.turned):
-            yield _with_rates({(letter, i): Written("theta", 0, i) for i in "123"}, letters)
-    elif family == "cart-pole":
-        pairs = [*product(slides, angles), *((("q", "1"), ("q", "2")),) * (("q", "1") in letters.moving)]
-        pairs += [((angle[0], f"[{i}]"), angle) for angle in angles if angle[1][:1] == "[" for i in range(3)]
-        named = ({slide: Written("x"), angle: Written("theta")} for slide, angle in pairs if slide != angle)
-        yield from (_with_rates(renamed, letters) for renamed in named)
+    if len(coordinates) > 1:
+        angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
+        indexed = {name[0] for name in angles if name[1] in ("1", "2")}  # of q = (q_1, q_2) the parts are the angles
+        angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
     else:
-        carts = [{name: Written("x")} for name in slides if not name[1].isdigit()] if family == "cart-double" else [{}]
-        for (first, second), cart in product(permutations(angles, 2), carts):
-            several = first[0] == second[0] and (first[0], "3") in letters.turned  # three pendulums
-            alike = first[1] < second[1] if first[0] == second[0] else not (first[1] or second[1])
-            if not several and (alike or (first[1], second[1]) == ("1", "2")):
-                renamed = {first: Written("theta", 0, "1"), second: Written("theta", 0, "2")}
-                yield _with_rates(renamed | cart, letters)
+        angles = [name for name in alone if often[name] * RARELY >= often[alone[0]]]
+    sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
+    slides = [name for name in letters.moving if name not in letters.turned and name[0] in sliding]
+    slides = sorted(slides, key=lambda name: (name in angles, -often[name], name))[:MOST_SLIDES]
+    # an azimuth, and a cart in a vector of states, stand in no sine
+    others = [name for name in slides if name[1] and "phi" in coordinates and name not in angles]
+    slides += [(name[0], f"[{i}]") for name in angles if name[1][:1] == "[" for i in range(3)]
+    carts = [(name,) for name in dict.fromkeys(slides)] if len(coordinates) > len(turning) else [()]
+    for cart, turned in product(carts, permutations([*angles, *others], len(turning))):
+        names = (*cart, *turned)
+        if len({*names}) == len(names) and turned[0] in angles and ("phi" in coordinates or _numbered(turned, letters)):
+            yield _with_rates(dict(zip(names, map(of_coordinate, coordinates), strict=True)), letters)
+
+
+def _numbered(names: tuple[Name, ...], letters: Letters) -> bool:
+    """Whether angles are those of bodies in turn: one letter with rising indices, or several with none, or with 1, 2."""
+    indices = [index for _, index in names]
+    if ((names[0][0], "3") in letters.turned) != (len(names) == 3) and len(names) > 1:  # three pendulums
+        return False
+    if len({letter for letter, _ in names}) == 1:
+        return indices == sorted(indices)
+    return not any(indices) or indices == ["1", "2"]
 
 
 def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
@@ -173,25 +168,17 @@ def credit(one: Printed, systems: tuple[System, ...], small: bool = False) -> Va
 
 def settled(text: Text, words: Vocabulary, system: System, inside: np.ndarray) -> Vocabulary:
     """The words in which each letter has the meaning with which most of those `inside` a section hold."""
-    here = lambda words: text.bind(words, inside)  # noqa: E731
-    if telling(here(words)):
-        for _ in range(MOST_CHANGED):
-            section, better = here(words), dict[Name, str]()
-            own, most = _own(section, system, words), held(section, system) + HARDLY
-            singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
-            for change in filter(None, (own, *singles)):
-                if (count := held(here(words.choosing(change)), system)) > most:
-                    most, better = count, change
-            for name in (
-                own if better is own and len(own) > 1 else ()
-            ):  # a letter that need not be the text's own is not
-                fewer = {other: meaning for other, meaning in better.items() if other != name}
-                better = fewer if held(here(words.choosing(fewer)), system) >= most else better
-            if not better:
-                break
-            words = words.choosing(better)
-        words = _agreed(text, system, words)
-    return words
+    for _ in range(MOST_CHANGED if telling(text.bind(words, inside)) else 0):
+        section, better = text.bind(words, inside), words
+        most = held(section, system) + HARDLY
+        for name, meaning in _other_meanings(section, system, words)[:MOST_TRIED]:
+            other = words.choosing({name: meaning})
+            if (count := held(text.bind(other, inside), system)) > most:
+                most, better = count, other
+        if better is words:
+            break
+        words = better
+    return _agreed(text, system, words)
 
 
 def _meanings(name: Name, words: Vocabulary) -> list[str]:
@@ -202,72 +189,46 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
     return [meaning for meaning in dict.fromkeys(every) if not meaning.startswith("?")]
 
 
-def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
-    """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
-    found: dict[Name, str] = {}
-    for one in (one for one in equations if len(one.sides) == 2 and holding(one, system) is None):
-        named, other = one.sides
-        if named.kind == other.kind == "symbol" and named.value in system.spec.state:  # theta1dot = z1
-            named, other = other, named
-        if named.kind == "symbol" and (written := named.written) and not written.dots and symbols(other):
-            meanings = _meanings((written.letter, written.index), words)
-            if meanings and not {*meanings} & {*system.spec.state}:
-                found[written.letter, written.index] = ""
-    return found
-
-
-def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
-    """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
+def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> list[tuple[Name, str]]:
+    """Letters of equations that do not hold, with each other meaning; before these "" for what may be the text's own."""
     readable = [one for one in equations if one.ways]
     wrong = [one for one in readable if holding(one, system) is None]
     right = set[Name]().union(*(one.used_letters for one in readable if one not in wrong))
     lone = letters_in(side for one in wrong for side in one.sides if side.kind == "symbol")
+    own, others = list[tuple[Name, str]](), list[tuple[Name, str]]()
     for name, _ in Counter(name for one in wrong for name in sorted(one.used_letters)).most_common():
         meanings = _meanings(name, words)
-        own = (name in lone or name not in right) and meanings
-        if own and not set(meanings) & {*system.spec.state, *system.spec.unknowns}:
-            yield name, ""
-        yield from ((name, meaning) for meaning in (meanings if len(meanings) > 1 else ()))
+        if (
+            meanings
+            and (name in lone or name not in right)
+            and not {*meanings} & {*system.spec.state, *system.spec.unknowns}
+        ):
+            own.append((name, ""))
+        others += [(name, meaning) for meaning in meanings if len(meanings) > 1]
+    return own + others
 
 
 def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
-    """The words, where a letter that means another thing in one equation alone means there what it does elsewhere."""
-    count = lambda words: sum(holding(one, system) is not None for one in text.bind(words))  # noqa: E731
-    for _ in range(MOST_CHANGED):
-        changes = (words.choosing({name: usual}) for name, usual in _slips(text.bind(words), system, words))
-        if (other := next((other for other in changes if count(words) - count(other) in (0, 1)), None)) is None:
-            break
-        words = other
-    return words
+    """The words, where a letter that means another thing in one equation alone means there what it does elsewhere.
 
-
-def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
-    """Letters that mean another thing in one equation alone, each with what it means elsewhere.
-
-    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant. A
-    letter that stands in one equation alone does not mean what another one means that has that meaning first.
+    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant.
     """
-    uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
-    twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
-    for equation in filter(None, (holding(one, system) for one in equations if one.ways)):
-        pairs = ((node.written, equation.meaning(str(node.value))) for node in parts(equation.sides))
-        written = [(name, meaning) for name, meaning in pairs if name and not name.styled]
-        used = {(w.letter, w.index): meaning[w.dots :] for w, meaning in written}
-        for (letter, index), meaning in used.items():
+    stem = lambda name: re.sub("[12]$", "#", name)  # noqa: E731  of two like bodies
+    right = [*filter(None, (holding(one, system) for one in text.bind(words)))]
+    uses: dict[Name, Counter[str]] = defaultdict(Counter)  # in how many equations a letter has each meaning
+    for equation in right:
+        pairs = {(node.written, equation.meaning(str(node.value))) for node in parts(equation.sides) if node.written}
+        for letter, index, meaning in {(w.letter, stem(w.index), stem(m[w.dots :])) for w, m in pairs if not w.styled}:
             uses[letter, index][meaning] += 1
-            if (twin := TWINS.get(index)) and (letter, twin) not in used:
-                twins[letter, twin][meaning.removesuffix(index) + twin] += 1
-    takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
-    dimensions = system.spec.dimensions
-    for name, own in uses.items():
-        meanings = _meanings(name, words)
-        found = own + Counter({meaning: often for meaning, often in twins[name].items() if meaning in meanings})
-        taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
-        if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
-            found = Counter({meanings[0]: OFTEN, **found})
-        rank = lambda one, meanings=meanings: meanings.index(one) if one in meanings else len(meanings)  # noqa: E731
-        (usual, often), *others = sorted(found.items(), key=lambda pair: (-pair[1], rank(pair[0]), pair[0]))
-        alike = [(meaning, n) for meaning, n in others if dimensions.get(usual) == dimensions.get(meaning)]
-        sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
-        if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
-            yield name, usual
+    for (letter, index), found in uses.items():
+        alike = (name for name in sorted(text.letters) if name[0] == letter and stem(name[1]) == index)
+        meanings = {name: every for name in alike if (every := _meanings(name, words))}
+        order = [stem(meaning) for every in meanings.values() for meaning in every]
+        ranked = sorted((one for one in found if one in order), key=lambda one: (-found[one], order.index(one)))
+        dimensions = {system.spec.dimensions.get(one.replace("#", "1")) for one in ranked}
+        if len(ranked) == 2 and len(dimensions) == 1 and found[ranked[1]] == 1:
+            usual = {name: ranked[0].replace("#", name[1][-1:]) for name in meanings}
+            other = words.choosing({name: one for name, one in usual.items() if one in meanings[name]})
+            if len(right) - sum(holding(one, system) is not None for one in text.bind(other)) in (0, 1):
+                return _agreed(text, system, other)
+    return words

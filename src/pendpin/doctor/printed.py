@@ -12,16 +12,15 @@ import numpy as np
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, relative_error, relative_errors
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound, raw
+from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_renames
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, key, parts, rename, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
-DAMPINGS = {*"bcdkf"}  # letters of dampings
 
 
 THIN = System(SPECS["thin"])
@@ -29,7 +28,7 @@ Name = tuple[str, str]  # a letter and its index
 Candidate = tuple[Equation, float]  # and its relative error
 
 
-NOTHING = Vocabulary(raw)  # before a system gives its words
+NOTHING = Vocabulary()  # before a system gives its words
 
 
 @dataclass(frozen=True, eq=False)
@@ -87,7 +86,7 @@ class Printed:
         equations = parse(text, tight=tight)
         for change in self.renames:
             equations = [[rename(side, change) for side in sides] for sides in equations]
-        first = [as_derivatives(_styled(tuple(sides)))[0] for sides in equations]
+        first = [as_derivatives(tuple(sides))[0] for sides in equations]
         return [tuple(bound(side, self.words) for side in sides) for sides in first]
 
     @property
@@ -147,13 +146,13 @@ class Text:
         self._telling = [
             sorted(one.letters | letters_in(name) | {("u", "")}) for one, name in zip(raw, self._names, strict=True)
         ]
-        self._letters, self._dampings = set[Name]().union(*self._telling), _dampings(raw)
+        self._letters = set[Name]().union(*self._telling)
 
     def own_words(self, words: Vocabulary) -> Vocabulary:
         """Some words, where letters that the text uses otherwise do not stand for what they usually do."""
         while True:
             words = words.among(self.letters)
-            if not (own := _own_letters(self._with_meanings(words), words, self._dampings)):
+            if not (own := _own_letters(self._with_meanings(words), words)):
                 return words
             words = replace(words, chosen=words.chosen | own)
 
@@ -165,7 +164,7 @@ class Text:
         for i, one in enumerate(self.raw):
             mark = (i, system, *(told[name] for name in self._telling[i]))
             if mark not in self._bound:
-                every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
+                every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(sides)]
                 ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
                 for left in (bound(name, words) for name in self._names[i]):
                     if left.kind == "symbol" and not left.value.startswith("?"):
@@ -230,11 +229,8 @@ def _read_name(one: Printed) -> tuple[Node, ...]:
     return ()
 
 
-def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name]) -> dict[Name, str]:
-    """Letters that do not stand for the constants or vectors that they may stand for elsewhere.
-
-    Such as a_1 that equations give another dimension, q of a number, and b that multiplies a rate wherever it stands.
-    """
+def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]:
+    """Letters that equations give another dimension than what they usually stand for has, such as a_1, or q of a number."""
     spec, found = words.spec, dict[Name, set[Name]]()
     for one in (one for one in equations if len(one.sides) == 2 and one.sides[0].written and spec):
         left, right = one.sides
@@ -243,54 +239,13 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
-        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or moves
+        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
+        usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
         if usual or not symbols(right) or not fixed:
             continue
-        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
         if number or not one.sound:
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
-    own = {name: "" for name, used in found.items() if not used & found.keys()}
-    for name in dampings if spec else ():
-        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
-            own[name] = ""
-    return own
-
-
-def _dampings(equations: list[Printed]) -> set[Name]:
-    """Letters that stand in products with one rate only."""
-    orders: dict[Name, set[int]] = {}
-
-    def visit(node: Node, around: int) -> None:
-        if node.kind == "product":  # also of fractions and brackets
-            around += _order(node)
-        elif node.kind != "power" or node.value < 0:
-            around = around if node.kind == "symbol" else 0
-        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
-            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
-        for child in node.children:
-            visit(child, around - _order(child) * (node.kind == child.kind == "product"))
-
-    for side in (side for one in equations if len(one.names) > 1 for side in one.sides):
-        visit(side, 0)
-    return {name for name, found in orders.items() if found == {1}}
-
-
-def _order(node: Node) -> int:
-    """How many rates are multiplied in an expression."""
-    if node.kind == "power":
-        return abs(int(node.value)) * _order(node.children[0])
-    if node.kind == "product":
-        return sum(map(_order, node.children))
-    written = node.written if node.kind == "symbol" else None
-    return int(written is not None and (written.dots == 1 or (written.letter in ("omega", "w") and not written.dots)))
-
-
-def _styled(sides: tuple[Node, ...]) -> tuple[Node, ...]:
-    """The sides, where a name alone that is set equal to a matrix is one, however it is printed."""
-    if len(sides) < 2 or not any(side.kind == "matrix" for side in sides):
-        return sides
-    alone = lambda side: side.kind == "symbol" and side.written and not side.written.dots  # noqa: E731
-    return tuple(replace(s, written=replace(s.written, styled=True)) if alone(s) and s.written else s for s in sides)
+    return {name: "" for name, used in found.items() if not used & found.keys()}
 
 
 def _of_statement(statement: Statement, number: int) -> list[Printed]:
@@ -353,7 +308,7 @@ def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
 
     Of several places that with the least error of the text's first equation over its meanings for a rod.
     """
-    words, best = Vocabulary(THIN.spec.words, {}, frozenset(THIN.spec.state)), (np.inf, "", "")
+    words, best = Vocabulary(THIN.spec), (np.inf, "", "")
     for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)] if bracket else ():
         fixed, errors = text[:place] + bracket + text[place:], list[float]()
         with suppress(Unread, IndexError):
@@ -414,45 +369,35 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
 
 
 def kind_of(equation: Equation, spec: Spec) -> str:
-    """What an equation is about, in a word or two."""
-    names = equation.names
-    first = equation.sides[0]
+    """What an equation is about, in a word or two: what it is solved for, or what stands in it."""
+    first, names = equation.sides[0], equation.names
     lone = str(equation.meanings.get(first.value, first.value)) if first.kind == "symbol" else ""
-    for kind, members in KINDS:
-        if lone in members:
-            return kind
+    dimension, disagreement = of_equation(equation, spec)
+    reactions, moves = names & REACTIONS, any(name.startswith(("dd", "wd")) or name == "alpha" for name in names)
+    if lone in UNIT_VECTORS:
+        return "unit vectors"
+    if lone.startswith("dd"):
+        return "explicit acceleration"
+    if lone in REACTIONS:
+        return "reaction"
+    if kind := ENERGIES.get(lone) or SOLVED.get(spec.dimensions.get(lone, ())):
+        return kind
     if any(name.startswith("C_") for name in names):
         return "direction cosines"
-    dimension, disagreement = of_equation(equation, spec)
-    is_moment = dimension == (1, 2, -2) and bool(names & {"R1", "R2", "R3", "R", "ddtheta", "ddphi", "alpha"})
-    if names & {"M3", "Mc", "M1", "M2", "M"}:  # in newtons M is the mass of a cart
-        is_moment = dimension != (1, 1, -2)
-    elif disagreement:
-        is_moment = bool(names & {"I1", "I2", "I3"})
-    if is_moment:
+    if dimension == (1, 2, -2) and not disagreement and (reactions or moves):
         return "moment balance"
-    return next((kind for kind, members in BALANCES if names & members), "relation")
+    if reactions:
+        return "force balance"
+    return "energy" if names & ENERGIES.keys() else "equation of motion" if moves else "relation"
 
 
-# what an equation is about that is not solved for one quantity, by what stands in it
-BALANCES: tuple[tuple[str, set[str]], ...] = (
-    ("force balance", {"R1", "R2", "R3", "R"}),
-    ("energy", {"L", "T", "V", "E"}),
-    ("equation of motion", {"ddtheta", "ddphi", "alpha", "wd1", "wd2", "wd3"}),
-)
-# and of one that is, by that quantity
-KINDS: tuple[tuple[str, set[str]], ...] = (
-    ("unit vectors", UNIT_VECTORS),
-    ("angular velocity", {"omega", "w1", "w2", "w3", "wx", "wy", "wz"}),
-    ("angular acceleration", {"alpha", "wd1", "wd2", "wd3", "wdx", "wdy", "wdz"}),
-    ("position", {"rG", "rT", "x", "y", "z", "xT", "yT", "zT", "h"}),
-    ("velocity", {"vG", "vx", "vy", "vz", "vc1", "vc2", "vc3", "speed"}),
-    ("acceleration", {"aG", "ax", "ay", "az", "ac1", "ac2", "ac3"}),
-    ("explicit acceleration", {"ddtheta", "ddphi"}),
-    ("reaction", {"R", "R1", "R2", "R3", "M3", "Mc", "M", "M1", "M2"}),
-    ("kinetic energy", {"T"}),
-    ("potential energy", {"V"}),
-    ("Lagrangian", {"L"}),
-    ("energy", {"E"}),
-    ("inertia", {"inertia", "I1", "I2", "I3", "J1", "J2", "J3"}),
-)
+REACTIONS = {"R", "R1", "R2", "R3", "M1", "M2", "M3", "Mc"}
+ENERGIES = {"T": "kinetic energy", "V": "potential energy", "L": "Lagrangian", "E": "energy"}
+SOLVED: dict[tuple, str] = {  # what an equation is about that is solved for one quantity, by its powers of kg, m, s
+    (0, 1, 0): "position",
+    (0, 1, -1): "velocity",
+    (0, 1, -2): "acceleration",
+    (0, 0, -1): "angular velocity",
+    (0, 0, -2): "angular acceleration",
+    (1, 2, 0): "inertia",
+}

@@ -5,7 +5,7 @@ from dataclasses import replace
 from functools import lru_cache
 
 from pendpin.doctor.reading.grammar import lone
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_word, raw
+from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_coordinate, of_word
 from pendpin.doctor.reading.states import COORDINATE
 from pendpin.doctor.reading.tree import Unread, symbols
 from pendpin.doctor.systems.base import Spec
@@ -15,72 +15,42 @@ INERTIA = (1, 2, 0)  # powers of kg, m, s
 
 MOST_WORDS = 90  # characters of a phrase that says what a symbol is
 _SYMBOL = r"\$\s*(?P<symbol>\\?[A-Za-z]+(?:_\{?\\?\w+\}?)?'?)\s*\$"
-_BARE = r"(?P<bare>\b(?:[A-Za-z]|alpha|beta|gamma|psi|theta|phi|delta)(?:_\w+)?)"
 _VERB = r"\s*(?:\|\s*(?:--+|—)?|is|are|be|denotes|stands for|means|being|for|[:—–-]+|)\s*"
 _BEGINS = r"(?:the|an?|its) |(?=angle|mass|length|inertia|transverse|axial|distance|cent|moment|polar|azimuth|energy)"
-_PHRASE = rf"(?P<phrase>(?:{_BEGINS})[A-Za-z][^$|.;\n]{{2,90}}?)(?=$|[.;|\n,]|\s+and\s+(?:\$|\w+\s+is\b)|\$)"
-_SAID = re.compile(_SYMBOL + _VERB + _PHRASE)
-_SAID_PLAINLY = re.compile(
-    rf"(?:where|with|and|let|,|^\s*[-*|]?)\s*`?{_BARE}`?\s*(?:is|be|denotes|stands for|means|:|\|)\s*{_PHRASE}", re.M
-)
-
-# a value in code and the comment behind it
-_VALUED = re.compile(r"^\s*(?:\w+ )?(?P<bare>[A-Za-z]\w*)\s*:?=\s*[-\d.][^#%/\n]*(?:#+|%+|//+)\s*(?P<phrase>.+)", re.M)
-_DAMPING = re.compile(r"damping|friction|viscous|drag", re.I)
-_OF_DAMPING = re.compile(r"[bcdkfBCD]|gamma|mu|beta|delta")
-
-# what a phrase speaks of, the special before the general, and how that is printed in one system or another
-PHRASES: tuple[tuple[str, tuple[str, ...]], ...] = (
-    (r"angular velocity|frequency|rate|unit vector|period|number|ratio|function|constant|coordinate", ()),
-    (r"theta.{0,4} and .{0,4}phi", ()),
-    (
-        r"angle theta|\btheta\b|angle (?:from|with|to|between [\w ]+ and) the (?:downward )?vertical|polar angle|"
-        r"first angle|angle of deflection|swing angle",
-        ("theta",),
-    ),
-    (r"angle phi|\bphi\b|azimuth|second angle", ("phi",)),
-    (
-        r"inertia.*(?:axial|ax[ie]s of (?:the rod|symmetry|revolution)|symmetry axis|rod'?s (?:own )?axis|"
-        r"\b(?:its|own) axis|longitudinal|long axis|spin)|(?:axial|longitudinal|polar|spin).*inertia",
-        ("I_3", "J"),
-    ),
-    (r"inertia.*(?:joint|pivot|hinge|suspen|support|point O|\bO\b|its end|fixed point)", ("J_1", "J")),
-    (r"inertia.*(?:cent(?:re|er)|centroid|\bG\b|gravity|com\b)|(?:central|centroidal).*inertia", ("I_G", "I_1", "I")),
-    (r"inertia about the axis", ("I_3", "J")),
-    (r"cent(?:re|er) of (?:mass|gravity)|centroid", ("h",)),
-    (r"mass of the cart|cart'?s mass|cart mass", ("M",)),
-    (r"mass of the (?:pole|pendulum|bob|rod)|pole mass", ("m",)),
-    (r"position of the cart|cart'?s position|displacement", ("x",)),
-    (r"\bmass\b(?! matrix| point| of the (?:first|second|upper|lower))", ("m",)),
-    (r"gravitational|acceleration of gravity|acceleration due to gravity|free fall|\bgravity\b", ("g",)),
-    (r"\blength\b(?! of the (?:first|second|upper|lower))", ("l",)),
-    (r"radius of the rod|rod'?s radius", ("r",)),
-    (r"kinetic energy", ("T",)),
-    (r"potential energy", ("V",)),
-    (r"Lagrangian|Lagrange function", ("L",)),
-    (r"total energy|mechanical energy", ("E",)),
-    (r"tension|along the rod", ("R_3", "S")),
-)
-
-# "of mass $M$", "the length $L$", not "centre of mass $G$" nor "half the length $a$"
-_NO_NAME = "".join(
-    f"(?<!{word} )" for word in ("centre", "center", "half", "per", "unit", "quarter", "twice", "double")
-)
-_NAMED = re.compile(
-    rf"(?:^|[.,;(]\s*|{_NO_NAME}\b(?:of|with|and|its|has|the|a|total)\s+)(?P<phrase>mass|length)\s+(?!\$[^$]*\d){_SYMBOL}",
-    re.IGNORECASE | re.MULTILINE,
-)
-_FILLING = """force in at of along the a rod joint string rope wire then therefore thus is equals becomes reads follows as
-bob body bodies system pendulum total both two"""
+_PHRASE = rf"(?P<phrase>(?:{_BEGINS})[A-Za-z][^$|.;\n]{{2,90}}?)(?=$|[.;|\n,$]|\s+and\s+\$)"
+_SAID = re.compile(_SYMBOL + _VERB + _PHRASE)  # "$A$ is the transverse inertia"
+# "of mass $M$", "the potential energy is $P = ...", "the inertias $A$ and $C$ about the joint"; not "centre of mass $G$"
 _PASSING = re.compile(
-    r"\b(?P<phrase>tension|(?:reaction|force)\s+along\s+the\s+rod|(?:kinetic|potential|total|mechanical)\s+energy|"
-    r"(?:central|centroidal|polar|axial|spin|transverse)\s+(?:moments?\s+of\s+)?inertias?)"
-    rf"(?:\s+(?:{'|'.join(_FILLING.split())})\b)*[:,]?\s*"
-    r"(?:\$\$?|\\\[|\\begin\{(?:equation|align)\*?\})\s*(?P<symbol>[A-Za-z](?:_\{?\w+\}?)?)\s*(?:&?=|\$)"
-    r"(?:(?:,|\s+and)\s*\$(?P<other>[A-Za-z]_\{?\w+\}?)\$)?"
+    r"(?<!cent[re][re] of )(?<!half the )\b(?P<phrase>mass|length|tension|(?:reaction|force) along the rod|"
+    r"(?:kinetic|potential|total|mechanical) energy|(?:[a-z]+ )?(?:moments? of )?inertias?)"
+    r"(?:\s+(?!and\b|mass\b|length\b|inertia)[a-z]+){0,4}[:,]?\s*(?:\$\$?|\\\[|\\begin\{(?:equation|align)\*?\})\s*"
+    r"(?P<symbol>[A-Za-z](?:_\{?\w+\}?)?)\s*(?:&?=|\$)(?:(?:,|\s+and)\s*\$(?P<other>[A-Za-z]_\{?\w+\}?)\$)?"
     r"(?P<after>\s*\(?(?:about|around|through)(?:(?! and )[A-Za-z ]){2,60})?",
     re.IGNORECASE,
 )
+# what a phrase speaks of, the special before the general, and how that is printed in one system or another
+PHRASES = {
+    "angular velocity|frequency|rate|unit vector|period|number|ratio|function|constant|coordinate": "",
+    "theta.{0,4} and .{0,4}phi": "",
+    r"\btheta\b|angle (?:from|with|to) the (?:downward )?vertical|polar angle|first angle|swing angle": "theta",
+    r"\bphi\b|azimuth|second angle": "phi",
+    "inertia.*(?:axial|axis of (?:symmetry|the rod)|symmetry axis|long axis|the axis$)": "I_3 J",
+    "(?:axial|longitudinal|polar|spin).*inertia": "I_3 J",
+    r"inertia.*(?:joint|pivot|hinge|suspension|support|\bO\b)": "J_1 J",
+    r"inertia.*(?:cent(?:re|er)|\bG\b)|central.*inertia": "I_G I_1 I",
+    "cent(?:re|er) of (?:mass|gravity)|centroid": "h",
+    "mass of the cart|cart'?s mass": "M",
+    r"\bmass\b(?! matrix| point| of the (?:first|second|upper|lower))": "m",
+    r"position of the cart|displacement": "x",
+    r"gravit|free fall": "g",
+    r"\blength\b(?! of the (?:first|second|upper|lower))": "l",
+    "radius of the rod|rod'?s radius": "r",
+    "kinetic energy": "T",
+    "potential energy": "V",
+    "Lagrangian|Lagrange function": "L",
+    "total energy|mechanical energy": "E",
+    "tension|along the rod": "R_3 S",
+}
 
 
 def read_symbols(
@@ -88,10 +58,10 @@ def read_symbols(
 ) -> Vocabulary:
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
-    words = Vocabulary(spec.words, dict(renamed), frozenset(spec.state), frozenset(named), spec=spec)
+    words = Vocabulary(spec, dict(renamed), frozenset(named))
     for i, name in enumerate(spec.coordinates, start=1):
-        words.renamed[COORDINATE, str(i)] = Written(name.rstrip("12"), 0, name[-1:].strip("aeihpqstx"))
-    _say(words, spec, text)
+        words.renamed[COORDINATE, str(i)] = of_coordinate(name)
+    _say(words, text)
     for name, meaning in table.items():
         try:
             left, right = _key(name), lone(str(meaning), words)
@@ -116,33 +86,29 @@ def read_symbols(
 def _said(text: str) -> list[tuple[str, tuple[Written, ...], bool]]:
     """The symbols of which a text says what they are, how that is printed in some system, and if it is said in passing."""
     found = list[tuple[str, tuple[Written, ...], bool]]()
-    for pattern in (_SAID, _SAID_PLAINLY, _VALUED, _NAMED, _PASSING):
+    for pattern in (_SAID, _PASSING):
         for match in pattern.finditer(text):
             groups = match.groupdict("")
             phrase = groups["phrase"][:MOST_WORDS] + groups.get("after", "")
-            meant = next((meant for known, meant in PHRASES if re.search(known, phrase, re.IGNORECASE)), ())
-            printed = tuple(Written(letter, 0, index) for letter, _, index in (one.partition("_") for one in meant))
-            passing = pattern in (_NAMED, _PASSING)
-            names = (groups.get("symbol") or groups.get("bare", ""), groups.get("other", ""))
-            if printed or passing or _DAMPING.search(phrase):
-                found += [(name, printed, passing) for name in names if name]
+            meant = next((meant for known, meant in PHRASES.items() if re.search(known, phrase, re.IGNORECASE)), "")
+            printed = tuple(Written(letter, 0, index) for letter, _, index in (n.partition("_") for n in meant.split()))
+            names = filter(None, (groups["symbol"], groups.get("other")))
+            found += [(name, printed, pattern is _PASSING) for name in names if printed]
     return found
 
 
-def _say(words: Vocabulary, spec: Spec, text: str) -> None:
+def _say(words: Vocabulary, text: str) -> None:
     """Note what a text says of its symbols: other names, and which of its own meanings a letter has.
 
     What it says in passing is one more meaning, as is no letter's own.
     """
+    spec = words.spec
     for symbol, printed_names, passing in _said(text):
         try:
             left = _key(symbol)
         except Unread:  # a slip such as \thta: the equations that hold it say so
             continue
         if left is None or (name := (left.letter, left.index)) in words.renamed:
-            continue
-        if not printed_names:
-            words.chosen.update({name: ""} if _OF_DAMPING.fullmatch(left.letter) else {})
             continue
         own = [replace(one, index=left.index or one.index) for one in printed_names]
         meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)
@@ -162,5 +128,5 @@ def _key(name: str) -> Written | None:
     """The name on the left of an entry of symbols; any word of letters is one."""
     if re.fullmatch(r"[A-Za-z]{2,}\d*", name):
         return of_word(name) or Written(name)
-    found = lone(name, Vocabulary(raw))
+    found = lone(name, Vocabulary())
     return found.written if found is not None and found.kind == "symbol" else None

@@ -1,8 +1,8 @@
 """How quantities are written: letters and names in plain text; and what a printed name means in one system."""
 
 import re
-from collections.abc import Callable
 from dataclasses import dataclass, field, replace
+from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
@@ -25,7 +25,6 @@ _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
 _RATES = tuple(  # how the name of a rate is spelled
     re.compile(pattern)
     for pattern in (
-        r"d(?P<order>2)_?(?P<name>[A-Za-z]+?\d?)_?dt\d?",  # d2x_dt2
         r"d_?(?P<name>[A-Za-z]+?\d?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d{{1,2}})_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # dtheta, ddx1
@@ -33,7 +32,6 @@ _RATES = tuple(  # how the name of a rate is spelled
     )
 )
 _TWICE = re.compile("2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
-_MOMENTUM = re.compile(rf"p_?({_ANGLE}|x)_?(\d?)")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
@@ -43,16 +41,15 @@ _SHORT = _meanings(
 )
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
 _MEANT = _meanings(
-    "m mass masse masa massa, g gravity grav gravite gravedad gravidade, I inertia inertie inercia moi, F force"
+    """m mass masse masa massa, g gravity grav gravite gravedad gravidade, I inertia inertie inercia moi, F force,
+    l length len longueur longitud comprimento lunghezza laenge, cm cm com, pole pole, rod rod, bob bob,
+    cart cart trolley chariot carro, pend pendulum pend pendulo"""
 )
-_MEANT |= _meanings(
-    "l length len longueur longitud comprimento lunghezza laenge, cm cm com, pole pole, rod rod, bob bob"
-)
-_MEANT |= _meanings("cart cart trolley chariot carro, pend pendulum pend pendulo")
 _PHRASE = re.compile("|".join(sorted(_MEANT, key=len, reverse=True)) + r"|\d(?!\d)|[AB](?![a-z])|_", re.I)
 _LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE}|Theta|Phi)([A-C])")
 _RUN_ON = re.compile(
-    r"([A-Za-z]+?)(\d+|hat|G|hat\d|(?<=v)[xyz]|(?<=a)[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=w)[xyz]|(?<=I)(?:xx|yy|zz))"
+    r"([A-Za-z]+?)(\d+|hat\d?|G|(?<=[vaw])[xyz]|(?<=M)c|(?<=F)g|(?<=omega)[xyz]|(?<=I)(?:xx|yy|zz)|"
+    r"(?<=\bp)(?:theta|phi|x)\d?)"
 )
 _STYLED = re.compile(r"(?:^|_)(?:hat|vec)(?=_|\d|$)")
 # what is multiplied without a sign in plain text, such as mglsin
@@ -68,14 +65,11 @@ def of_word(word: str) -> Written | None:
     if word in FUNCTIONS or word == "d":
         return None
     if match := _ELEMENT.fullmatch(word):
-        vector = of_word(match[1])
-        single = vector and (len(vector.letter) == 1 or vector.letter in GREEK or match[1].endswith("dot"))
-        rate = vector.dots if vector and single and not vector.index else 0
-        assert vector is not None or not rate
-        index = f"[{match[2]},{match[3]}]" if match[3] and (len(match[1]) < 3 or "][" in word) else f"[{match[2]}]"
-        return Written(vector.letter if vector and rate else match[1], rate, index)
-    if match := _MOMENTUM.fullmatch(word):
-        return Written("p", 0, _SHORT.get(match[1], match[1]) + match[2])
+        vector, index = of_word(match[1]), f"[{match[2]},{match[3]}]" if match[3] else f"[{match[2]}]"
+        of_rates = vector is not None and vector.dots and not vector.index
+        if vector and of_rates and (len(vector.letter) == 1 or vector.letter in GREEK or match[1].endswith("dot")):
+            return replace(vector, index=index)
+        return Written(match[1], 0, index)
     for pattern in _RATES:
         if match := pattern.fullmatch(word):
             groups = match.groupdict("")
@@ -90,6 +84,12 @@ def of_word(word: str) -> Written | None:
         letter, index = match[1], match[2]
     bare = _STYLED.sub("", index).strip("_").replace("_", ",")
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
+
+
+def of_coordinate(name: str) -> Written:
+    """The name of a coordinate as it is printed: theta1 is theta with the index 1."""
+    letter = name.rstrip("123456789")
+    return Written(letter, 0, name[len(letter) :])
 
 
 def spelled(word: str, latex: bool, code: bool) -> list[str]:
@@ -112,23 +112,30 @@ def spelled(word: str, latex: bool, code: bool) -> list[str]:
 class Vocabulary:
     """What a printed symbol can mean, the likeliest first; `?name` where that is not known.
 
-    `words` are those of a system; `renamed` are names of the text, as (letter, index), that stand for another name, and
-    `chosen` those that have one meaning in the whole text; an empty one is a meaning of the text's own. What a name in
+    They are those of a system, or none; `renamed` are names of the text, as (letter, index), that stand for another name,
+    and `chosen` those that have one meaning in the whole text; an empty one is a meaning of the text's own. What a name in
     `also` stands for is one more meaning of it.
     """
 
-    words: Callable[[Written], tuple[str, ...]]
+    spec: Any = None  # the system
     renamed: dict[tuple[str, str], Written] = field(default_factory=dict)
-    state: frozenset[str] = frozenset()  # coordinates and rates
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
     taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
     given: dict[str, Node] = field(default_factory=dict)  # what some symbols are, whatever the text says
     usual: dict[str, Node] = field(default_factory=dict)  # what others are unless the text says it
-    spec: Any = None  # the system whose words they are
     _known: dict[Written, tuple[str, ...]] = field(default_factory=dict, init=False)
     _letters: dict[tuple[str, str], tuple[tuple[str, ...], ...]] = field(default_factory=dict, init=False)
+
+    @cached_property
+    def state(self) -> frozenset[str]:
+        """Coordinates and rates."""
+        return frozenset(self.spec.state if self.spec else ())
+
+    def words(self, written: Written) -> tuple[str, ...]:
+        """The meanings of a printed symbol in every text on the system."""
+        return self.spec.words(written) if self.spec else raw(written)
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
@@ -142,9 +149,7 @@ class Vocabulary:
 
     def choosing(self, change: dict[tuple[str, str], str]) -> "Vocabulary":
         """The same with one meaning alone for some letters."""
-        words = replace(self, chosen=self.chosen | change)
-        words._letters.update({name: found for name, found in self._letters.items() if name not in change})
-        return words
+        return replace(self, chosen=self.chosen | change)
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
@@ -171,8 +176,9 @@ class Vocabulary:
         found = self.words(written)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
-        mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)
-        found = mine if not written.dots else found
+        if not written.dots:
+            free = lambda one: self.chosen.get(self.taken.get(one, name), one) != one  # noqa: E731  its letter is another thing
+            found = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name or free(one))
         if (choice := self.chosen.get(name)) is not None:
             found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
         return found or (unknown(written),)

@@ -12,6 +12,8 @@ Sides = tuple[Node, ...]
 Name = tuple[str, str]  # a letter and its index
 
 _PAIR, _ENTRY = re.compile(r"\[(\d),(\d)\]"), re.compile(r"\[\d+\]")
+_BODIES = ("AB", "ab", "01")  # indices of two bodies
+_RATES = re.compile("[dDpfF]")  # in the letter of a vector of rates: dydt, f, and p beside u
 _STATES = set("xyzqsu")  # letters of states with numbers, in x_1' = x_2
 NOWHERE = (0, 0)  # in the text
 COORDINATE = "coordinate"  # the letter of one for which the text has no name
@@ -21,7 +23,7 @@ MOST_STEPS = 4  # from a name to the state it is a rate of
 def find_renames(equations: list[Sides]) -> list[Rename]:
     """What the names of some equations become, one step after another."""
     found = list[Rename]()
-    for find in (_settle_elements, _number_bodies, _name_states, _name_own_rates, _style_matrices, _name_differences):
+    for find in (_settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
         if change := find(equations):
             found.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
@@ -78,26 +80,28 @@ def _settle_elements(equations: list[Sides]) -> Rename | None:
 
 
 def _number_bodies(equations: list[Sides]) -> Rename | None:
-    """Two bodies are 1 and 2, also those of m_A and l_B, or of m[0] and l[1]; and q_1, q_2 are q_0, q_1 that both move."""
-    written = _written(equations)
-    indices = {
-        letter: {name.index for name in written if name.letter == letter} for letter in {w.letter for w in written}
-    }
-    rates = {(name.letter, name.index) for name in written if name.dots}
-    if any({(letter, "0"), (letter, "1")} <= rates and (letter, "2") not in rates for letter, _ in rates):
-        shifted = str.maketrans("01", "12")
-        return lambda name: replace(name, index=name.index.translate(shifted))
-    masses, lengths = (set[str]().union(*(indices.get(one, ()) for one in letters)) for letters in ("mM", "lLr"))
-    for pair in (("A", "B"), ("a", "b"), ("[0]", "[1]"), ("[1]", "[2]")):
-        if {*pair} <= masses & lengths:
-            numbers = dict(zip(pair, "12", strict=True))
-            # of vectors those with two entries
-            two = {letter for letter, found in indices.items() if pair[0][0] != "[" or found <= {*pair, ""}}
-            if pair[0] == "[0]":
-                two |= {letter for letter, found in indices.items() if {"0", "1"} <= found <= {"0", "1", ""}}
-                numbers |= {"0": "1", "1": "2"}
-            return lambda name: replace(name, index=numbers.get(name.index, name.index)) if name.letter in two else name
-    return None
+    """Two bodies are 1 and 2, also those of m_A and l_B, of m_0 and l_c0, or of m[0] and l[1]."""
+    indices: dict[str, set[str]] = {}
+    for name in _written(equations):
+        indices.setdefault(name.letter, set()).add(name.index)
+    for first, second in _BODIES:
+        of_two = re.compile(rf"c?\[?[{first}{second}]*\]?")
+        two = {letter for letter, found in indices.items() if all(map(of_two.fullmatch, found))}
+        masses, lengths = (
+            {index.strip("c[]") for letter in two & {*letters} for index in indices[letter]}
+            for letters in ("mM", "lLr")
+        )
+        if {first, second} <= masses & lengths:
+            break
+    else:
+        return None
+    numbers = str.maketrans(first + second, "12")
+    change = lambda name: replace(name, index=name.index.translate(numbers).strip("[]"))  # noqa: E731
+    return lambda name: change(name) if name.letter in two else name
+
+
+def _is_entry(name: Written) -> bool:
+    return bool(_ENTRY.fullmatch(name.index))
 
 
 def _name_states(equations: list[Sides]) -> Rename | None:
@@ -107,101 +111,83 @@ def _name_states(equations: list[Sides]) -> Rename | None:
     dx = (om, acc), or by their numbers x_1' = x_2. Where only th' = y[1] is said, y[0] is th, or in a vector of angles
     before rates y[1 - n].
     """
-    used = {(w.letter, w.index) for w in _written(equations)}
-    entry = lambda w: bool(_ENTRY.fullmatch(w.index))  # noqa: E731
-    pairs, made, at_once = list[tuple[Written, Written]](), set[Written](), set[Written]()
+    pairs = _equal_names(equations)
+    computed = {sides[0].written for sides in equations if len(sides) == 2 and sides[1].children}
+    stands: dict[Name, Written] = {}  # for what a name stands
+    owners: dict[Written, str] = {}  # the vector of which a name is an entry
+    for name, place in pairs:
+        if _is_entry(place) and not (_is_entry(name) or place.dots or name in computed):
+            owners.setdefault(name, place.letter)
+            stands.setdefault((place.letter, place.index), name)
+    for letter in {*owners.values()}:
+        named = {int(index[1:-1]): name for (vector, index), name in stands.items() if vector == letter}
+        back = len(named) if max(named) - min(named) == len(named) - 1 else 1
+        if all(name.dots == 1 for name in named.values()):
+            stands |= {(letter, f"[{place - back}]"): replace(name, dots=0) for place, name in named.items()}
+    owner_of = lambda name: name.letter if _is_entry(name) else owners.get(name)  # noqa: E731
+    vectors: dict[str, str] = {}  # of rates, and of which vector
+    for rate, value in pairs:
+        owner = owner_of(value)
+        if _is_entry(rate) and not rate.dots and _RATES.search(rate.letter) and owner not in (None, rate.letter):
+            vectors.setdefault(rate.letter, owner)
+    of_rate = lambda rate: rate.letter if rate.dots == 1 else vectors.get(rate.letter, "")  # noqa: E731
+    known = {of_rate(rate) for rate, value in pairs if _is_entry(rate) and owner_of(value) == of_rate(rate)}
+    for rate, value in pairs:
+        state = replace(rate, dots=rate.dots - 1)
+        if _is_entry(rate):
+            state = stands.get((of_rate(rate), rate.index), Written(of_rate(rate), 0, rate.index))
+            is_rate = of_rate(rate) in known
+        else:
+            numbered = value.letter in _STATES and value.index and value not in computed
+            is_rate = rate.dots == 1 and (value in owners or numbered)
+        if is_rate and not value.dots and value != state:
+            stands[value.letter, value.index] = replace(state, dots=state.dots + 1, styled=False)
+    if not stands:
+        return None
+
+    def change(written: Written) -> Written:
+        for _ in range(MOST_STEPS):
+            if written.letter in vectors and _is_entry(written):
+                written = replace(written, letter=vectors[written.letter], dots=written.dots + 1)
+            elif other := stands.get((written.letter, written.index)):
+                written = replace(written, letter=other.letter, index=other.index, dots=written.dots + other.dots)
+        return written
+
+    return change
+
+
+def _equal_names(equations: list[Sides]) -> list[tuple[Written, Written]]:
+    """The names that are set equal, each alone or as the entries of a vector: what is named or a rate, and its value."""
+    used, found = {(name.letter, name.index) for name in _written(equations)}, list[tuple[Written, Written]]()
     for left, right in (sides for sides in equations if len(sides) == 2):
-        if left.written and left.kind == "symbol" and right.children:
-            made.add(left.written)
-        if left.written and right.written and left.kind == right.kind == "symbol":
-            pairs.append((left.written, right.written))
+        if left.kind == right.kind == "symbol" and left.written and right.written:
+            found.append((left.written, right.written))
         for vector, column in ((left, right), (right, left)):
             names = [one.written for one in column.children if one.written and one.kind == "symbol"]
             whole = column.kind == "matrix" and len(names) == len(column.children) > 1
             if whole and vector.written and vector.kind == "symbol":
                 begin = 0 if (vector.written.letter, "[0]") in used else 1
                 entries = [replace(vector.written, index=f"[{i}]") for i, _ in enumerate(names, start=begin)]
-                if vector is right or not (vector.written.dots or re.search("[dDfF]", vector.written.letter)):
-                    pairs += zip(names, entries, strict=True)
-                    at_once |= {*names}
-                elif not any(map(entry, names)):
-                    pairs += zip(entries, names, strict=True)
-
-    called, owners = dict[Name, Written](), dict[Written, str]()
-    for name, place in pairs:
-        key = (place.letter, place.index)
-        if entry(place) and not (entry(name) or place.dots or name in made - at_once or name in called.values()):
-            owners.setdefault(name, place.letter)
-            called |= {key: name} if key in used and key not in called else {}
-    owner_of = lambda w: w.letter if entry(w) else owners.get(w)  # noqa: E731
-    rates, vectors = dict[Name, Written](), dict[str, str]()
-    given = dict[Written, list[tuple[str, Written]]]()  # entries of vectors of rates
-
-    def note(rate: Written, state: Written) -> None:
-        if not rate.dots and (rate.letter, rate.index) != (state.letter, state.index):
-            rates[rate.letter, rate.index] = replace(state, styled=False)
-
-    for left, right in pairs:
-        numbered = right.letter in _STATES and right.index and right not in made
-        if entry(left):
-            given.setdefault(replace(left, index=""), []).append((left.index, right))
-        elif left.dots == 1 and (right in owners or numbered):
-            note(right, replace(left, dots=0))
-    for vector, values in given.items():
-        others = [owner for _, value in values if (owner := owner_of(value)) not in (None, vector.letter)]
-        if not vector.dots and others and re.search("[dDpfF]", vector.letter):
-            vectors[vector.letter] = str(others[0])
-        owner = str(vector.letter if vector.dots == 1 else vectors.get(vector.letter))
-        states = [(called.get((owner, index), Written(owner, 0, index)), value) for index, value in values]
-        if any(owner_of(value) == owner and value != state for state, value in states):
-            for state, value in states:
-                note(value, state)
-    for letter in {*owners.values()} - {state.letter for state in rates.values() if entry(state)}:
-        places = {int(key[1][1:-1]): name for key, name in called.items() if key[0] == letter and name.dots == 1}
-        back = len(places) if places and max(places) - min(places) == len(places) - 1 else 1
-        for place, name in places.items():
-            if (state := replace(name, dots=0)) not in owners:
-                called.setdefault((letter, f"[{place - back}]"), state)
-    if not (called or rates):
-        return None
-
-    def change(written: Written) -> Written:
-        for _ in range(MOST_STEPS):
-            key = (written.letter, written.index)
-            if written.letter in vectors and entry(written):
-                written = replace(written, letter=vectors[written.letter], dots=written.dots + 1)
-            elif other := rates.get(key) or called.get(key):
-                more = other.dots + (key in rates)
-                written = replace(written, letter=other.letter, index=other.index, dots=written.dots + more)
-        return written
-
-    return change
-
-
-def _name_own_rates(equations: list[Sides]) -> Rename | None:
-    """Rates of a state that stands nowhere have names of their own: xdot(2) = ..."""
-    written = _written(equations)
-    stated = {name.letter for name in written if not name.dots}
-    alone = {name for name in written if name.dots == 1 and name.index[:1] == "[" and name.letter not in stated}
-    own = lambda name: replace(name, letter=f"{name.letter}dot", dots=0) if name in alone else name  # noqa: E731
-    return own if alone else None
+                rates = vector is left and (vector.written.dots or _RATES.search(vector.written.letter))
+                found += zip(entries, names, strict=True) if rates else zip(names, entries, strict=True)
+    return found
 
 
 def _style_matrices(equations: list[Sides]) -> Rename | None:
     """A letter that is equal to a matrix is one wherever it stands, however it is printed: M = [...], inv(M)."""
     tables = [sides for sides in equations if any(side.kind == "matrix" for side in sides)]
     equal = {side.written for sides in tables for side in sides if side.kind == "symbol" and side.written}
-    inside = _written([tuple(side for side in sides if side.kind == "matrix") for sides in tables])
-    matrices = {written for written in equal - inside if not written.styled and not written.dots}
+    matrices = {written for written in equal if not written.styled and not written.dots}
     return (lambda name: replace(name, styled=name.styled or name in matrices)) if matrices else None
 
 
-def _name_differences(equations: list[Sides]) -> Rename | None:
-    """A difference that is written like a rate has a name of its own: dtheta = theta2 - theta1."""
-    own = set[Written]()
+def _name_own(equations: list[Sides]) -> Rename | None:
+    """What is only written like a rate has a name of its own: dtheta = theta2 - theta1, or xdot(2) where no x stands."""
+    written = _written(equations)
+    stated = {name.letter for name in written if not name.dots}
+    own = {name for name in written if name.dots == 1 and _is_entry(name) and name.letter not in stated}
     for left, right in (sides for sides in equations if len(sides) == 2):
         two = right.kind == "sum" and len(right.children) == 2
         if two and left.written and left.written.dots == 1:
             own |= {left.written} if all(t.written and not t.written.dots for t in right.children) else set()
-    named = lambda name: replace(name, letter=f"d{name.letter}", dots=0) if name in own else name  # noqa: E731
-    return named if own else None
+    return (lambda name: replace(name, letter=f"d{name.letter}", dots=0) if name in own else name) if own else None
