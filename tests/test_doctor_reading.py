@@ -296,7 +296,7 @@ PRINTED = [
 def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
     (equation,) = read_equations(read_text(text).statements)
     numbers = Numbers()
-    names = {"x4d": "xdot_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
+    names = {"x4d": "dx_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
     names |= {
         "q1d": "q_[1]",
         "T_pr": "T_p,r",

@@ -13,7 +13,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, 
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
-from pendpin.doctor.reading.states import as_derivatives, find_renames
+from pendpin.doctor.reading.states import as_derivatives, find_rename
 from pendpin.doctor.reading.tokens import tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, key, parts, rename, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
@@ -47,7 +47,7 @@ class Printed:
     defines: str = ""  # the symbol that it gives a meaning to
     definitions: dict[str, Node] = field(default_factory=dict)
     alone: bool = True  # no other equation stands in its text
-    renames: tuple[Rename, ...] = ()  # what its names became before they had a meaning, as y[1] a rate
+    renamed: Rename | None = None  # what its names became before they had a meaning, as y[1] a rate
 
     def readings(self) -> Iterator[Equation]:
         """Every way to read it, the likeliest first."""
@@ -84,8 +84,8 @@ class Printed:
     def read_again(self, text: str, tight: bool) -> list[tuple[Node, ...]]:
         """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
         equations = parse(text, tight=tight)
-        for change in self.renames:
-            equations = [[rename(side, change) for side in sides] for sides in equations]
+        if self.renamed:
+            equations = [[rename(side, self.renamed) for side in sides] for sides in equations]
         first = [as_derivatives(tuple(sides))[0] for sides in equations]
         return [tuple(bound(side, self.words) for side in sides) for sides in first]
 
@@ -124,15 +124,9 @@ def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
-    renames = tuple(find_renames([one.sides for one in found]))
-
-    def renamed(side: Node) -> Node:
-        for change in renames:
-            side = rename(side, change)
-        return side
-
-    ways = ([(tuple(map(renamed, sides)), tight) for sides, tight in one.ways] for one in found)
-    return [replace(one, ways=tuple(way), renames=renames) for one, way in zip(found, ways, strict=True)]
+    change = find_rename([one.sides for one in found])
+    ways = ([(tuple(rename(side, change) for side in sides), tight) for sides, tight in one.ways] for one in found)
+    return [replace(one, ways=tuple(way), renamed=change) for one, way in zip(found, ways, strict=True)]
 
 
 class Text:

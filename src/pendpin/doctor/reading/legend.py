@@ -24,7 +24,7 @@ _PASSING = re.compile(
     r"(?<!cent[re][re] of )(?<!half the )\b(?P<phrase>mass|length|tension|(?:reaction|force) along the rod|"
     r"(?:kinetic|potential|total|mechanical) energy|(?:[a-z]+ )?(?:moments? of )?inertias?)"
     r"(?:\s+(?!and\b|mass\b|length\b|inertia)[a-z]+){0,4}[:,]?\s*(?:\$\$?|\\\[|\\begin\{(?:equation|align)\*?\})\s*"
-    r"(?P<symbol>[A-Za-z](?:_\{?\w+\}?)?)\s*(?:&?=|\$)(?:(?:,|\s+and)\s*\$(?P<other>[A-Za-z]_\{?\w+\}?)\$)?"
+    r"(?P<symbol>\\?[A-Za-z]+(?:_\{?\w+\}?)?)\s*(?:&?=|\$)(?:(?:,|\s+and)\s*\$(?P<other>[A-Za-z]_\{?\w+\}?)\$)?"
     r"(?P<after>\s*\(?(?:about|around|through)(?:(?! and )[A-Za-z ]){2,60})?",
     re.IGNORECASE,
 )

@@ -5,6 +5,7 @@ All that a text says of its names before a system gives them a meaning. Each ste
 
 import re
 from dataclasses import replace
+from functools import reduce
 
 from pendpin.doctor.reading.tree import Node, Rename, Written, differentiate, parts, rename, symbol_node
 
@@ -20,14 +21,14 @@ COORDINATE = "coordinate"  # the letter of one for which the text has no name
 MOST_STEPS = 4  # from a name to the state it is a rate of
 
 
-def find_renames(equations: list[Sides]) -> list[Rename]:
+def find_rename(equations: list[Sides]) -> Rename:
     """What the names of some equations become, one step after another."""
-    found = list[Rename]()
+    steps = list[Rename]()
     for find in (_settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
         if change := find(equations):
-            found.append(change)
+            steps.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
-    return found
+    return lambda name: reduce(lambda name, change: change(name), steps, name)
 
 
 def as_derivatives(sides: Sides) -> list[Sides]:
