@@ -290,8 +290,7 @@ def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]
     for symbol in fresh:
         meanings = [s for s in others if symbol.value not in symbols(s) and s.kind != "number"]
         meanings.sort(key=lambda side: any(name.startswith("?") for name in symbols(side)))
-        settled = symbol.value not in CONSTANTS and bool(meanings)
-        if meanings and (symbol is sides[0] or settled or len(sides) > 2):
+        if meanings and (symbol is sides[0] or symbol.value not in CONSTANTS or len(sides) > 2):
             return [(other.value, meanings[0]) for other in fresh]
     return []
 
@@ -302,18 +301,18 @@ def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
 
     Of several places that with the least error of the text's first equation over its meanings for a rod.
     """
-    words, best = Vocabulary(THIN.spec), (np.inf, "", "")
+    words, tried = Vocabulary(THIN.spec), list[tuple[float, int]]()
+    at = lambda place: text[:place] + bracket + text[place:]  # noqa: E731
     for place in [*[token.start for token in tokens(text)][1 : MOST_BRACKETS + 1], len(text)] if bracket else ():
-        fixed, errors = text[:place] + bracket + text[place:], list[float]()
         with suppress(Unread, IndexError):
-            for equation in Equation(tuple(parse(fixed, words)[0])).readings(words):
-                with suppress(Unread):
-                    if not of_equation(equation, THIN.spec)[1]:
-                        errors.append(relative_error(equation, random_states(THIN)))
-        if min(errors, default=np.inf) < best[0]:
-            around = f"{text[max(0, place - 10) : place]}{bracket}{text[place : place + 10]}"
-            best = (min(errors), fixed, f"the bracket {bracket} is missing; it is read as ...{around}...")
-    return best[1:] if best[1] else None
+            for equation in Equation(tuple(parse(at(place), words)[0])).readings(words):
+                if not of_equation(equation, THIN.spec)[1]:
+                    tried.append((relative_error(equation, random_states(THIN)), place))
+    if not tried:
+        return None
+    place = min(tried)[1]
+    around = at(place)[max(0, place - 10) : place + len(bracket) + 10]
+    return at(place), f"the bracket {bracket} is missing; it is read as ...{around}..."
 
 
 @lru_cache(maxsize=20_000)
@@ -363,31 +362,29 @@ def candidates(one: Printed, system: System) -> list[Candidate]:
 
 
 def kind_of(equation: Equation, spec: Spec) -> str:
-    """What an equation is about, in a word or two: what it is solved for, or what stands in it."""
+    """What an equation is about, in a word or two: what it is solved for, or else what stands in it."""
     first, names = equation.sides[0], equation.names
     lone = str(equation.meanings.get(first.value, first.value)) if first.kind == "symbol" else ""
-    dimension, disagreement = of_equation(equation, spec)
-    reactions, moves = names & REACTIONS, any(name.startswith(("dd", "wd")) or name == "alpha" for name in names)
-    if lone in UNIT_VECTORS:
-        return "unit vectors"
     if lone.startswith("dd"):
         return "explicit acceleration"
-    if lone in REACTIONS:
-        return "reaction"
-    if kind := ENERGIES.get(lone) or SOLVED.get(spec.dimensions.get(lone, ())):
+    if kind := SOLVED_FOR.get(lone) or OF_DIMENSION.get(spec.dimensions.get(lone, ())):
         return kind
-    if any(name.startswith("C_") for name in names):
-        return "direction cosines"
-    if dimension == (1, 2, -2) and not disagreement and (reactions or moves):
-        return "moment balance"
-    if reactions:
-        return "force balance"
-    return "energy" if names & ENERGIES.keys() else "equation of motion" if moves else "relation"
+    dimension, disagreement = of_equation(equation, spec)
+    reactions, moves = names & REACTIONS, any(name.startswith(("dd", "wd")) or name == "alpha" for name in names)
+    is_about = {
+        "direction cosines": any(name.startswith("C_") for name in names),
+        "moment balance": dimension == (1, 2, -2) and not disagreement and (reactions or moves),
+        "force balance": reactions,
+        "energy": names & {"T", "V", "L", "E"},
+        "equation of motion": moves,
+    }
+    return next((kind for kind, is_it in is_about.items() if is_it), "relation")
 
 
 REACTIONS = {"R", "R1", "R2", "R3", "M1", "M2", "M3", "Mc"}
-ENERGIES = {"T": "kinetic energy", "V": "potential energy", "L": "Lagrangian", "E": "energy"}
-SOLVED: dict[tuple, str] = {  # what an equation is about that is solved for one quantity, by its powers of kg, m, s
+SOLVED_FOR = dict.fromkeys(UNIT_VECTORS, "unit vectors") | dict.fromkeys(REACTIONS, "reaction")
+SOLVED_FOR |= {"T": "kinetic energy", "V": "potential energy", "L": "Lagrangian", "E": "energy"}
+OF_DIMENSION: dict[tuple, str] = {  # of a quantity by itself: powers of kg, m, s
     (0, 1, 0): "position",
     (0, 1, -1): "velocity",
     (0, 1, -2): "acceleration",

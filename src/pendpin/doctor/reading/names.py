@@ -42,8 +42,10 @@ _SHORT = _meanings(
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
 _MEANT = _meanings(
     """m mass masse masa massa, g gravity grav gravite gravedad gravidade, I inertia inertie inercia moi, F force,
-    l length len longueur longitud comprimento lunghezza laenge, cm cm com, pole pole, rod rod, bob bob,
-    cart cart trolley chariot carro, pend pendulum pend pendulo"""
+    l length len longueur longitud comprimento lunghezza laenge"""
+)
+_MEANT |= _meanings(
+    "cm cm com, pole pole, rod rod, bob bob, cart cart trolley chariot carro, pend pendulum pend pendulo"
 )
 _PHRASE = re.compile("|".join(sorted(_MEANT, key=len, reverse=True)) + r"|\d(?!\d)|[AB](?![a-z])|_", re.I)
 _LETTERED = re.compile(rf"([mMlLrRIJhTVUKxyva]|KE|PE|{_ANGLE}|Theta|Phi)([A-C])")
