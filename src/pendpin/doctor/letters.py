@@ -9,7 +9,7 @@ from collections import Counter, defaultdict
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
-from itertools import permutations, product
+from itertools import islice, permutations, product
 
 import numpy as np
 
@@ -38,6 +38,8 @@ MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without 
 HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = 2.0, 0.5  # what a definition that comes to an acceleration, or is named like a quantity, counts
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
+TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
+OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
 @dataclass(frozen=True)
@@ -170,17 +172,25 @@ def credit(one: Printed, systems: tuple[System, ...], small: bool = False) -> Va
 
 def settled(text: Text, words: Vocabulary, system: System, inside: np.ndarray) -> Vocabulary:
     """The words in which each letter has the meaning with which most of those `inside` a section hold."""
-    for _ in range(MOST_CHANGED if telling(text.bind(words, inside)) else 0):
-        section, better = text.bind(words, inside), words
-        most = held(section, system) + HARDLY
-        for name, meaning in _other_meanings(section, system, words)[:MOST_TRIED]:
-            other = words.choosing({name: meaning})
-            if (count := held(text.bind(other, inside), system)) > most:
-                most, better = count, other
-        if better is words:
-            break
-        words = better
-    return _agreed(text, system, words)
+    here = lambda words: text.bind(words, inside)  # noqa: E731
+    if telling(here(words)):
+        for _ in range(MOST_CHANGED):
+            section, better = here(words), dict[Name, str]()
+            own, most = _own(section, system, words), held(section, system) + HARDLY
+            singles = ({name: meaning} for name, meaning in islice(_other_meanings(section, system, words), MOST_TRIED))
+            for change in filter(None, (own, *singles)):
+                if (count := held(here(words.choosing(change)), system)) > most:
+                    most, better = count, change
+            for name in (
+                own if better is own and len(own) > 1 else ()
+            ):  # a letter that need not be the text's own is not
+                fewer = {other: meaning for other, meaning in better.items() if other != name}
+                better = fewer if held(here(words.choosing(fewer)), system) >= most else better
+            if not better:
+                break
+            words = words.choosing(better)
+        words = _agreed(text, system, words)
+    return words
 
 
 def _meanings(name: Name, words: Vocabulary) -> list[str]:
@@ -191,46 +201,72 @@ def _meanings(name: Name, words: Vocabulary) -> list[str]:
     return [meaning for meaning in dict.fromkeys(every) if not meaning.startswith("?")]
 
 
-def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> list[tuple[Name, str]]:
-    """Letters of equations that do not hold, with each other meaning; before these "" for what may be the text's own."""
+def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Name, str]:
+    """The letters that equations which do not hold define, all as the text's own: a = (m_1 + m_2) l_1, b = ..."""
+    found: dict[Name, str] = {}
+    for one in (one for one in equations if len(one.sides) == 2 and holding(one, system) is None):
+        named, other = one.sides
+        if named.kind == other.kind == "symbol" and named.value in system.spec.state:  # theta1dot = z1
+            named, other = other, named
+        if named.kind == "symbol" and (written := named.written) and not written.dots and symbols(other):
+            meanings = _meanings((written.letter, written.index), words)
+            if meanings and not {*meanings} & {*system.spec.state}:
+                found[written.letter, written.index] = ""
+    return found
+
+
+def _other_meanings(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
+    """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
     readable = [one for one in equations if one.ways]
     wrong = [one for one in readable if holding(one, system) is None]
     right = set[Name]().union(*(one.used_letters for one in readable if one not in wrong))
     lone = letters_in(side for one in wrong for side in one.sides if side.kind == "symbol")
-    own, others = list[tuple[Name, str]](), list[tuple[Name, str]]()
     for name, _ in Counter(name for one in wrong for name in sorted(one.used_letters)).most_common():
         meanings = _meanings(name, words)
-        if (
-            meanings
-            and (name in lone or name not in right)
-            and not {*meanings} & {*system.spec.state, *system.spec.unknowns}
-        ):
-            own.append((name, ""))
-        others += [(name, meaning) for meaning in meanings if len(meanings) > 1]
-    return own + others
+        own = (name in lone or name not in right) and meanings
+        if own and not set(meanings) & {*system.spec.state, *system.spec.unknowns}:
+            yield name, ""
+        yield from ((name, meaning) for meaning in (meanings if len(meanings) > 1 else ()))
 
 
 def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
-    """The words, where a letter that means another thing in one equation alone means there what it does elsewhere.
-
-    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant.
-    """
-    stem = lambda name: re.sub("[12]$", "#", name)  # noqa: E731  of two like bodies
-    right = [*filter(None, (holding(one, system) for one in text.bind(words)))]
-    uses: dict[Name, Counter[str]] = defaultdict(Counter)  # in how many equations a letter has each meaning
-    for equation in right:
-        pairs = {(node.written, equation.meaning(str(node.value))) for node in parts(equation.sides) if node.written}
-        for letter, index, meaning in {(w.letter, stem(w.index), stem(m[w.dots :])) for w, m in pairs if not w.styled}:
-            uses[letter, index][meaning] += 1
-    for (letter, index), found in uses.items():
-        alike = (name for name in sorted(text.letters) if name[0] == letter and stem(name[1]) == index)
-        meanings = {name: every for name in alike if (every := _meanings(name, words))}
-        order = [stem(meaning) for every in meanings.values() for meaning in every]
-        ranked = sorted((one for one in found if one in order), key=lambda one: (-found[one], order.index(one)))
-        dimensions = {system.spec.dimensions.get(one.replace("#", "1")) for one in ranked}
-        if len(ranked) == 2 and len(dimensions) == 1 and found[ranked[1]] == 1:
-            usual = {name: ranked[0].replace("#", name[1][-1:]) for name in meanings}
-            other = words.choosing({name: one for name, one in usual.items() if one in meanings[name]})
-            if len(right) - sum(holding(one, system) is not None for one in text.bind(other)) in (0, 1):
-                return _agreed(text, system, other)
+    """The words, where a letter that means another thing in one equation alone means there what it does elsewhere."""
+    count = lambda words: sum(holding(one, system) is not None for one in text.bind(words))  # noqa: E731
+    for _ in range(MOST_CHANGED):
+        changes = (words.choosing({name: usual}) for name, usual in _slips(text.bind(words), system, words))
+        if (other := next((other for other in changes if count(words) - count(other) in (0, 1)), None)) is None:
+            break
+        words = other
     return words
+
+
+def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
+    """Letters that mean another thing in one equation alone, each with what it means elsewhere.
+
+    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant. A
+    letter that stands in one equation alone does not mean what another one means that has that meaning first.
+    """
+    uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
+    twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
+    for equation in filter(None, (holding(one, system) for one in equations if one.ways)):
+        pairs = ((node.written, equation.meaning(str(node.value))) for node in parts(equation.sides))
+        written = [(name, meaning) for name, meaning in pairs if name and not name.styled]
+        used = {(w.letter, w.index): meaning[w.dots :] for w, meaning in written}
+        for (letter, index), meaning in used.items():
+            uses[letter, index][meaning] += 1
+            if (twin := TWINS.get(index)) and (letter, twin) not in used:
+                twins[letter, twin][meaning.removesuffix(index) + twin] += 1
+    takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
+    dimensions = system.spec.dimensions
+    for name, own in uses.items():
+        meanings = _meanings(name, words)
+        found = own + Counter({meaning: often for meaning, often in twins[name].items() if meaning in meanings})
+        taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
+        if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
+            found = Counter({meanings[0]: OFTEN, **found})
+        rank = lambda one, meanings=meanings: meanings.index(one) if one in meanings else len(meanings)  # noqa: E731
+        (usual, often), *others = sorted(found.items(), key=lambda pair: (-pair[1], rank(pair[0]), pair[0]))
+        alike = [(meaning, n) for meaning, n in others if dimensions.get(usual) == dimensions.get(meaning)]
+        sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
+        if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
+            yield name, usual

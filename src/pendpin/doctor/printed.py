@@ -15,12 +15,13 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_rename
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, key, parts, rename, symbols
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
+DAMPINGS = {*"bcdkf"}  # letters of dampings
 
 
 THIN = System(SPECS["thin"])
@@ -86,7 +87,7 @@ class Printed:
         equations = parse(text, tight=tight)
         if self.renamed:
             equations = [[rename(side, self.renamed) for side in sides] for sides in equations]
-        first = [as_derivatives(tuple(sides))[0] for sides in equations]
+        first = [as_derivatives(_styled(tuple(sides)))[0] for sides in equations]
         return [tuple(bound(side, self.words) for side in sides) for sides in first]
 
     @property
@@ -140,13 +141,13 @@ class Text:
         self._telling = [
             sorted(one.letters | letters_in(name) | {("u", "")}) for one, name in zip(raw, self._names, strict=True)
         ]
-        self._letters = set[Name]().union(*self._telling)
+        self._letters, self._dampings = set[Name]().union(*self._telling), _dampings(raw)
 
     def own_words(self, words: Vocabulary) -> Vocabulary:
         """Some words, where letters that the text uses otherwise do not stand for what they usually do."""
         while True:
             words = words.among(self.letters)
-            if not (own := _own_letters(self._with_meanings(words), words)):
+            if not (own := _own_letters(self._with_meanings(words), words, self._dampings)):
                 return words
             words = replace(words, chosen=words.chosen | own)
 
@@ -158,7 +159,7 @@ class Text:
         for i, one in enumerate(self.raw):
             mark = (i, system, *(told[name] for name in self._telling[i]))
             if mark not in self._bound:
-                every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(sides)]
+                every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
                 ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
                 for left in (bound(name, words) for name in self._names[i]):
                     if left.kind == "symbol" and not left.value.startswith("?"):
@@ -223,8 +224,11 @@ def _read_name(one: Printed) -> tuple[Node, ...]:
     return ()
 
 
-def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]:
-    """Letters that equations give another dimension than what they usually stand for has, such as a_1, or q of a number."""
+def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name]) -> dict[Name, str]:
+    """Letters that do not stand for the constants or vectors that they may stand for elsewhere.
+
+    Such as a_1 that equations give another dimension, q of a number, and b that multiplies a rate wherever it stands.
+    """
     spec, found = words.spec, dict[Name, set[Name]]()
     for one in (one for one in equations if len(one.sides) == 2 and one.sides[0].written and spec):
         left, right = one.sides
@@ -233,13 +237,54 @@ def _own_letters(equations: list[Printed], words: Vocabulary) -> dict[Name, str]
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
-        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
-        usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
+        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or moves
         if usual or not symbols(right) or not fixed:
             continue
+        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
         if number or not one.sound:
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
-    return {name: "" for name, used in found.items() if not used & found.keys()}
+    own = {name: "" for name, used in found.items() if not used & found.keys()}
+    for name in dampings if spec else ():
+        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
+            own[name] = ""
+    return own
+
+
+def _dampings(equations: list[Printed]) -> set[Name]:
+    """Letters that stand in products with one rate only."""
+    orders: dict[Name, set[int]] = {}
+
+    def visit(node: Node, around: int) -> None:
+        if node.kind == "product":  # also of fractions and brackets
+            around += _order(node)
+        elif node.kind != "power" or node.value < 0:
+            around = around if node.kind == "symbol" else 0
+        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
+            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
+        for child in node.children:
+            visit(child, around - _order(child) * (node.kind == child.kind == "product"))
+
+    for side in (side for one in equations if len(one.names) > 1 for side in one.sides):
+        visit(side, 0)
+    return {name for name, found in orders.items() if found == {1}}
+
+
+def _order(node: Node) -> int:
+    """How many rates are multiplied in an expression."""
+    if node.kind == "power":
+        return abs(int(node.value)) * _order(node.children[0])
+    if node.kind == "product":
+        return sum(map(_order, node.children))
+    written = node.written if node.kind == "symbol" else None
+    return int(written is not None and (written.dots == 1 or (written.letter in ("omega", "w") and not written.dots)))
+
+
+def _styled(sides: tuple[Node, ...]) -> tuple[Node, ...]:
+    """The sides, where a name alone that is set equal to a matrix is one, however it is printed."""
+    if len(sides) < 2 or not any(side.kind == "matrix" for side in sides):
+        return sides
+    alone = lambda side: side.kind == "symbol" and side.written and not side.written.dots  # noqa: E731
+    return tuple(replace(s, written=replace(s.written, styled=True)) if alone(s) and s.written else s for s in sides)
 
 
 def _of_statement(statement: Statement, number: int) -> list[Printed]:

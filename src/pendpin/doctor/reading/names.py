@@ -151,7 +151,9 @@ class Vocabulary:
 
     def choosing(self, change: dict[tuple[str, str], str]) -> "Vocabulary":
         """The same with one meaning alone for some letters."""
-        return replace(self, chosen=self.chosen | change)
+        words = replace(self, chosen=self.chosen | change)
+        words._letters.update({name: found for name, found in self._letters.items() if name not in change})
+        return words
 
     def __call__(self, written: Written) -> tuple[str, ...]:
         """The meanings of a printed symbol."""
@@ -178,9 +180,8 @@ class Vocabulary:
         found = self.words(written)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
-        if not written.dots:
-            free = lambda one: self.chosen.get(self.taken.get(one, name), one) != one  # noqa: E731  its letter is another thing
-            found = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name or free(one))
+        mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)
+        found = mine if not written.dots else found
         if (choice := self.chosen.get(name)) is not None:
             found = tuple(meaning for meaning in found if meaning == "d" * written.dots + choice)
         return found or (unknown(written),)

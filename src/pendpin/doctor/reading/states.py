@@ -178,7 +178,8 @@ def _style_matrices(equations: list[Sides]) -> Rename | None:
     """A letter that is equal to a matrix is one wherever it stands, however it is printed: M = [...], inv(M)."""
     tables = [sides for sides in equations if any(side.kind == "matrix" for side in sides)]
     equal = {side.written for sides in tables for side in sides if side.kind == "symbol" and side.written}
-    matrices = {written for written in equal if not written.styled and not written.dots}
+    inside = _written([tuple(side for side in sides if side.kind == "matrix") for sides in tables])
+    matrices = {written for written in equal - inside if not written.styled and not written.dots}
     return (lambda name: replace(name, styled=name.styled or name in matrices)) if matrices else None
 
 
