@@ -165,7 +165,7 @@ class Vocabulary:
         """The meanings of a letter as it may be printed: all that tells what an equation with it means."""
         if name not in self._letters:
             every = (Written(name[0], dots, name[1], styled) for dots in (0, 1) for styled in (False, True))
-            self._letters[name] = tuple(map(self, every))
+            self._letters[name] = tuple(map(self, (*every, Written(name[0], frames="IA"))))
         return self._letters[name]
 
     def _find(self, written: Written) -> tuple[str, ...]:
