@@ -243,8 +243,7 @@ def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
 def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
     """Letters that mean another thing in one equation alone, each with what it means elsewhere.
 
-    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant. A
-    letter that stands in one equation alone does not mean what another one means that has that meaning first.
+    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant.
     """
     uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
     twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
@@ -256,14 +255,10 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
             uses[letter, index][meaning] += 1
             if (twin := TWINS.get(index)) and (letter, twin) not in used:
                 twins[letter, twin][meaning.removesuffix(index) + twin] += 1
-    takers = {meaning: name for name, found in uses.items() for meaning, often in found.items() if often >= OFTEN}
     dimensions = system.spec.dimensions
     for name, own in uses.items():
         meanings = _meanings(name, words)
         found = own + Counter({meaning: often for meaning, often in twins[name].items() if meaning in meanings})
-        taken = len(meanings) > 1 and len(found) == 1 and takers.get(next(iter(found)), name) != name
-        if taken and sum(found.values()) == 1 and next(iter(found)) != meanings[0]:
-            found = Counter({meanings[0]: OFTEN, **found})
         rank = lambda one, meanings=meanings: meanings.index(one) if one in meanings else len(meanings)  # noqa: E731
         (usual, often), *others = sorted(found.items(), key=lambda pair: (-pair[1], rank(pair[0]), pair[0]))
         alike = [(meaning, n) for meaning, n in others if dimensions.get(usual) == dimensions.get(meaning)]
