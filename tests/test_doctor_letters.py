@@ -390,12 +390,6 @@ def test_a_state_may_get_any_name_and_a_length_no_speed(line, verdict):
     assert (last.remark == "it gives a state a name") == (verdict == "not checked")
 
 
-@pytest.mark.parametrize(("use", "idle"), [("", True), (r"$$V = Q\cos\theta$$", False)])
-def test_what_a_line_defines_is_idle_where_nothing_uses_it(use, idle):
-    findings = pp.diagnose(rf"{BOB} $$Q = b\, s$$ {use}").findings
-    assert findings[3].remark.startswith("no other equation uses Q: ") == idle
-
-
 def test_a_name_for_a_name_comes_to_nothing():
     """An expression of some length does."""
     code = (

@@ -148,7 +148,7 @@ def test_own_symbols_and_names():
     assert found.findings[1].mends[0].latex.endswith("m*g*h*s*cos(theta)")
 
 
-# --- in definitions and for small angles ----------------------------------------------------------------------------
+# --- in definitions ----------------------------------------------------------------------------
 
 DEFINED = r"""With $D = J_1\cos^2\phi + I_3\sin^2\phi$ the energies of the rod are
 $$ T = \frac12(D\dot\theta^2 + J_1\dot\phi^2) $$
@@ -166,33 +166,6 @@ def test_a_wrong_definition_is_mended_where_it_stands():
     assert verdicts(pp.diagnose(DEFINED)) == ["holds"] * 4
     (alone,) = pp.diagnose(DEFINED.replace(r"(D\dot\theta^2", r"(2 D\dot\theta^2")).wrong
     assert alone.mends[0].latex == r"T = \frac12(D\dot\theta^2 + J_1\dot\phi^2)"
-
-
-SMALL = {  # texts whose last equation begins with a minus or plus and g
-    "double": (
-        r"(m_1+m_2) l_1\ddot\theta_1 + m_2 l_2\ddot\theta_2 + (m_1+m_2) g\theta_1 = 0",
-        r"l_2\ddot\theta_2 + l_1\ddot\theta_1 + g\theta_2 = 0",
-    ),
-    "rod": (r"\ddot\theta = -\frac{3g}{2l}\theta", r"\ddot\phi + \frac{3g}{2l}\phi = 0"),
-    "cart": (
-        r"V = -m g l\cos\theta",
-        r"(M+m)\ddot x + m l\ddot\theta = F",
-        r"\ddot x + l\ddot\theta + g\theta = 0",
-    ),
-    "plane": (r"T = \frac12 m l^2\dot\theta^2", r"V = -m g l\cos\theta", r"\ddot\theta + \frac gl\theta = 0"),
-}
-
-
-@pytest.mark.parametrize("right", SMALL.values(), ids=SMALL.keys())
-def test_an_equation_for_small_angles_is_mended_to_the_first_order(right):
-    """Its neighbours hold so, or its words say so."""
-    text = "# Small oscillations\n" + "\n".join(f"$$ {equation} $$" for equation in right)
-    assert "fails" not in verdicts(pp.diagnose(text))
-    before, _, after = text.rpartition(" + ")
-    (finding,) = pp.diagnose(f"{before} - {after}").wrong
-    assert finding.number == len(right)
-    assert finding.mends[0].words.startswith("the sign of")
-    assert "to the first order" in finding.remark
 
 
 DOUBLE = r"""

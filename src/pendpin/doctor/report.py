@@ -57,7 +57,6 @@ class Finding:
     dimensions: str = ""
     mends: tuple[Mend, ...] = ()
     equation: Equation | None = None
-    linear: bool = False  # compared to the first order
     follows: int = 0  # the number of the wrong equation that it follows from; 0 for none
     unknown: tuple[str, ...] = ()  # the symbols for want of which it is not checked
 

@@ -10,11 +10,21 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import ENERGIES, Equation, evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Disagreement, dimension, relative_error, stack_residuals
+from pendpin.doctor.checking.evaluation import Equation, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, parts, walk
-from pendpin.doctor.systems.base import STATES, Formula, Quantities, Spec, System, Values, free_states, random_states
+from pendpin.doctor.systems.base import (
+    LOADS,
+    STATES,
+    Formula,
+    Quantities,
+    Spec,
+    System,
+    Values,
+    free_states,
+    random_states,
+)
 from pendpin.equations.base import exact
 from pendpin.ground.libraries import optional
 
@@ -95,31 +105,26 @@ def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
 
 
 def is_general(equation: Equation, system: System) -> bool:
-    """Whether an equation is Euler and Lagrange's or Hamilton's for any coordinate q_i, or with a force Q of its own."""
+    """Whether an equation is Euler and Lagrange's or Hamilton's for any coordinate q_i, or with a force Q of its own.
+
+    It has to hold for every coordinate, or the one that it names, without loads and without the force.
+    """
     spec, nodes = system.spec, [*parts(equation.sides)]
     by = {str(node.value).lstrip("?") for node in nodes if node.kind == "derivative" and node.value != "t"}
-    lone = [side for side in equation.sides if side.kind == "symbol" and str(side.value).startswith("?")]
-    sides = [side for side in equation.sides if side not in lone]
-    known = equation.names & {*spec.parameters, "q_i"}  # of a rod q_i is known, and the equation is checked
     named = [name for name in spec.coordinates if {name, f"d{name}"} & by]
-    if not by or len(equation.sides) != 2 or not sides or known or (named and not lone):
-        return False  # one coordinate: checked as any other equation
-    bases = {name.removeprefix("d") for name in by if name not in spec.state and name[0] != "p"}
-    momenta = {name.lstrip("?") for name in {str(node.value) for node in nodes} if re.match(r"\??d?p", name)}
-    states, free = random_states(system), free_states(system)
-    try:
-        for name in named or spec.coordinates:
-            own = spec.momentum(name)
-            meanings = {f"{mark}{d}{base}": f"{d}{name}" for base in bases for d in ("", "d") for mark in ("?", "")}
-            meanings |= {f"{mark}{one}": "d" * (one[0] == "d") + own for one in momenta if own for mark in ("?", "")}
-            here = replace(equation, meanings=equation.meanings | meanings, sides=tuple(sides))
-            off, true = (stack_residuals(here, quantities, plain=True) for quantities in (free, states))
-            law = _motion(Node("symbol", (0, 0), "L"), here, free)[spec.coordinates.index(name)]
-            is_law = min(np.abs(off - law).max(), np.abs(off + law).max()) <= TOLERANCE * np.abs(law).max()
-            if not is_law and (lone or not momenta or np.abs(true).max() > TOLERANCE):
-                return False
-    except (Unread, KeyError):
+    if not by or equation.names & {*spec.parameters, "q_i"}:  # of a rod q_i is known, and the equation is checked
         return False
+    unloaded = random_states(system, tuple((name, 0.0) for name in LOADS if name in spec.parameters))
+    letters = {name.lstrip("?").lstrip("d") for name in (*by, *equation.names)}
+    letters = {name for name in letters if name in by or f"d{name}" in by or name[:1] == "p"} - {*spec.state, "pi"}
+    for coordinate in named or spec.coordinates:
+        meant = {one: spec.momentum(coordinate) if one[:1] == "p" else coordinate for one in letters}
+        meanings = {f"{mark}{dot}{one}": dot + meant[one] for one in letters for dot in ("", "d") for mark in ("?", "")}
+        sides = tuple(side for side in equation.sides if side.value in meanings or not str(side.value).startswith("?"))
+        here = replace(equation, sides=sides, meanings=equation.meanings | meanings)
+        one_coordinate = named and len(sides) == len(equation.sides)  # checked as any other equation
+        if one_coordinate or not sides or not holds(here, unloaded):
+            return False
     return True
 
 
@@ -158,64 +163,41 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     """The quantity that a definition comes to, such as acc1 = (M22*R1 - M12*R2)/det, and how it is read; None for none.
 
     A short one comes to it by chance, unless it is named like it: xs = L*sin(theta), with X1 or pos_x for x1 and x. Of two
-    bodies the indices agree. Energies have a constant.
+    bodies the indices agree.
     """
-    if len(one.sides) != 2 or one.statement.name or one.sides[0].kind != "symbol" or not one.sides[0].written:
+    left, *others = one.sides or (None,)
+    if len(others) != 1 or one.statement.name or not left or not left.written or left.value != one.defines:
         return None
-    word, size = one.sides[0].value.lstrip("?"), sum(1 for _ in walk(one.sides[1]))
+    word, size = left.value.lstrip("?"), sum(1 for _ in walk(others[0]))
     if size < SHORT or one.lacking - {one.defines}:
         return None
-    dimensions = system.spec.dimensions  # a Lagrangian that comes to the energy is wrong, as is a place to another
-    usual = {dimensions.get(name) for name in system.spec.words(one.sides[0].written)} & {(1, 2, -2), (0, 1, 0)}
-    rows, first, apart = _quantities_of(system)
-    for equation in (each for each in one.meant[:MOST_MEANT] if _is_own(each, one, system)):
-        try:
-            with np.errstate(all="ignore"):
-                value = evaluate(one.sides[1], equation.context(random_states(system)))
-        except (Unread, KeyError):
-            continue
-        # most are another quantity at the first state already
-        near = np.flatnonzero(~(np.abs(value.flat[0] - first) > apart)) if np.isfinite(value).all() else ()
-        names = list[str]()
-        for name, row in (rows[i] for i in near):
-            if row.shape == value.shape and dimensions.get(name, ()) not in usual:
-                off = value - row
-                off = np.diff(np.split(off, 2), axis=0) if name in ENERGIES else off  # the halves share the parameters
-                names += [name] * bool(np.abs(off).max() <= TOLERANCE * np.abs(row).max())
-        called = size >= LONG or ACCELERATION.search(word)
-        fits = [name for name in names if (called and _agrees(word, name)) or _is_named_like(word, name)]
-        if fits := sorted(fits, key=lambda name: (not _is_named_like(word, name), len(name), name)):
-            return fits[0], equation
+    dimensions, states = system.spec.dimensions, random_states(system)
+    # a Lagrangian that comes to the energy is wrong, as is a place to another
+    usual = {dimensions.get(name) for name in system.spec.words(left.written)} & {(1, 2, -2), (0, 1, 0)}
+    called = size >= LONG or ACCELERATION.search(word)
+    names = [name for name in _quantities_of(system) if dimensions.get(name, ()) not in usual and _agrees(word, name)]
+    names = [name for name in names if called or _is_named_like(word, name)]
+    names.sort(key=lambda name: (not _is_named_like(word, name), len(name), name))
+    for equation in one.meant[:MOST_MEANT] if names else ():
+        with suppress(Unread, KeyError), np.errstate(all="ignore"):
+            value = evaluate(others[0], equation.context(states))
+            for name in names:
+                row = states[name]
+                near = value.shape == row.shape and abs(value.flat[0] - row.flat[0]) <= SAME * abs(row.flat[0])
+                if near and np.abs(value - row).max() <= TOLERANCE * np.abs(row).max():
+                    return name, equation
     return None
 
 
-def _is_own(equation: Equation, one: Printed, system: System) -> bool:
-    """Whether the name on the left is the text's own: nobody's, or of another dimension than what it usually means."""
-    left, right = one.sides
-    usual = system.spec.dimensions.get(equation.meaning(left.value))
-    mine = left.value == one.defines
-    if mine or not usual or left.value in system.spec.state or (left.written and left.written.dots):
-        return mine
-    with suppress(Disagreement):
-        found = dimension(right, equation.definitions, system.spec)
-        return found is not None and tuple(found) != tuple(usual)
-    return False
-
-
 @cache
-def _quantities_of(system: System) -> tuple[list[tuple[str, Values]], Values, Values]:
-    """The quantities of a system at random states of the true motion; their first values; how far others may be off these.
-
-    Any value may be that of an energy, which has a constant.
-    """
+def _quantities_of(system: System) -> list[str]:
+    """The quantities of a system that a definition may come to, and their rates, but for those that are 0."""
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
     moving = [name for name in names if re.match(r"r|[xyz][pG]?\d?$", name)]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
     names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
-    rows = [(name, states[name]) for name in dict.fromkeys(names) if 0 < np.abs(states[name]).max() < np.inf]
-    apart = [np.inf if name in ENERGIES else TOLERANCE * np.abs(row).max() for name, row in rows]
-    return rows, np.array([row.flat[0] for _, row in rows]), np.array(apart)
+    return [name for name in dict.fromkeys(names) if 0 < np.abs(states[name]).max() < np.inf]
 
 
 def _agrees(word: str, name: str) -> bool:
@@ -233,24 +215,3 @@ def _is_named_like(word: str, name: str) -> bool:
         return bool(re.match(rf"{'va'[len(rate) - 1]}.*{letter}", word)) and _agrees(word[1:], name)
     begins = word[:1].lower() == letter.lower() or re.search(rf"(?:_|[Pp]os|tip|bob|end){letter}(?![a-z])", word)
     return bool(begins) and _agrees(word, name)
-
-
-def in_use(equations: list[Printed], systems: list[System]) -> set[str]:
-    """The symbols without dots and components that some equations use; those of a definition if what it defines is used.
-
-    What comes to a quantity of the system is used as an equation is.
-    """
-    laws = [bool(one.ways) and bool(quantity_of(one, system)) for one, system in zip(equations, systems, strict=True)]
-    used, before = set[str](), -1
-    while len(used) > before:
-        before = len(used)
-        for one, law in zip(equations, laws, strict=True):
-            if one.ways and (law or not one.defines or len(one.sides) > 2 or bare(one.defines) in used):
-                letters = {bare(name) for name in one.names - {one.defines}}
-                used |= letters | {letter.rpartition("_")[0] for letter in letters}
-    return used
-
-
-def bare(name: str) -> str:
-    """A symbol without its dots."""
-    return name.lstrip("?").lstrip("d") or "d"

@@ -30,10 +30,8 @@ from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System
 from pendpin.doctor.systems.rod import SPECIAL
 
 _CONICAL_RATE = itemgetter("conical_rate")
-SAID_SMALL = re.compile(r"\bsmall|lineari|first order|approx", re.IGNORECASE)
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
-FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
@@ -44,27 +42,29 @@ TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes al
 class Condition(NamedTuple):
     """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it.
 
-    Where the equation and most others have none of the `absent` quantities, it need not be stated.
+    Where neither the equation nor another has one of the `absent` quantities, it need not be stated.
     """
 
     words: str
     stated: str
     instead: tuple[tuple[str, float | Formula], ...] = ()
-    absent: frozenset[str] | None = None
+    absent: frozenset[str] = frozenset()
     spec: Spec | None = None  # of another rod
 
 
 def conditions(system: System) -> list[Condition]:
     """The special cases of a system, the usual ones first."""
-    spec, at_zero = system.spec, lambda names: tuple((name, 0.0) for name in names)
-    down = r"straight down|at rest|equilibrium|hangs? vertically"
+    spec = system.spec
+
+    def zero(words: str, stated: str, *names: str) -> Condition:
+        return Condition(words, stated, tuple((name, 0.0) for name in names), dependents(system, names))
+
     rest = r"\bat rest\b|\bstatic|equilibrium|stands? still|does not move"
-    found = [Condition("at rest", rest, at_zero(spec.rates), dependents(system, spec.rates))]
-    found += [Condition("at rest, hanging straight down", down, at_zero(spec.state), dependents(system, spec.state))]
+    down = r"straight down|at rest|equilibrium|hangs? vertically"
+    found = [zero("at rest", rest, *spec.rates), zero("at rest, hanging straight down", down, *spec.state)]
     for name in spec.coordinates if spec.kind in SPECIAL else ():
         letter = rf"(?:\$|for |at |with |,)\s*\\?{name}\s*=\s*0"
-        held = (name, f"d{name}")
-        found.append(Condition(f"{name} = 0 throughout", letter, at_zero(held), dependents(system, held)))
+        found.append(zero(f"{name} = 0 throughout", letter, name, f"d{name}"))
     if spec.kind.startswith("polar"):
         said = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         cone = (("dtheta", 0.0), ("dphi", _CONICAL_RATE))
@@ -80,36 +80,27 @@ def conditions(system: System) -> list[Condition]:
             below = (lambda q, start=start: start + 0.3 * q["theta"] ** 2) if up else lambda q: 0.8 * q["theta"]
             found.append(Condition(f"it is released at rest from {words}", "", (("theta", below), ("dtheta", rate))))
     if loads := [name for name in LOADS if name in spec.parameters]:
-        found.append(Condition(f"{' and '.join(loads)} = 0", "force|torque|free", at_zero(loads), frozenset(loads)))
+        found.append(zero(f"{' and '.join(loads)} = 0", "force|torque|free", *loads))
     weightless = r"(?:without|no|zero) (?:gravity|field)|weightless|(?:field|gravity|force)-free|\bg\s*=\s*0"
-    found.append(Condition("there is no gravity", weightless, at_zero("g"), dependents(system, ("g",))))
+    found.append(zero("there is no gravity", weightless, "g"))
     others = SPECIAL.get(spec.kind, ())
     return found + [Condition(words, stated, (), absent, other) for words, other, stated, absent in others]
 
 
-def holds_as_stated(equation: Equation, system: System, context: str) -> str:
-    """The condition that the words around an equation state and under which it holds; empty where there is none."""
-    for case in conditions(system):
-        if re.search(case.stated, context, re.IGNORECASE) and _holds_under(equation, system, case):
-            return case.words
-    return small_angles(equation, system) if SAID_SMALL.search(context) else ""
+def holds_if(equation: Equation, system: System, context: str, neighbours: list[Equation], chosen: bool) -> str:
+    """The condition under which an equation holds, in words; empty where it holds under none.
 
-
-def holds_if(equation: Equation, system: System, neighbours: list[Equation], chosen: bool) -> str:
-    """What nothing states and under which an equation holds that has nothing of what it makes vanish.
-
-    Neighbours that have it show that the text is not about that, and so does a system that was `chosen`; but a reaction at
-    rest may stand in any text. Beside one law with gravity no other is without.
+    The words around it state the condition. Or it has nothing of what the condition makes vanish, and nothing shows that
+    the text is not about that: no neighbour has, and the system was not `chosen`; a reaction at rest may stand in any text.
     """
     lone = {equation.meaning(str(side.value)) for side in equation.sides if side.kind == "symbol"}
     reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
     for case in conditions(system):
-        if case.absent is None or not case.absent.isdisjoint(_quantities_apart(equation)):
-            continue
-        others = sum(not case.absent.isdisjoint(_quantities_apart(other)) for other in neighbours)
-        still = {*system.spec.rates} <= {name for name, _ in case.instead}
-        few = others < (1 if case.words == "there is no gravity" else FEW) and not chosen
-        if (few or (still and reaction)) and _holds_under(equation, system, case):
+        has = lambda one, case=case: bool(case.absent & _quantities_apart(one))  # noqa: E731
+        still = reaction and {*system.spec.rates} <= {name for name, _ in case.instead}
+        about = still or not (chosen or any(map(has, neighbours)))
+        meant = re.search(case.stated, context, re.IGNORECASE) or (case.absent and about and not has(equation))
+        if meant and _holds_under(equation, system, case):
             return case.words
     return small_angles(equation, system)
 
@@ -154,31 +145,21 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
 
 def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
-    with suppress(Unread):
-        if may_be_linear(equation, system):
-            scaled = [random_states(system, scale=size) for size in SMALL]
-            far, close = (relative_error(equation, states) for states in scaled)
-            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
-            # what is left is of the second order, by itself and beside the terms
-            if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
-                return "the angles are small, to the first order"
-    return ""
-
-
-def may_be_linear(equation: Equation, system: System) -> bool:
-    """Whether an equation on coordinates or accelerations has no circular function, and so may be one for small angles."""
     names, own = equation.names, equation.definitions
-    first = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0]
-    if first == (0, 2, -2) or names & {
-        "T",
-        "V",
-        "L",
-        "E",
-    }:  # squares of speeds too are of the second order: to the first they say nothing
-        return False
     every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
-    linear = not any(part.kind == "function" and part.value != "sqrt" for part in every)
-    return linear and any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
+    moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
+    # squares of speeds are of the second order: to the first an energy says nothing
+    energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == (0, 2, -2) or names & {*"TVLE"}
+    if energy or not moves or any(part.kind == "function" and part.value != "sqrt" for part in every):
+        return ""
+    with suppress(Unread):
+        scaled = [random_states(system, scale=size) for size in SMALL]
+        far, close = (relative_error(equation, states) for states in scaled)
+        rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+        # what is left is of the second order, by itself and beside the terms
+        if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
+            return "the angles are small, to the first order"
+    return ""
 
 
 def without(equation: Equation, loads: set[str]) -> Equation:
@@ -186,15 +167,15 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
 
 
-def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
+def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
     """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
 
-    An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
+    An equation without circular functions may hold to the first order.
     """
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not (moves or all(map(PIVOT.match, unknown))) or (any(map(other, unknown)) and not sure):
+    if not (moves or all(map(PIVOT.match, unknown))) or any(map(other, unknown)):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
@@ -223,17 +204,15 @@ def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str |
 
 
 def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
-    """Generalised forces (k, n) of a rate, a deflection or 1: at a coordinate, between two, at all, at all joints."""
+    """Generalised forces (k, n) of a rate, a deflection or 1: at a coordinate, between two, at all, on each mass."""
     true, names = random_states(system), system.spec.coordinates
     one = np.eye(len(names))
-    between = [one[i] - one[j] for i in range(len(names)) for j in range(i)]
-    joints = [one[0], *(one[i] - one[i - 1] for i in range(1, len(names)))]
+    axes = [*one, *(one[i] - one[j] for i in range(len(names)) for j in range(i))]
     for kind, order in (("damping", "d"), ("spring", "")):
         moves = np.array([true[order + name] for name in names])
-        for axes in (*([axis] for axis in (*one, *between)), one, joints):
-            yield kind, np.sum([np.outer(axis, axis @ moves) for axis in axes], 0)
-        yield kind, np.einsum("ijn,jn->in", true["mass"], moves)  # on each mass, as drag of a point mass
-    yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in (*one, *between))
+        yield from ((kind, np.outer(axis, axis @ moves)) for axis in axes)
+        yield from ((kind, moves), (kind, np.einsum("ijn,jn->in", true["mass"], moves)))  # as drag of a point mass
+    yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in axes)
 
 
 def _acts(equation: Equation, system: System, force: Values, brakes: bool) -> bool:

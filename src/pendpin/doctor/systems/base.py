@@ -143,19 +143,6 @@ def with_zeros(spec: Spec, names: Collection[str]) -> Spec:
     return replace(spec, parameters=kept, formulas={**spec.formulas, **zeros}) if names else spec
 
 
-@cache
-def linearised(spec: Spec) -> Spec:
-    """The same system with accelerations and reactions to the first order in its state and loads, by a complex step."""
-
-    def solve(q: "Quantities") -> dict[str, Values]:
-        small = {*spec.state, *LOADS}
-        base = {name: value * (1e-30j if name in small else 1.0 + 0j) for name, value in q.base.items()}
-        near = Quantities(base, System(spec, q.convention), q.xp, true=True)
-        return {name: np.real(near[name]) + np.imag(near[name]) / 1e-30 for name in spec.unknowns}
-
-    return replace(spec, solve=solve, analytic=False)
-
-
 @dataclass(frozen=True)
 class System:
     """What the equations of a text are about, in the convention of the text."""
