@@ -32,6 +32,7 @@ from pendpin.doctor.systems.rod import SPECIAL
 _CONICAL_RATE = itemgetter("conical_rate")
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
+FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
@@ -42,7 +43,7 @@ TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes al
 class Condition(NamedTuple):
     """A special case: `instead` gives parts of the state or parameters a value; `stated` is how a text says it.
 
-    Where neither the equation nor another has one of the `absent` quantities, it need not be stated.
+    Where the equation and most others have none of the `absent` quantities, it need not be stated.
     """
 
     words: str
@@ -91,15 +92,16 @@ def holds_if(equation: Equation, system: System, context: str, neighbours: list[
     """The condition under which an equation holds, in words; empty where it holds under none.
 
     The words around it state the condition. Or it has nothing of what the condition makes vanish, and nothing shows that
-    the text is not about that: no neighbour has, and the system was not `chosen`; a reaction at rest may stand in any text.
+    the text is not about that: neighbours that have it, or a system that was `chosen`. A reaction at rest may stand in any
+    text. Beside one law with gravity no other is without.
     """
     lone = {equation.meaning(str(side.value)) for side in equation.sides if side.kind == "symbol"}
     reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
     for case in conditions(system):
         has = lambda one, case=case: bool(case.absent & _quantities_apart(one))  # noqa: E731
         still = reaction and {*system.spec.rates} <= {name for name, _ in case.instead}
-        about = still or not (chosen or any(map(has, neighbours)))
-        meant = re.search(case.stated, context, re.IGNORECASE) or (case.absent and about and not has(equation))
+        few = sum(map(has, neighbours)) < (1 if case.words == "there is no gravity" else FEW) and not chosen
+        meant = re.search(case.stated, context, re.IGNORECASE) or (case.absent and (few or still) and not has(equation))
         if meant and _holds_under(equation, system, case):
             return case.words
     return small_angles(equation, system)
@@ -167,15 +169,15 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
 
 
-def loads_at_zero(equation: Equation, system: System, unknown: set[str]) -> str:
+def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
     """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
 
-    An equation without circular functions may hold to the first order.
+    An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
     other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
-    if not (moves or all(map(PIVOT.match, unknown))) or any(map(other, unknown)):
+    if not (moves or all(map(PIVOT.match, unknown))) or (any(map(other, unknown)) and not sure):
         return ""
     bare, here = without(equation, unknown), random_states(system)
     with suppress(Unread):
