@@ -92,9 +92,10 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     slides = sorted(slides, key=lambda name: (name in angles, -often[name], name))[:MOST_SLIDES]
     # an azimuth, and a cart in a vector of states, stand in no sine
     others = [name for name in slides if name[1] and "phi" in coordinates and name not in angles]
-    slides += [(name[0], f"[{i}]") for name in angles if name[1][:1] == "[" for i in range(3)]
     if "theta1" in coordinates:  # numbers count the bodies
-        slides = [name for name in slides if not name[1].strip("[]").isdigit()]
+        slides = [name for name in slides if not name[1].isdigit()]
+    else:
+        slides += [(name[0], f"[{i}]") for name in angles if name[1][:1] == "[" for i in range(3)]
     carts = [(name,) for name in dict.fromkeys(slides)] if len(coordinates) > len(turning) else [()]
     for cart, turned in product(carts, permutations([*angles, *others], len(turning))):
         names = (*cart, *turned)
