@@ -105,11 +105,11 @@ class Case:
 
 def objection_to(case: Case, cases: list[Case]) -> str:
     """Why an equation is not accused though it does not hold; empty where it is."""
-    one, spec, equation = case.one, case.spec, case.finding.equation
-    if equation is None:
+    one, spec = case.one, case.spec
+    if case.finding.equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
-    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
+    if all(side.kind == "symbol" for side in one.sides):
         return "it gives a state a name"
     of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia
     if of_others and case.left and not case.finding.dimensions and case.unit == INERTIA:
@@ -118,7 +118,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
         return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
-    if words := _objection_to_mend(case, cases, equation, as_read) if case.mends_itself else "":
+    if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
         return words
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
@@ -129,7 +129,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     return "" if shown else f"{as_read}; but no other equation shows that it is meant so"
 
 
-def _objection_to_mend(case: Case, cases: list[Case], equation: Equation, as_read: str) -> str:
+def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     """Why the first mend of an equation, or a name that it uses, accuses nobody; empty where it may."""
     finding, one, left, mend = case.finding, case.one, case.left, case.finding.mends[0]
     if mend.words.count(" is too many") > 1:
@@ -137,8 +137,9 @@ def _objection_to_mend(case: Case, cases: list[Case], equation: Equation, as_rea
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
-    brought = {*case.spec.parameters} & mend.equation.names - equation.names
-    if finding.dimensions and brought:
+    brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
+    written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
+    if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
     given = {other.left for other in cases if other.confirmed}
     named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
@@ -150,6 +151,14 @@ def _objection_to_mend(case: Case, cases: list[Case], equation: Equation, as_rea
     if left and new and new.letter != left.letter and left not in given:
         return f"nothing shows what {plain(left)} means here"
     return ""
+
+
+def _brought(case: Case) -> set[str]:
+    """The parameters that a mend writes into an equation whose dimensions do not agree: a text may set them to 1."""
+    finding = case.finding
+    if finding.verdict != "fails" or not (case.mends_itself and finding.equation and finding.dimensions):
+        return set()
+    return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
 
 
 def plain(name: Written) -> str:

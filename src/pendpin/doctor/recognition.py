@@ -2,7 +2,7 @@
 
 import re
 from collections import Counter, defaultdict
-from collections.abc import Collection, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
 from itertools import permutations
@@ -127,12 +127,11 @@ class Reading:
         sides, spec = one.sides, self.system.spec
         names = [symbols(side) - {"pi"} for side in sides]
         every = set().union(*names)
-        if all(side.kind == "symbol" for side in sides) and "q_i" in every:
-            return "it says what a name stands for"
         if any(part.kind == "product" and any(factor.value == 0 for factor in part.children) for part in parts(sides)):
             return "it gives a state at an instant, and no law: nothing to check"  # theta(0) = theta_0
-        entries = [part for side in sides if side.kind != "symbol" for part in side.children]
-        if {side.kind for side in sides} == {"symbol", "matrix"} and all(part.kind == "symbol" for part in entries):
+        entries = [part for side in sides for part in (side.children if side.kind == "matrix" else (side,))]
+        vector = "q_i" in every or any(side.kind == "matrix" for side in sides)
+        if vector and all(part.kind == "symbol" for part in entries):
             return "it gives the states their names: nothing to check"
         if "t" in spec.parameters and all(inside and inside <= {"a", "nu", "t"} for inside in names[1:]):
             return "it says how the pivot moves: nothing to check"
@@ -272,23 +271,13 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
             best = 0  # the page's own, if as good
-        if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
-            kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
-            for spec in FAMILIES.get(kind.split()[0], ()):
-                if spec.kind != kind and without(POSES, spec.kind) == without(POSES, kind):
-                    system = System(spec if loads else unloaded(spec))
-                    here.append(replace(here[best], system=system, title=spec.title, unknown=False))
-                    scores.append(here[-1].score(inside, words))
-            best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
         mine, less = here[best], [scores[best] - score for score in scores]
         every = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
-        same = lambda one, but, mine=mine: without(but, one.system.kind) == without(but, mine.system.kind)  # noqa: E731
-        # the same system with bodies of another kind, if that explains what the reading does not in more places than one
-        kin = [one for one in readings if same(one, BODIES) and one.system != mine.system]
-        kin = [one for one in kin if (one.credits > mine.credits).sum() > 1]
-        if "down" in mine.system.kind.split() and "upright" in words_of(text):  # something stands
-            kin += [one for one in readings if same(one, POSES) and "up" in one.system.kind.split()]
-        every = (*every, *((CLEARLY, one) for one in kin))
+        # the same system with other bodies or angles from elsewhere, if more than one equation or the page's words say so
+        upright = {"upright"} & words_of(text) and "down" in mine.system.kind.split()
+        for one in (one for one in readings if kin(one.system) == kin(mine.system) and one.system != mine.system):
+            if (one.credits > mine.credits).sum() > 1 or (upright and "up" in one.system.kind.split()):
+                every.append((CLEARLY, one))
         # what moves letters that the section's system does not have is about another one: a bob before two of them
         strange = np.array([bool(letters) for letters in mine.strangers]) & inside
         others = _closest(page, readings, strange, words) if strange.any() else [mine]
@@ -297,14 +286,14 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         if not other.credits[strange].any() and not any(other.strangers[i] for i in np.flatnonzero(strange)):
             apart, other = strange, replace(other, unknown=True)
         for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
+            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, tuple(every))
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
 
 
-def without(words: Collection[str], kind: str) -> list[str]:
-    """The name of a system without some of its words."""
-    return [word for word in kind.split() if word not in words]
+def kin(system: System) -> list[str]:
+    """What a system has in common with those of other bodies and of angles from elsewhere: the other words of its kind."""
+    return [word for word in system.kind.split() if word not in (*BODIES, *POSES, "mirrored")]
 
 
 def _rods(page: _Page) -> Iterator[Reading]:
@@ -375,11 +364,11 @@ def _others(page: _Page) -> Iterator[Reading]:
                 if not sideways and not (" equal" in spec.kind and unequal):
                     alike[spec.kind.split()[1]].append(spec)
             found = list[Reading]()
-            for kin in alike.values():
-                words = page.words(kin[0], renamed)
+            for same in alike.values():
+                words = page.words(same[0], renamed)
                 equations = page.text.bind(words)
                 loaded = any(e.names & {*LOADS} for one in equations for e in one.meant)
-                systems = tuple(System(spec if loaded else unloaded(spec)) for spec in kin)
+                systems = tuple(System(spec if loaded else unloaded(spec)) for spec in same)
                 found += [Reading(equations, words, one, one.spec.title, alike=systems) for one in systems]
             yield from sorted(found, key=lambda one: [spec.kind for spec in bodies].index(one.system.kind))
 
@@ -387,10 +376,7 @@ def _others(page: _Page) -> Iterator[Reading]:
 def _doubted(reading: Reading, text: str) -> Reading:
     """The same, as of no system that pendpin knows where too little of the text holds in the best one."""
     readable = [one for one in reading.equations if one.ways and not one.defines]
-    derivatives = [p for one in reading.equations for p in parts(one.sides) if p.kind == "derivative"]
-    moved = {str(p.children[0].value) for p in derivatives if p.children[0].kind == "symbol"}
-    strange = {name for name in moved if name.startswith("?")} - {one.defines for one in reading.equations}
-    foreign = "foreign" in words_of(text) or bool(strange)
+    foreign = "foreign" in words_of(text) or any(reading.strangers)
     holds = int(reading.credits.sum())
     furuta = "furuta" in words_of(text) and not reading.system.kind.startswith("furuta")
     if not (furuta and holds < 2 * FEW) and (holds or not readable or (len(readable) < FEW and not foreign)):

@@ -14,18 +14,15 @@ import numpy as np
 from pendpin.doctor.accusations import INERTIA, Case, find_source, meanings_used, objection_to, plain
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
-from pendpin.doctor.letters import HARDLY
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import Recognition, without
+from pendpin.doctor.recognition import Recognition, kin
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
-from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
-NEXT = 2  # how far apart equations stand that belong together: the rate of a state may stand between them
 
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -40,9 +37,8 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             case.doubt(words)
         _doubt_what_is_said_otherwise(cases)
         _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
-        same = lambda system: without((*POSES, "mirrored"), system.kind)  # noqa: E731
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
-            other = case.system.kind != found.main.system.kind and same(case.system) == same(found.main.system)
+            other = case.system.kind != found.main.system.kind and kin(case.system) == kin(found.main.system)
             if case.finding.verdict == "holds" and other and case.reading.credits[i] and not found.main.credits[i]:
                 case.doubt(f"it holds if angles are measured otherwise than in most of the text: {case.reading.title}")
     wrong: list[Case] = []
@@ -77,7 +73,7 @@ def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
             if case.finding.verdict == "fails" and rival.credits[i] > 0:
                 case.doubt(f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod")
             breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i] and less < EQUALLY
-            if breaks and (saved := [k for k in here if rival.credits[k] > HARDLY and not mine.credits[k]]):
+            if breaks and (saved := [k for k in here if rival.credits[k] >= 1 and not mine.credits[k]]):
                 other = cases[saved[0]].finding
                 words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
                 case.doubt(words, when="in every motion")
@@ -90,7 +86,6 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
     x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
     said = [case for case in cases if case.left and len(case.one.sides) == 2 and symbols(case.one.sides[1]) - {"pi"}]
-    said = [one for one in said if one.finding.kind not in ("condition", "definition", "unread")]
     said = [one for one in said if one.unit in POINTS or (one.unit == INERTIA and one.meaning() in one.spec.still)]
     for case in cases:
         equation, here = case.finding.equation, dict[Written, Case]()
@@ -115,8 +110,8 @@ def _doubt_loads_of_one(cases: list[Case]) -> None:
     """Doubt an acceleration with a load beside the other one without: what acts on one coordinate moves both."""
     solved = [case for case in cases if case.confirmed and case.left and case.meaning() in case.spec.unknowns]
     for case, other in permutations(solved, 2):
-        beside = abs(case.finding.number - other.finding.number) <= NEXT and case.system is other.system
-        if beside and case.meaning() != other.meaning() and _loads(case) and not _loads(other):
+        beside = case.system is other.system and case.meaning() != other.meaning()
+        if beside and _loads(case) and not _loads(other):
             names = " and ".join(sorted(name.lstrip("?") for name in _loads(case)))
             case.doubt(
                 f"it holds without {names}, which equation {other.finding.number} beside it does not have", unknown=()
