@@ -109,7 +109,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if case.finding.equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
-    if all(side.kind == "symbol" for side in one.sides):
+    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
         return "it gives a state a name"
     of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia
     if of_others and case.left and not case.finding.dimensions and case.unit == INERTIA:

@@ -271,13 +271,24 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         best = int(np.argmax(scores))
         if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
             best = 0  # the page's own, if as good
+        if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
+            kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
+            for spec in FAMILIES.get(kind.split()[0], ()):
+                if spec.kind != kind and {*spec.kind.split()} ^ {*kind.split()} <= {*POSES}:
+                    system = System(spec if loads else unloaded(spec))
+                    here.append(replace(here[best], system=system, title=spec.title, unknown=False))
+                    scores.append(here[-1].score(inside, words))
+            best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
         mine, less = here[best], [scores[best] - score for score in scores]
-        every = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
-        # the same system with other bodies or angles from elsewhere, if more than one equation or the page's words say so
-        upright = {"upright"} & words_of(text) and "down" in mine.system.kind.split()
-        for one in (one for one in readings if kin(one.system) == kin(mine.system) and one.system != mine.system):
-            if (one.credits > mine.credits).sum() > 1 or (upright and "up" in one.system.kind.split()):
-                every.append((CLEARLY, one))
+        found = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
+        # the same system with other bodies, if more than one equation says so, or upright, if the words of the page do
+        upright = "down" in mine.system.kind.split() and "upright" in words_of(text)
+        for one in (one for one in readings if one.system != mine.system):
+            other = {*one.system.kind.split()} ^ {*mine.system.kind.split()}
+            more = other <= {*BODIES} and (one.credits > mine.credits).sum() > 1
+            if more or (upright and other == {"down", "up"}):
+                found.append((CLEARLY, one))
+        every = tuple(found)
         # what moves letters that the section's system does not have is about another one: a bob before two of them
         strange = np.array([bool(letters) for letters in mine.strangers]) & inside
         others = _closest(page, readings, strange, words) if strange.any() else [mine]
@@ -286,14 +297,9 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         if not other.credits[strange].any() and not any(other.strangers[i] for i in np.flatnonzero(strange)):
             apart, other = strange, replace(other, unknown=True)
         for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, tuple(every))
+            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
-
-
-def kin(system: System) -> list[str]:
-    """What a system has in common with those of other bodies and of angles from elsewhere: the other words of its kind."""
-    return [word for word in system.kind.split() if word not in (*BODIES, *POSES, "mirrored")]
 
 
 def _rods(page: _Page) -> Iterator[Reading]:

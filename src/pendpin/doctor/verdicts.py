@@ -16,10 +16,11 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import Recognition, kin
+from pendpin.doctor.recognition import Recognition
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
+from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
@@ -38,7 +39,8 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
         _doubt_what_is_said_otherwise(cases)
         _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
-            other = case.system.kind != found.main.system.kind and kin(case.system) == kin(found.main.system)
+            other = {*case.system.kind.split()} ^ {*found.main.system.kind.split()}  # the same system in other angles
+            other = other and other <= {*POSES, "mirrored"}
             if case.finding.verdict == "holds" and other and case.reading.credits[i] and not found.main.credits[i]:
                 case.doubt(f"it holds if angles are measured otherwise than in most of the text: {case.reading.title}")
     wrong: list[Case] = []
@@ -86,6 +88,7 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
     x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
     said = [case for case in cases if case.left and len(case.one.sides) == 2 and symbols(case.one.sides[1]) - {"pi"}]
+    said = [one for one in said if one.finding.kind not in ("condition", "definition", "unread")]
     said = [one for one in said if one.unit in POINTS or (one.unit == INERTIA and one.meaning() in one.spec.still)]
     for case in cases:
         equation, here = case.finding.equation, dict[Written, Case]()
