@@ -16,7 +16,7 @@ from pendpin.doctor.systems.rod import SPECS
 from pendpin.doctor.systems.tables import FAMILIES
 
 SYSTEM = System(SPECS["general"])
-WORDS = Vocabulary(SYSTEM.spec.words, {}, frozenset(SYSTEM.spec.state))
+WORDS = Vocabulary(SYSTEM.spec)
 FORCE = (Fraction(1), Fraction(1), Fraction(-2))
 
 
