@@ -267,6 +267,8 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
         x, name = (dot(x, x) if x.ndim == 2 else x * x), "sqrt"
     if x.ndim != 1:
         raise Mismatch(f"{name} of a vector", place)
+    if name == "det":
+        raise Mismatch("det of a number", place)
     xp = quantities.xp
     if name not in ("tan", "cot", "sec", "csc"):
         return getattr(xp, name)(x)

@@ -25,13 +25,14 @@ _ANGLE = "theta|phi|omega|alpha|psi|beta|gamma|th|ph"
 _RATES = tuple(  # how the name of a rate is spelled
     re.compile(pattern)
     for pattern in (
+        r"d(?P<order>2)_?(?P<name>[A-Za-z]+?\d?)_?dt\d?",  # d2x_dt2
         r"d_?(?P<name>[A-Za-z]+?\d?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
-        rf"(?P<order>d{{1,2}})_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # dtheta, ddx1
+        rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
         rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
     )
 )
-_TWICE = re.compile("2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
+_TWICE = re.compile("2|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
