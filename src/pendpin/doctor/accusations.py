@@ -25,6 +25,7 @@ from pendpin.doctor.systems.rod import RODS
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
+_OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE = 1.9  # what two changes cost more than
 LONG = 20  # parts of an equation that is no law by chance
 INERTIA = (1, 2, 0)  # powers of kg, m, s
@@ -122,11 +123,20 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return words
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
+    if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW:
+        return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    shown = any((other.confirmed and _is_law(other.finding.equation, spec)) or _is_near(other) for other in here)
-    shown = shown or (spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW)
-    return "" if shown else f"{as_read}; but no other equation shows that it is meant so"
+    laws = sum(other.confirmed and _is_law(other.finding.equation, spec) for other in here)
+    if not laws and not any(map(_is_near, here)):
+        return f"{as_read}; but no other equation shows that it is meant so"
+    # a term that is written or left out by mistake is rarer than a load, an origin or another system
+    is_likely = not case.mends_itself or not _OF_TERMS.search(case.finding.mends[0].words)
+    return (
+        ""
+        if is_likely or laws >= FEW
+        else f"{as_read}; the only change that helps is that {case.finding.mends[0].words}"
+    )
 
 
 def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
