@@ -19,14 +19,14 @@ from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, parts
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, random_states
+from pendpin.doctor.systems.base import Dimension, Quantities, System, random_states
 from pendpin.doctor.systems.rod import RODS
 
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
-_OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
-ONE_CHANGE = 1.9  # what two changes cost more than
+OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
+ONE_CHANGE = 1.8  # what two changes cost more than, and one of a number and a letter
 LONG = 20  # parts of an equation that is no law by chance
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 MASSES = ("M11", "M12", "M22")  # entries of the mass matrix
@@ -56,6 +56,18 @@ class Case:
     def entry(self) -> str:
         """What its first side means where that is a symbol, before the text gives it another meaning."""
         return str(self.one.sides[0].value) if self.one.sides and self.one.sides[0].kind == "symbol" else ""
+
+    @cached_property
+    def written(self) -> set[Written]:
+        """The names that stand in it."""
+        return {part.written for part in parts(self.one.sides) if part.written}
+
+    @property
+    def constants(self) -> list[Written]:
+        """Those of them that are read as constants."""
+        law = self.finding.equation
+        named = ((part.written, str(part.value)) for part in parts(law.sides if law else ()))
+        return [name for name, value in named if name and law and law.meaning(value) in self.spec.still]
 
     @cached_property
     def motions(self) -> list[Quantities]:
@@ -123,20 +135,20 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return words
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
+    moving = {(name.letter, name.index) for other in cases for name in other.written if name.dots}
+    if still := [name for name in case.constants if (name.letter, name.index) in moving]:
+        return f"{as_read}; {plain(still[0])}, which is a constant in it, has a rate in this text"
     if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    laws = sum(other.confirmed and _is_law(other.finding.equation, spec) for other in here)
+    laws = sum(other.confirmed and _is_law(other.finding.equation, other.system) for other in here)
     if not laws and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
-    is_likely = not case.mends_itself or not _OF_TERMS.search(case.finding.mends[0].words)
-    return (
-        ""
-        if is_likely or laws >= FEW
-        else f"{as_read}; the only change that helps is that {case.finding.mends[0].words}"
-    )
+    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and laws < FEW:
+        return f"{as_read}; all that helps is that {words}"
+    return ""
 
 
 def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
@@ -183,14 +195,20 @@ def _is_near(case: Case) -> bool:
         return False
     if not case.mends_itself or (finding.dimensions and not of_equation(mends[0].equation, case.spec)[1]):
         return True
-    return _is_law(mends[0].equation, case.spec)
+    return _is_law(mends[0].equation, case.system)
 
 
-def _is_law(equation: Equation | None, spec: Spec) -> bool:
-    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity is in it."""
-    names = equation.names if equation else set[str]()
+def _is_law(equation: Equation | None, system: System) -> bool:
+    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity, and what moves."""
+    names, spec = equation.names if equation else set[str](), system.spec
     heavy = any(name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names)
-    return heavy and bool(names & {*spec.parameters})
+    if equation is None or not heavy or not names & {*spec.parameters}:
+        return False
+    with suppress(Unread, KeyError, ValueError):  # the halves of the states share their parameters
+        context = equation.context(random_states(system))
+        halves = [np.split(evaluate(side, context), 2, axis=-1) for side in equation.sides if side.kind != "number"]
+        return any(np.abs(first - second).max() > TOLERANCE * np.abs(first).max() for first, second in halves)
+    return True
 
 
 def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
