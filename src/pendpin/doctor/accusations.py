@@ -142,7 +142,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    laws = sum(other.confirmed and _is_law(other.finding.equation, other.system) for other in here)
+    true = [other for other in here if other.confirmed and other.finding.kind != "definition"]
+    laws = sum(_is_law(other.finding.equation, other.system) for other in true)
     if not laws and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system

@@ -117,12 +117,15 @@ class _Doctor:
     def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
         readings, context, spec = readings[:MOST_READINGS], one.statement.context, self.system.spec
-        for equation, _ in readings:
+        likely = [equation for equation, _ in readings]
+        for equation in likely:
             if held := self._holds_without_loads(replace(found, remark=one.remark), equation):
                 return held
-            if self.reading.unknown:  # a condition of a system that nothing shows says nothing
-                continue
-            if condition := holds_if(equation, self.system, context, self.neighbours, self.reading.chosen):
+        known = [equation.meanings for equation in likely]  # another rod may have what this one lacks, as a radius
+        every = (*likely, *(equation for equation in one.readings() if equation.meanings not in known))
+        for equation in () if self.reading.unknown else every:  # of a system that nothing shows they say nothing
+            only_stated = self.reading.chosen or equation not in likely
+            if condition := holds_if(equation, self.system, context, self.neighbours, only_stated):
                 healed = tuple(mends(self._patient(one, equation), False))
                 said = {"condition": condition, "equation": equation, "mends": healed, "remark": one.remark}
                 return replace(found, verdict="holds if", **said)
