@@ -19,14 +19,15 @@ from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, parts
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, Quantities, System, random_states
+from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, random_states
 from pendpin.doctor.systems.rod import RODS
 
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
-ONE_CHANGE = 1.8  # what two changes cost more than, and one of a number and a letter
+ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
+SEVERAL = 2  # laws that hold, so that a term may be wrong
 LONG = 20  # parts of an equation that is no law by chance
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 MASSES = ("M11", "M12", "M22")  # entries of the mass matrix
@@ -143,11 +144,13 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
     true = [other for other in here if other.confirmed and other.finding.kind != "definition"]
-    laws = sum(_is_law(other.finding.equation, other.system) for other in true)
-    if not laws and not any(map(_is_near, here)):
+    laws = [other for other in true if _is_law(other.finding.equation, spec)]
+    if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
-    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and laws < FEW:
+    mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
+    several = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended) >= SEVERAL
+    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and not several:
         return f"{as_read}; all that helps is that {words}"
     return ""
 
@@ -194,20 +197,26 @@ def _is_near(case: Case) -> bool:
     finding, mends = case.finding, case.finding.mends
     if finding.verdict != "fails" or not mends or mends[0].cost > ONE_CHANGE:
         return False
-    if not case.mends_itself or (finding.dimensions and not of_equation(mends[0].equation, case.spec)[1]):
+    fits = finding.dimensions and mends[0].cost <= PLAIN and not of_equation(mends[0].equation, case.spec)[1]
+    if not case.mends_itself or fits:
         return True
-    return _is_law(mends[0].equation, case.system)
+    return _is_law(mends[0].equation, case.spec)
 
 
-def _is_law(equation: Equation | None, system: System) -> bool:
-    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity, and what moves."""
-    names, spec = equation.names if equation else set[str](), system.spec
+def _is_law(equation: Equation | None, spec: Spec) -> bool:
+    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity is in it."""
+    names = equation.names if equation else set[str]()
     heavy = any(name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names)
-    if equation is None or not heavy or not names & {*spec.parameters}:
+    return heavy and bool(names & {*spec.parameters})
+
+
+def _moves(case: Case) -> bool:
+    """Whether the sides of an equation differ between states of the same parameters, unlike those of F = m g."""
+    if (law := case.finding.equation) is None:
         return False
     with suppress(Unread, KeyError, ValueError):  # the halves of the states share their parameters
-        context = equation.context(random_states(system))
-        halves = [np.split(evaluate(side, context), 2, axis=-1) for side in equation.sides if side.kind != "number"]
+        context = law.context(random_states(case.system))
+        halves = [np.split(evaluate(side, context), 2, axis=-1) for side in law.sides if side.kind != "number"]
         return any(np.abs(first - second).max() > TOLERANCE * np.abs(first).max() for first, second in halves)
     return True
 

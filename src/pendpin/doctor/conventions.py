@@ -53,10 +53,9 @@ def likeliest_rod(equations: list[Printed], kinds: tuple[str, ...], conventions:
 
 
 def _tells(one: Printed) -> bool:
-    """Whether an equation tells a convention: it can be read, is no definition nor a value, and is not too long."""
+    """Whether an equation tells a convention: it can be read, is no definition, and is not too long."""
     inside = [*parts(one.sides)]
     plain = not any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
-    plain = plain and any(side.kind not in ("symbol", "number") for side in one.sides)
     return bool(one.ways) and not (one.defines or one.lacking) and plain and len(inside) <= MOST_SEARCHED
 
 

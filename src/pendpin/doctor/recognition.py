@@ -332,7 +332,7 @@ def _rods(page: _Page) -> Iterator[Reading]:
         if system.convention.words:
             remarks.append(f"The text has its own convention: {system.convention.words}.")
         if system.kind == "point" and not own:
-            remarks.append(f"These are equations of {title}; for a rod with mass write --rod thin.")
+            remarks.append(f"These are equations of {SPECS[system.kind].title}; for a rod with mass write --rod thin.")
         others = SINGLE if told is None else ()
         yield Reading(equations, words, system, title, tuple(remarks), own, chained, others)
 
