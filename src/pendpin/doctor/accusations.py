@@ -16,7 +16,7 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, Written, parts
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, random_states
@@ -158,6 +158,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
 def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     """Why the first mend of an equation, or a name that it uses, accuses nobody; empty where it may."""
     finding, one, left, mend = case.finding, case.one, case.left, case.finding.mends[0]
+    equation = finding.equation or mend.equation
     if mend.words.count(" is too many") > 1:
         return f"{as_read}, and no small change makes it hold"
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
@@ -167,6 +168,10 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
+    right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
+    own = (name for name, what in meanings_used(equation) if key(what) not in right and symbols(what))
+    if own := next(own, ""):  # the fault may be there
+        return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
     given = {other.left for other in cases if other.confirmed}
     named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
     doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in given and not named(o)}
