@@ -169,17 +169,18 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
-    own = (name for name, what in meanings_used(equation) if key(what) not in right and symbols(what))
-    if own := next(own, ""):  # the fault may be there
+    given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
+    own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
+    if own := next((name for name in own if name not in given), ""):  # the fault may be there
         return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
-    given = {other.left for other in cases if other.confirmed}
+    lefts = {other.left for other in cases if other.confirmed}
     named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
-    doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in given and not named(o)}
+    doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in lefts and not named(o)}
     for part in parts(one.sides[1:]):
         if part.written and part.written in doubted:
             return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
     new = mend.equation.sides[0].written
-    if left and new and new.letter != left.letter and left not in given:
+    if left and new and new.letter != left.letter and left not in lefts:
         return f"nothing shows what {plain(left)} means here"
     return ""
 
