@@ -30,7 +30,8 @@ ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of
 SEVERAL = 2  # laws that hold, so that a term may be wrong
 LONG = 20  # parts of an equation that is no law by chance
 INERTIA = (1, 2, 0)  # powers of kg, m, s
-MASSES = ("M11", "M12", "M22")  # entries of the mass matrix
+# entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
+MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
 
 
@@ -119,8 +120,8 @@ class Case:
 
 def objection_to(case: Case, cases: list[Case]) -> str:
     """Why an equation is not accused though it does not hold; empty where it is."""
-    one, spec = case.one, case.spec
-    if case.finding.equation is None:
+    one, spec, equation = case.one, case.spec, case.finding.equation
+    if equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
     if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
@@ -131,11 +132,14 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
-        return "it is not an entry of the mass matrix as it stands; its row may be multiplied by something"
+        return "it is no part of the mass matrix or its equation as it stands; a row may be multiplied by something"
     if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
         return words
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
+    first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
+    if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
+        return "its first side is its last one; a letter between them may be the text's own"
     moving = {(name.letter, name.index) for other in cases for name in other.written if name.dots}
     if still := [name for name in case.constants if (name.letter, name.index) in moving]:
         return f"{as_read}; {plain(still[0])}, which is a constant in it, has a rate in this text"
