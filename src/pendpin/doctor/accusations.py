@@ -168,6 +168,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
+    if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", mend.words)):
+        return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load or an origin"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
