@@ -1,7 +1,6 @@
 """What an accusation rests on: why an equation that does not hold is not accused, and from which wrong one it follows.
 
-An accusation needs a reading that other equations bear out: they hold with it, or one small change makes laws of them too;
-or the equation is so long that a small change makes no law of it by chance.
+An accusation needs a reading that laws bear out: they hold with it, or one small change makes laws of equations.
 """
 
 import re
@@ -28,7 +27,6 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SEVERAL = 2  # laws that hold, so that a term may be wrong
-LONG = 20  # parts of an equation that is no law by chance
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
