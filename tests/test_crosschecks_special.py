@@ -82,9 +82,10 @@ joint = st.tuples(st.sampled_from(["P", "R", "R"]), st.integers(0, 2), quarter_t
 @given(st.lists(joint, min_size=1, max_size=5), directions, st.data())
 def test_routes_agree_on_trees_of_axes_in_any_order(joints: list, down: tuple, data: st.DataObject) -> None:
     """Joints about and along x, y and z in any order, branches, centres of mass on axes: most components vanish."""
-    model = pin.Model()
+    model, branch = pin.Model(), [0]  # a joint hangs on one of the branch before it
     for number, (kind, axis, turn) in enumerate(joints):
-        parent = data.draw(st.integers(0, number))
+        parent = data.draw(st.sampled_from(branch))
+        branch = [*branch[: branch.index(parent) + 1], number + 1]
         place = pin.SE3(turn, np.array(data.draw(st.sampled_from([(0.0, 0.0, 0.0), *AXES]))))
         model.addJoint(parent, getattr(pin, f"JointModel{kind}{'XYZ'[axis]}")(), place, f"joint_{number}")
         centre = np.array(data.draw(st.sampled_from(AXES))) / 2

@@ -319,7 +319,12 @@ def test_a_model_of_pinocchios_own() -> None:
     np.testing.assert_allclose(one.at(0.3).q, other.at(0.3).q, atol=1e-9)
     assert one.configurations(own.model.pin).shape == (61, 4)
     assert "<iframe" in one._repr_html_()
-    for bad, says in [(pin.buildSampleModelHumanoid(), "takes revolute"), (pin.Model(), "no joint")]:
+    scattered = pin.Model()
+    for name, parent in (("root", 0), ("other", 0), ("leaf", 1)):  # of which Pinocchio's mass matrix is wrong
+        scattered.addJoint(parent, pin.JointModelRX(), pin.SE3.Identity(), name)
+        scattered.appendBodyToJoint(scattered.njoints - 1, pin.Inertia.Random(), pin.SE3.Identity())
+    bad_models = {"takes revolute": pin.buildSampleModelHumanoid(), "no joint": pin.Model()}
+    for says, bad in (bad_models | {"leaf.*each branch .* in one go": scattered}).items():
         with pytest.raises(pp.InputError, match=says):
             pp.simulate(pp.Scene(model=bad, effects=[GRAVITY]))
     with pytest.raises(pp.InputError, match="cannot be written"):

@@ -261,8 +261,15 @@ def _build_pin(model: PinModel) -> Model:
         raise InputError("model: the pin.Model has no joint")
     loaded, written = pin.Model(), []
     loaded.name, loaded.gravity = given.name, pin.Motion.Zero()
+    branch = [0]  # from the root to the joint before
     for i in range(1, given.njoints):
-        name, joint, body = given.names[i], given.joints[i], given.inertias[i]
+        name, joint, body, above = given.names[i], given.joints[i], given.inertias[i], given.parents[i]
+        if above not in branch:  # its mass matrix and derivatives would be wrong: docs/pinocchio_notes.md, 8
+            raise InputError(
+                f"model: joint {shown(name)} hangs on {shown(given.names[above])}, but a joint of another branch was added "
+                "between them; add each branch of a pin.Model in one go"
+            )
+        branch = [*branch[: branch.index(above) + 1], i]
         slide, turn = np.split(twist_of(joint), 2) if joint.nv == 1 else np.zeros((2, 3))
         if slide.any() == turn.any():
             raise InputError(
@@ -271,7 +278,7 @@ def _build_pin(model: PinModel) -> Model:
             )
         revolute = turn.any()
         plain = pin.JointModelRevoluteUnaligned(*turn) if revolute else pin.JointModelPrismaticUnaligned(*slide)
-        loaded.addJoint(given.parents[i], plain, given.jointPlacements[i], name)
+        loaded.addJoint(above, plain, given.jointPlacements[i], name)
         if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
             reason = (
                 f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"

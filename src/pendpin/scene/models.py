@@ -262,7 +262,10 @@ class UrdfModel(Record):
 
 
 class PinModel(Record):
-    """A pin.Model of revolute, continuous and prismatic joints, as Scene(model=...) takes it; no file can hold it."""
+    """A pin.Model of revolute, continuous and prismatic joints, added branch by branch, as Scene(model=...) takes it.
+
+    No file can hold it.
+    """
 
     kind: Literal["pin"] = Field("pin", description="which kind of model it is")
     pin: Any = Field(description="the pinocchio.Model", repr=False)
