@@ -66,8 +66,8 @@ def test_a_broken_reference_is_refused(broken, fault: float) -> None:
     whole, other = scene(THIN), by_series if broken is by_runge_kutta else by_runge_kutta
     heavier = replace_gravity(whole, 9.81 * (1 + fault))
 
-    def faulty(given, model, length, limit):
-        return broken(heavier.model_copy(update={"solver": given.solver}), model, length, limit)
+    def faulty(given, limit):
+        return broken(heavier.model_copy(update={"solver": given.solver}), limit)
 
     with pytest.raises(pp.InputError, match="one of them is wrong"):
         reference(whole, 1e-10, (faulty, other))

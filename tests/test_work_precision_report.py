@@ -11,7 +11,6 @@ import pytest
 
 import pendpin as pp
 from bad_input import contents
-from pendpin.model.build import build
 from pendpin.model.kinematics import tip_distance
 from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
@@ -119,20 +118,19 @@ def test_a_simulator_that_is_missing_is_named(monkeypatch: pytest.MonkeyPatch) -
 
 def test_reference_solutions_are_independent(monkeypatch: pytest.MonkeyPatch) -> None:
     """On a rod that all of them take, no two integrate by the same method, nor on the same equations, and all agree."""
-    used: dict[str, set[tuple[str, str]]] = {}
+    used: dict[references.Maker, set[tuple[str, str]]] = {}
 
     def recorded(*given, **options) -> pp.Trajectory:
         run = pp.simulate(*given, **options)
-        used.setdefault(name, set()).add((run.stats.method, run.stats.engine))
+        used.setdefault(maker, set()).add((run.stats.method, run.stats.engine))
         return run
 
     monkeypatch.setattr(runs_by_setting, "run_to_setting", recorded)
-    model, found = build(scene(THIN).model), {}
+    found = {}
     for maker in references.SOLUTIONS:
-        name = maker.__name__
-        found[name] = maker(scene(THIN), model, 1.0, np.inf)
+        found[maker] = maker(scene(THIN), np.inf)
     assert len(found) == 4
-    assert by_elliptic_functions.__name__ not in used  # it is no integration at all
+    assert by_elliptic_functions not in used  # it is no integration at all
     for one, other in combinations(used.values(), 2):
         assert not {method for method, _ in one} & {method for method, _ in other}
     assert len({engine for runs in used.values() for _, engine in runs}) > 1

@@ -108,9 +108,9 @@ def periodic_orbit(
             raise InputError(f"guess: {shown(guess)} is neither a Start nor {size} finite numbers, q then v")
     if period is not None and (not is_number(period) or not 0 < period < np.inf):
         raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
-    frequency = drive_of(scene) if period is None else None
-    free, first = period is None and frequency is None, 2 * np.pi / frequency if frequency else period
-    if not first:  # the time at which a run first comes near its start again
+    first = period_of(scene) if period is None else period
+    free = first is None
+    if first is None:  # the time at which a run first comes near its start again
         run = simulate(
             scene.replace(start=Start.at_state(scene.start.time, *np.split(state, 2))).with_solver(samples=SAMPLES)
         )
@@ -226,12 +226,13 @@ def frequencies_of(scene: Scene) -> set[float | None]:
     return {getattr(effect, "frequency", None) for effect in scene.effects if changes_with_time(effect, *run)}
 
 
-def drive_of(scene: Scene) -> float | None:
-    """The frequency in rad/s of the drive; None where nothing changes with time. InputError if it is not one."""
+def period_of(scene: Scene) -> float | None:
+    """The period in s of the drive; None where nothing changes with time. InputError if it is not one."""
     frequencies = frequencies_of(scene)
     if len(frequencies) > 1 or None in frequencies:
         raise InputError("period: the scene is not driven by one frequency; give its period in s")
-    return float(frequencies.pop() or 0.0) if frequencies else None
+    frequency = next(iter(frequencies), None)
+    return 2 * np.pi / frequency if frequency else None
 
 
 # --- the rest of a scene and the small motions about it -------------------------------------------------------------
@@ -266,7 +267,7 @@ def small_motions(scene: Scene) -> SmallMotions:
 
 def stable(scene: Scene) -> bool:
     """Whether a driven scene's periodic motion near its start is stable; without a drive, the rest there or near it."""
-    if drive_of(scene) is not None:
+    if period_of(scene) is not None:
         return periodic_orbit(scene).stable
     equations = Variational(scene)
     q, v = start_state(equations.model, scene.start)

@@ -77,21 +77,26 @@ class _Pieces(NamedTuple):
         return self.begin[i] + (self.end[i] - self.begin[i]) * (x + 1) / 2, chebyshev.chebval(x, series)
 
 
-def crossings(run: RunRecord, name: str, level: float, direction: int) -> RunRecord:
-    """The run at the instants at which a quantity crosses a level (Trajectory.crossings)."""
+def crossings(run: RunRecord, name: str, level: float, direction: int, wrapped: bool = False) -> RunRecord:
+    """The run at the instants at which a quantity crosses a level (Trajectory.crossings), a `wrapped` angle in each turn."""
     if not is_number(level) or not np.isfinite(level):
         raise InputError(f"level: {shown(level)} is not a finite number")
     if not is_number(direction) or direction not in (-1, 0, 1):
         raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
     run[name]  # an unknown name is refused before anything is integrated
 
-    more, offset = resolve(run), lambda rows: rows[name] - level
-    changes = sign_changes(more, offset, abs(level))
+    def offset(rows: RunRecord) -> Array:
+        off = rows[name] - level
+        return np.sin(off) if wrapped else off  # 0 half a turn away too: these are left out below
+
+    more = resolve(run)
+    changes = sign_changes(more, offset, 1.0 if wrapped else abs(level))
     chosen = np.isin(np.sign(changes.after), [direction] if direction else [-1, 1])
     instants = np.unique(find_instants(more, offset, Changes(*(x[chosen] for x in changes))))
     if not len(instants):
         return replace(samples_of(run, slice(0, 0)), stats=replace(run.stats, steps=0, evaluations=0, events=0))
-    return more.at(instants)
+    rows = more.at(instants)
+    return samples_of(rows, np.cos(rows[name] - level) > 0) if wrapped else rows
 
 
 def first_crossings(more: Continuation, quantities: Sequence[Quantity]) -> Array:

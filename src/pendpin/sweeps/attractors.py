@@ -11,7 +11,7 @@ import numpy as np
 
 from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import Array
-from pendpin.motions.periodic import drive_of
+from pendpin.motions.periodic import period_of
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches import Motions
 from pendpin.scene import Scene, scene_of
@@ -37,11 +37,9 @@ class Attractor:
 
     def times(self, scene: Scene) -> Array | None:
         """The last instants (k,) in s, a period apart from the start of the scene on; None where nothing drives it."""
-        period = self.period
+        period = self.period or period_of(scene)
         if period is None:
-            if (frequency := drive_of(scene)) is None:
-                return None
-            period = 2 * np.pi / frequency
+            return None
         count = int(scene.duration / period * (1 + 1e-12))
         if count < FEWEST:
             least = f"give the scene {FEWEST * period:.6g} s or more"

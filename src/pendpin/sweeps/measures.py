@@ -20,7 +20,7 @@ from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolve, strays
-from pendpin.motions.periodic import drive_of, periodic_orbit, small_motions
+from pendpin.motions.periodic import period_of, periodic_orbit, small_motions
 from pendpin.motions.periodic import stable as is_stable
 from pendpin.motions.search import Changes, extreme, find_instants, find_largest, first_crossings, sign_changes
 from pendpin.motions.trajectory import Trajectory
@@ -98,7 +98,7 @@ def fitted(m: Measure, scene: Scene, keys: Sequence[str]) -> Measure:
         return m
     period = m.function.period
     if period is None and not any("frequency" in key for key in keys):
-        period = (frequency := drive_of(scene)) and 2 * math.pi / frequency
+        period = period_of(scene)
     look = Attractor(period, 1 + 4 * len(build(scene.model).joints))
     times = look.times(scene) if period and "duration" not in keys else None
     told = times is not None and np.isin(times, scene.clock).all()  # by the samples; else each run is asked

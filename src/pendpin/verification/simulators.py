@@ -72,7 +72,6 @@ class PeerRun:
     steps: int  # 0 where the peer does not say
     evaluations: int  # of accelerations, 0 where the peer does not say
     seconds: float  # of integration with its sampling; building apart
-    failure: str | None = None  # why it ended before its time
 
 
 @dataclass(frozen=True)
@@ -86,29 +85,34 @@ class Peer:
     start: Callable[[float, Look], Rows]  # with a setting; up to its first row the run is built
 
     def run(self, setting: float, limit: float = LIMIT) -> PeerRun:
-        """A run over scene.times with a tolerance, or in equal steps up to a step in s; its failure says what is wrong."""
+        """A run over scene.times with a tolerance, or in equal steps up to a step in s.
+
+        Raises RunError for one that ends before its time, with what it reached as `partial`.
+        """
         if not 0 < setting < math.inf:
             raise InputError(f"{self.name}: {self.kind} {setting:g} is not a positive number")
-        failure = None
 
         def look() -> None:
             if time.thread_time() > begin + limit:
                 raise RunError(f"took over {limit:g} s")
 
-        motion = self.start(setting, look)
-        rows = [next(motion)]
-        begin = time.thread_time()
+        rows, failure, begin = list[tuple[Array, int, int]](), "", math.inf
         try:
-            rows.extend(motion)
+            for row in self.start(setting, look):
+                rows.append(row)
+                begin = min(begin, time.thread_time())  # what comes before the first row is building
         except Exception as error:  # each library has its own
             failure = one_line(str(error)) or type(error).__name__
+        if not rows:
+            raise RunError(failure)
         seconds = time.thread_time() - begin
-        q, counts = np.array([row for row, *_ in rows]), rows[-1][1:]
+        q = np.array([row for row, *_ in rows])
         if not (good := np.isfinite(q).all(1)).all():
             q, failure = q[: np.argmin(good)], failure or NOT_FINITE
+        run = PeerRun(self.task.times[: len(q)], q, *rows[-1][1:], seconds)
         if failure:
-            failure += f"; it got to {self.task.times[len(q) - 1]:g} s"
-        return PeerRun(self.task.times[: len(q)], q, *counts, seconds, failure)
+            raise RunError(f"{failure}; it got to {run.t[-1]:g} s", run)
+        return run
 
 
 def peers(scene: Scene) -> tuple[Peer, ...]:

@@ -10,9 +10,8 @@ import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import Array
-from pendpin.motions.continuation import resolve
-from pendpin.motions.periodic import drive_of
-from pendpin.motions.search import find_instants, sign_changes
+from pendpin.motions.periodic import period_of
+from pendpin.motions.search import crossings
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene, Start, chosen_scene, scene_of
@@ -110,7 +109,8 @@ class Crossing(Section):
         rows, points, since, wanted, longer = list[Array](), 0, 0.0, self.skip + self.count, scene.duration
         while True:
             run = run_to_setting(_lasting(scene, longer))
-            here = self.crossings(run)
+            angle = self.name in run.joints and self.name not in (Trajectory.of(run).slides or ())
+            here = crossings(run, self.name, self.level, self.direction, angle)
             rows.append(self.values(here))
             points += len(here.t)
             if points >= wanted:
@@ -123,23 +123,6 @@ class Crossing(Section):
                 raise RunError(f"{self.name} {how} {self.level:g}: {found}")
             scene = scene.model_copy(update={"start": Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])})
             longer = min(2 * longer, LONGEST * scene.duration)
-
-    def crossings(self, run: RunRecord) -> RunRecord:
-        """The run at the instants of its crossings, to its own accuracy. Raises InputError."""
-        angle = self.name in run.joints and self.name not in (Trajectory.of(run).slides or ())
-
-        def offset(rows: RunRecord) -> Array:
-            off = rows[self.name] - self.level
-            return np.sin(off) if angle else off  # 0 half a turn away too: these are left out below
-
-        more = resolve(run)
-        changes = sign_changes(more, offset, 1.0 if angle else abs(self.level))
-        instants, places = np.unique(find_instants(more, offset, changes), return_index=True)
-        chosen = np.isin(np.sign(changes.after[places]), [self.direction] if self.direction else [-1, 1])
-        if not chosen.any():
-            return samples_of(run, slice(0, 0))
-        rows = more.at(instants[chosen])
-        return samples_of(rows, np.cos(rows[self.name] - self.level) > 0) if angle else rows
 
 
 @dataclass(frozen=True)
@@ -156,11 +139,9 @@ class Strobe(Section):
 
     def collect(self, scene: Scene) -> tuple[Array, Start]:
         """The values (count, len(of)) once a period, and the state at the last."""
-        period = self.period
+        period = self.period or period_of(scene)
         if period is None:
-            if not (frequency := drive_of(scene)):
-                raise InputError("strobe: nothing drives this scene; give a period in s")
-            period = 2 * np.pi / frequency
+            raise InputError("strobe: nothing drives this scene; give a period in s")
         times = scene.start.time + period * np.arange(self.skip + 1, self.skip + self.count + 1)
         run = run_to_setting(varied(scene, None, None, times, {}))
         return self.values(samples_of(run, slice(-self.count, None))), Start.at_state(

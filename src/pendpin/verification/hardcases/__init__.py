@@ -14,7 +14,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import MissingLibrary, RunError, amount
+from pendpin.errors import MissingLibrary, amount
 from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build
@@ -197,12 +197,7 @@ def _run_peer(make_peers: Callable[..., Any], method: str, setting: float, scene
     """A scene run by another simulator; NaN for what it does not compute. Raises RunError if it does not reach its end."""
     peer = next(peer for peer in make_peers(simulators.task_of(scene)) if peer.name == method)
     setting *= (scene.duration or 1.0) if peer.kind == "step" else 1.0
-    try:
-        run = peer.run(setting, LIMIT)
-    except RuntimeError as error:  # Drake's, before its first step
-        raise RunError(str(error)) from None
-    if run.failure:
-        raise RunError(run.failure)
+    run = peer.run(setting, LIMIT)
     model, (n, nv) = build(scene.model), run.q.shape
     unknown, wrench = np.full((n, nv), np.nan), np.full((n, nv, 6), np.nan)
     tips = kinematics.tips(model, kinematics.poses(model, run.q))

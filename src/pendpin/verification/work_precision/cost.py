@@ -36,9 +36,7 @@ MOST_STEPS = 20  # of a series of steps
 GROWTH = 2.0  # of the time from one setting to the next
 PATIENCE = 5.0  # times the time that a run is worth: one that takes longer is stopped
 
-Measured = tuple[
-    str, Array, float, int, int, float
-]  # library, marks (n, bodies, 3) m, s, steps, evaluations, s of compiling
+Measured = tuple[str, Array, Point]  # library, marks (n, bodies, 3) m, the run, whose error is not known yet
 
 
 @dataclass(eq=False)
@@ -183,14 +181,14 @@ class _Bench:
                 if spent > worth:
                     return
                 continue
-            library, tips, seconds, steps, evaluations, compiling = result
-            spent, times, series.ended = seconds, [], seconds > self.budget
+            library, tips, point = result
+            spent, times, series.ended = point.seconds, [], point.seconds > self.budget
             while len(times) < self.repetitions and spent < worth:  # as many as are worth it; the least time counts
                 again, _ = attempt(partial(series.run, setting, PATIENCE * worth))
-                times.append(again[2] if again else PATIENCE * worth)
+                times.append(again[2].seconds if again else PATIENCE * worth)
                 spent += times[-1]
             off = float(tip_distance(self.known.tips, tips, scale(self.model)).max())  # over the length
-            point = Point(setting, off, min(times, default=seconds), steps, evaluations, compiling)
+            point = replace(point, error=off, seconds=min(times, default=point.seconds))
             series.curve = replace(curve, library=library, points=(*curve.points, point))
 
     def compare(self, series: Iterable[Series], error: float, end: float) -> None:
@@ -253,7 +251,8 @@ def _series_of_method(bench: _Bench, method: str) -> Series:
         stats, tips = result.stats, marks(bench.model, result.tips, result.q)
         compiles = name == "taylor" or "compiled" in stats.engine
         compiling = max(stats.compile_seconds, _compiled_in(scene)) if compiles else 0.0
-        return f"{stats.library} {stats.version}", tips, stats.seconds, stats.steps, stats.evaluations, compiling
+        point = Point(setting, np.nan, stats.seconds, stats.steps, stats.evaluations, compiling)
+        return f"{stats.library} {stats.version}", tips, point
 
     return Series(Curve(method, "", "step" if fixed else "tolerance"), settings, run)
 
@@ -272,9 +271,8 @@ def _series_of_peer(bench: _Bench, peer: Peer) -> Series:
 
     def run(setting: float, stop: float) -> Measured:
         result = peer.run(setting, stop)
-        if result.failure is not None:
-            raise RunError(result.failure)
-        return peer.library, marks_at(bench.model, result.q), result.seconds, result.steps, result.evaluations, 0.0
+        point = Point(setting, np.nan, result.seconds, result.steps, result.evaluations)
+        return peer.library, marks_at(bench.model, result.q), point
 
     curve = Curve(peer.name, peer.library, peer.kind, peer=True)
     return Series(curve, _settings(bench, peer.kind == "step", 1e-14), run)

@@ -19,7 +19,7 @@ from pendpin.equations import exact
 from pendpin.errors import InputError
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
-from pendpin.model.build import Model, build, start_state
+from pendpin.model.build import build, start_state
 from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.simulate import run_within
 from pendpin.scene import Scene
@@ -60,7 +60,7 @@ class Reference:
         return float(self.t[-1])
 
 
-Maker = Callable[[Scene, Model, float, float], Solution]  # with the length and the limit of each run, s
+Maker = Callable[[Scene, float], Solution]  # with the limit of each run, s
 
 
 def reference(scene: Scene, error: float, solutions: Sequence[Maker] | None = None, limit: float = np.inf) -> Reference:
@@ -71,10 +71,9 @@ def reference(scene: Scene, error: float, solutions: Sequence[Maker] | None = No
     stopped after `limit` s of processor time.
     Raises InputError if fewer than two can run the scene, if they contradict each other, or do not agree to `error`.
     """
-    model = build(scene.model)
-    length, computed = scale(model), list[Solution]()
+    length, computed = scale(build(scene.model)), list[Solution]()
     for maker in SOLUTIONS if solutions is None else solutions:
-        solution, _ = attempt(partial(maker, scene, model, length, limit))
+        solution, _ = attempt(partial(maker, scene, limit))
         computed += [solution] if solution else []  # else it is not for this scene
         if len(computed) == 2:
             break
@@ -101,10 +100,10 @@ def reference(scene: Scene, error: float, solutions: Sequence[Maker] | None = No
     return Reference(one.tips[:good], scene.times[:good], known, (one.name, other.name), scene.duration, halted)
 
 
-def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+def by_elliptic_functions(scene: Scene, limit: float) -> Solution:
     """A single rod under gravity that is a spherical pendulum or swings in a plane. Raises InputError for any other."""
-    chain, effects = model.chain, scene.effects
-    if chain is None or chain.n != 1 or len(effects) != 1 or not isinstance(effects[0], Gravity):
+    model, effects = build(scene.model), scene.effects
+    if model.chain is None or model.chain.n != 1 or len(effects) != 1 or not isinstance(effects[0], Gravity):
         raise InputError("no exact solution")
     field = effects[0].field(0.0)
     if not field[2] < 0 or field[:2].any():
@@ -121,45 +120,50 @@ def by_elliptic_functions(scene: Scene, model: Model, length: float, limit: floa
         direction = exact.direction(angles)
     else:
         direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
-    return Solution("elliptic functions in 100 digits", direction[:, None] * length, np.zeros(len(direction)), EPS)
+    return Solution(
+        "elliptic functions in 100 digits", direction[:, None] * scale(model), np.zeros(len(direction)), EPS
+    )
 
 
-def by_series(scene: Scene, model: Model, length: float, limit: float) -> Solution:
-    """The Taylor integrator, on the recursion or the closed form."""
-    if len(model.joints) > (MAX_JOINTS if limit == np.inf else FEW_JOINTS):  # of more joints, it compiles long
-        raise InputError("too many joints")
-    name = "power series (taylor) of the recursion"
-    return _compare_runs(name, scene.with_solver(engine="auto"), length, "taylor", 1e-18, 1e-16, limit)
+def on_any_equations(scene: Scene) -> Scene:
+    """The scene on the equations that its method takes."""
+    return scene.with_solver(engine="auto")
 
 
-def by_runge_kutta(scene: Scene, model: Model, length: float, limit: float) -> Solution:
-    """The adaptive integrator, on Pinocchio's accelerations where possible; with a limit on the recursion, which is fast."""
-    scene = uncompiled(scene.by("dop853", 1e-14)) if limit == np.inf else _recursion(scene, model)
-    name = f"Runge-Kutta (dop853) on {bind(scene).engine.name}"
-    return _compare_runs(name, scene, length, "dop853", 1e-14, 1e-13, limit)
+def on_recursion(scene: Scene) -> Scene:
+    """The scene on the recursion in machine code where it can be compiled, which is fast."""
+    compiles = compilable(model := build(scene.model), acting(model, scene.effects))
+    return scene.with_solver(engine="compiled") if compiles else scene
 
 
-def _integrate_recursion(family: str, method: str, fine: float, coarse: float, most: float = np.inf) -> Maker:
-    """A method at two tolerances, on the recursion in machine code where it can be compiled, for up to `most` joints."""
+def _integrate(
+    family: str,
+    method: str,
+    fine: float,
+    coarse: float,
+    equations: Callable[[Scene], Scene] = on_recursion,
+    most: float = np.inf,
+) -> Maker:
+    """A method at two tolerances, on a choice of equations, for up to `most` joints."""
 
-    def solve(scene: Scene, model: Model, length: float, limit: float) -> Solution:
+    def solve(scene: Scene, limit: float) -> Solution:
+        model = build(scene.model)
         if len(model.joints) > most:
             raise InputError("too many joints")
-        scene = _recursion(scene, model)
-        name = f"{family} ({method}) on {bind(scene).engine.name}"
-        return _compare_runs(name, scene, length, method, fine, coarse, limit)
+        scene = equations(scene.by(method, fine))
+        on = "of the recursion" if method == "taylor" else f"on {bind(scene).engine.name}"
+        runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
+        n = min(len(run.t) for run in runs)
+        one, other = (marks(model, run.tips[:n], run.q[:n]) for run in runs)
+        doubt, rounding = tip_distance(one, other, scale(model)), EPS * runs[0].stats.steps
+        return Solution(f"{family} ({method}) {on}", one, doubt, rounding, n < len(scene.times))
 
     return solve
 
 
-by_multistep = _integrate_recursion("multistep", "lsoda", 1e-13, 1e-12, LARGE)
-by_low_order = _integrate_recursion("order 5", "rk45", 1e-12, 1e-11)  # for scenes that are too large for other families
-by_collocation = _integrate_recursion("collocation", "radau", 1e-11, 1e-10)
-
-
 def refuse_other_equations(scene: Scene, run: RunRecord) -> None:
     """Raise InputError if machine code, where there is any, differs from Pinocchio's equations at states of a run."""
-    engine = bind(_recursion(scene, build(scene.model))).engine
+    engine = bind(on_recursion(scene)).engine
     if not isinstance(engine, Compiled):
         return
     one, other = (which.derivative(lambda t: None)[0] for which in (engine, engine.base))
@@ -172,19 +176,15 @@ def refuse_other_equations(scene: Scene, run: RunRecord) -> None:
             raise InputError(f"no reference: {engine.name} and {engine.base.name} differ by {off:.1e} in y'")
 
 
-def _recursion(scene: Scene, model: Model) -> Scene:
-    compiles = compilable(model, acting(model, scene.effects))
-    return scene.with_solver(engine="compiled") if compiles else scene
-
-
-def _compare_runs(
-    name: str, scene: Scene, length: float, method: str, fine: float, coarse: float, limit: float
-) -> Solution:
-    runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
-    n = min(len(run.t) for run in runs)
-    one, other = (marks(build(scene.model), run.tips[:n], run.q[:n]) for run in runs)
-    return Solution(name, one, tip_distance(one, other, length), EPS * runs[0].stats.steps, n < len(scene.times))
-
-
+# Series of more joints compile long; Pinocchio's accelerations are slower than the recursion, and independent of it.
+by_series = _integrate("power series", "taylor", 1e-18, 1e-16, on_any_equations, MAX_JOINTS)
+by_runge_kutta = _integrate("Runge-Kutta", "dop853", 1e-14, 1e-13, uncompiled)
+by_collocation = _integrate("collocation", "radau", 1e-11, 1e-10)
 SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)
-QUICK: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_multistep, by_low_order)
+QUICK: tuple[Maker, ...] = (  # the same within a limit of time
+    by_elliptic_functions,
+    _integrate("power series", "taylor", 1e-18, 1e-16, on_any_equations, FEW_JOINTS),
+    _integrate("Runge-Kutta", "dop853", 1e-14, 1e-13),
+    _integrate("multistep", "lsoda", 1e-13, 1e-12, most=LARGE),
+    _integrate("order 5", "rk45", 1e-12, 1e-11),  # for scenes that are too large for other families
+)
