@@ -65,7 +65,7 @@ class Binding:
     @cached_property
     def bodies(self) -> Bodies:
         """The bodies of the model."""
-        return Bodies(*map(self.numbers.bodies, self.model.body_arrays))
+        return Bodies(*map(self.numbers.per_rod, self.model.body_arrays))
 
     @cached_property
     def acts(self) -> list["Bound | None"]:
@@ -113,7 +113,6 @@ class Binding:
             _total(varying),
             _total(torques),
             wrench if wrenches else None,
-            in_links=plain_arithmetic(self.effects),
             axial=any(effect.axial for effect in self.effects if isinstance(effect, BodyEffect)),
         )
 
@@ -251,8 +250,7 @@ class BoundTorque(Bound):
         torques: Any = self._binding.law(self.effect, "torques")
         nv = len(model.joints)
         if each is not None:
-            of_rods = numbers.bodies(each.reshape(len(model.rods), -1))
-            torques = partial(torques, each=of_rods.reshape(-1, each.shape[-1]))
+            torques = partial(torques, each=numbers.per_rod(each))
         if self._angles is not None:  # the law is of every rod's theta and phi, and some rods have one of them
             angles = self._angles[: 2 if numbers.by_rod else None]
             return self._named(lambda t, *state: torques(t, *(_spread(x, angles, len(angles)) for x in state))[angles])
@@ -260,7 +258,7 @@ class BoundTorque(Bound):
             return self._named(torques)
         chosen = chosen_joints(model, self.effect.on, self._where)
         if numbers.by_rod:
-            share = numbers.joints(np.isin(np.arange(nv), chosen))
+            share = numbers.per_rod(np.isin(np.arange(nv), chosen))
             return self._named(lambda t, q, v: share * torques(t, q, v))
         return self._named(lambda t, q, v: _spread(torques(t, q[chosen], v[chosen]), chosen, nv))
 
@@ -320,7 +318,7 @@ class BoundWrench(Bound):
             return self._named(lambda t, motion: wrench(t, bodies, motion))
         chosen = chosen_bodies(model, self.effect.on, self._where)
         if numbers.by_rod:
-            share = numbers.bodies(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
+            share = numbers.per_rod(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
             return self._named(lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion)))
         some, n = bodies.of(chosen), len(bodies.mass)
 

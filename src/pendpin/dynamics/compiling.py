@@ -179,19 +179,20 @@ class BoundTree:
     def __init__(self, binding: Binding) -> None:
         model, numbers = binding.model, binding.numbers
         self.loads, self.xp, tree = binding.loads, numbers.xp, model.tree
+        self._in_links = plain_arithmetic(binding.effects)  # our own laws take motions in the frames of the links too
         kept = slice(len(tree.parents) // len(model.rods) if numbers.by_rod else None)
         constants = tree.parents[kept], tree.kinds[kept], tree.axes[kept], tree.rotations[kept]
         for part in constants:  # the directions of the axes too
             numbers.constant(part)
         changing = tree.translations, tree.masses, tree.coms, tree.inertias
-        self.tree = Tree(*constants, *map(numbers.joints, changing))
+        self.tree = Tree(*constants, *map(numbers.per_rod, changing))
         joints = np.array([body.joint for body in model.bodies])
         self.joints = joints[joints < len(self.tree.parents)]  # that move the bodies
-        self._com = None if self.loads.wrench is None else numbers.bodies(model.body_arrays.com)
+        self._com = None if self.loads.wrench is None else numbers.per_rod(model.body_arrays.com)
 
     def motion(self, q: Array, v: Array) -> Motion:
         """The motion of the bodies: in their link frames, which takes fewer operations, unless a user's effects need W."""
-        if self.loads.wrench is not None and not self.loads.in_links:
+        if self.loads.wrench is not None and not self._in_links:
             return Motion(*trees.motions(self.tree, q, v, self.xp)).of(self.joints)
         origin, velocity, spin, into_links = trees.motions_in_links(self.tree, q, v, self.xp)
         unturned = np.broadcast_to(np.eye(3), (len(origin), 3, 3))
@@ -209,7 +210,7 @@ class BoundTree:
 def thin_rods(model: Model, numbers: Parameters) -> recursion.ThinRods:
     """A chain of thin rods with its numbers as parameters."""
     assert model.chain is not None
-    return recursion.ThinRods(*(numbers.bodies(getattr(model.chain, name)) for name in recursion.ThinRods._fields))
+    return recursion.ThinRods(*(numbers.per_rod(getattr(model.chain, name)) for name in recursion.ThinRods._fields))
 
 
 def _record_directions(engine: Directions, loads: Loads, powered: Powered | None, numbers: Parameters) -> Right:
@@ -269,19 +270,15 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
     effects, given = split_functions(engine.model, equations.effects, equations.start)
     if given is not None and equations.contacts is not None:
         raise InputError('solver.engine: "compiled" takes no Torque beside stops and dry friction; leave it out')
-    equations = equations._replace(effects=effects, given=given is not None)
-    if isinstance(engine, Moving):
-        equations = equations._replace(engine=engine.base, still=engine.still)
-    elif records_by_rod(engine.model, effects):
-        equations = equations._replace(by_rod=True)
-    if not equations.by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
+    by_rod = not isinstance(engine, Moving) and records_by_rod(engine.model, effects)
+    if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
         raise InputError(
             f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects, on '
             "joints of one kind"
         )
+    equations = equations._replace(effects=effects, given=given is not None, by_rod=by_rod)
     function, parameters = equations.function()
-    took = time.thread_time() - begin
-    return Compiled(equations.engine, equations.still, function, parameters.values, took, given)
+    return Compiled(engine, function, parameters.values, time.thread_time() - begin, given)
 
 
 def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:

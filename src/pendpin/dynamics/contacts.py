@@ -92,8 +92,8 @@ class Contacts:
 
     def with_numbers(self, numbers: Numbers) -> "Contacts":
         """The contacts with the numbers of sliding friction mapped by `numbers`."""
-        sliding = tuple((kind, numbers.joints(size)) for kind, size in self.sliding)
-        falling = tuple((numbers.joints(share), numbers.effect(effect)) for share, effect in self.falling)
+        sliding = tuple((kind, numbers.per_rod(size)) for kind, size in self.sliding)
+        falling = tuple((numbers.per_rod(share), numbers.effect(effect)) for share, effect in self.falling)
         return replace(self, sliding=sliding, falling=falling)
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:

@@ -32,12 +32,8 @@ class Numbers:
         """A number or an array of numbers as the equations see it; None stays None."""
         return x
 
-    def joints(self, x: Array) -> Array:
-        """Numbers (n, ...) of all joints, as `self(x)`; those of one rod's joints, (w, ...), if equations are by rod."""
-        return self(x)
-
-    def bodies(self, x: Array) -> Array:
-        """Numbers (n, ...) of all bodies; of one rod, (1, ...), if equations are by rod."""
+    def per_rod(self, x: Array) -> Array:
+        """Numbers (n, ...) of all joints or bodies, as `self(x)`; those of one rod's, (k, ...), if equations are by rod."""
         return self(x)
 
     def constant(self, x: Any) -> None:
@@ -83,29 +79,21 @@ class Parameters(Numbers):
             self._structure.append(None)
             return None
         values = _convert_to_numbers(x)
-        return self._replace(values, values != 0, lambda present: values[present].tolist(), self.shared)[()]
+        return self._replace(values, values, values != 0, self.shared)[()]
 
-    def joints(self, x: Array) -> Array:
+    def per_rod(self, x: Array) -> Array:
         if not self.by_rod:
             return self(x)
-        return self._of_rod(np.reshape(_convert_to_numbers(x), (self.rods, self.width, *np.shape(x)[1:])))
+        every = _convert_to_numbers(x).reshape(self.rods, -1, *np.shape(x)[1:])
+        return self._replace(every[0], every, (every != 0).any(0), self.of_rods, by_rod=True)
 
-    def bodies(self, x: Array) -> Array:
-        return self._of_rod(_convert_to_numbers(x)[:, None]) if self.by_rod else self(x)
-
-    def _of_rod(self, x: Array) -> Array:
-        """The numbers (k, ...) of one rod, from those (n, k, ...) of all."""
-        return self._replace(x[0], (x != 0).any(0), lambda present: list(x[:, present].T), self.of_rods, by_rod=True)
-
-    def _replace(
-        self, values: Array, mask: Mask, listed: Callable[[Mask], list], known: list, by_rod: bool = False
-    ) -> Any:
-        """Numbers with a parameter in place of each in the mask, or the one given before; those listed join the known."""
+    def _replace(self, values: Array, every: Array, mask: Mask, known: list, by_rod: bool = False) -> Any:
+        """Numbers with a parameter in place of each in the mask, or the one given before; its values join the known."""
         present = mask if self._fixed_masks is None else self._fixed_masks[len(self.masks)]
         self.masks.append(present)
         self._structure.append((values.shape, present.tobytes()))
         begin = len(known)
-        known += listed(present)
+        known += list(every[..., present].T)  # of a parameter of every rod an array (n,)
         if self._tape is None:
             return values
         out = np.where(present, 0.0, values).astype(object)

@@ -77,7 +77,7 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
 def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters) -> Sampled:
     thin, xp, binding = isinstance(engine, Thin), numbers.xp, Binding(engine.model, effects, start, numbers)
     numbers.constant((thin, numbers.by_rod))
-    loads, bodies = binding.loads, Bodies(*map(numbers.bodies, engine.model.body_arrays))
+    loads, bodies = binding.loads, Bodies(*map(numbers.per_rod, engine.model.body_arrays))
     bound = BoundTree(binding)
     tree = bound.tree
 

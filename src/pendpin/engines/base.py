@@ -37,7 +37,6 @@ class Loads:
     varying: Callable[[float], Array] | None = None  # t -> (3,) m/s², W: the sum of the others
     torque: GivenTorque | None = None
     wrench: Callable[[float, Motion], tuple[Array, Array]] | None = None  # force N, moment N m about com, (n, 3), W
-    in_links: bool = False  # whether `wrench` takes motions in the frames of the links too: the laws are pendpin's own
     axial: bool = False  # whether wrenches may turn a rod about its own axis, or ask how far it has turned
 
     def wrenches(self, t: Array, motion: Motion) -> tuple[Array, Array]:
@@ -216,21 +215,16 @@ class Compiled(Moving):
     """The state, poses and wrenches of another engine, and y' by machine code, with one set of parameters.
 
     Many engines share the `equations` of one structure (dynamics/compiling.py keeps them); each run has its block. `given`
-    torques (nv,), by functions of Python, go with every call: such equations are called from Python.
+    torques (nv,), by functions of Python, go with every call: such equations are called from Python. They lack what a
+    `Moving` engine lacks.
     """
 
     def __init__(
-        self,
-        base: Engine,
-        still: tuple[int, ...],
-        equations: Function,
-        values: Values,
-        seconds: float,
-        given: GivenTorque | None = None,
+        self, engine: Engine, equations: Function, values: Values, seconds: float, given: GivenTorque | None = None
     ) -> None:
-        super().__init__(base, still)
+        super().__init__(*((engine.base, engine.still) if isinstance(engine, Moving) else (engine, ())))
         self._given, self.compiles = given, given is None
-        self.equations, self.name = equations, f"{base.name}, compiled"
+        self.equations, self.name = equations, f"{engine.name}, compiled"
         self._values, self.compile_seconds = values, seconds
 
     @cached_property
@@ -246,17 +240,15 @@ class Compiled(Moving):
         return block
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
-        block = self.block()
+        block, given, nv = self.block(), self._given, len(self.model.joints)
         code, state, rates = block.code(), np.zeros(block.size), np.zeros(block.size)
-        call, arguments = code.call, (rates.ctypes.data, state.ctypes.data, block.address)
-        given, nv = self._given, len(self.model.joints)
+        state_at, rates_at, block_at = state.ctypes.data, rates.ctypes.data, block.address
 
-        def derivative(dy: Array, t: float, y: Array) -> None:
+        def derivative(dy: Array, t: float, y: Array) -> None:  # block and code live as long as it
             state[:] = y
             if given is not None:
                 block.inputs[:] = given(t, y[:nv], y[nv:])
-            call(arguments[0], t, arguments[1], arguments[2], None)
+            code.call(rates_at, t, state_at, block_at, None)
             dy[:] = rates
 
-        derivative.needs = block, code  # type: ignore[attr-defined]  # they live as long as the function
         return count_calls(derivative, progress, CALLBACK_EVERY_QUICK)

@@ -163,7 +163,7 @@ def equations_with_numbers(engine: Engine, effects: Sequence[Effect], start: flo
     """The equations of an engine with the effects that it was bound with, and the series' parameters: kept as it is."""
     if (known := _known.get(engine)) is None:
         equations, parameters = EquationsOfMotion(engine, effects, start).function()
-        known = _known[engine] = equations, run_time_parameters(equations.recording, parameters.shared)
+        known = _known[engine] = equations, run_time_parameters(equations.recording)(parameters.shared)
     return known
 
 
@@ -192,11 +192,17 @@ def seconds_of_compiling(scene: Scene, dynamics: Dynamics) -> float:
     return start_compiler() + (series.compile_seconds if series else 0.0)
 
 
-def run_time_parameters(recording: Recording, values: Sequence[float]) -> list[float]:
-    """What the series of a recording take as par[i], from the values of the recording's parameters."""
-    fixed = recording.tape.fixed_operands(recording.places)
-    cells = recording.tape.values(fixed, values)
-    return [cells[place] for place in fixed]
+def run_time_parameters(recording: Recording) -> Callable[[Sequence[float]], list[float]]:
+    """A function for what the series of a recording take as par[i], from the values of the recording's parameters."""
+    tape = recording.tape
+    fixed = tape.fixed_operands(recording.places)
+    needed = tape.needed(fixed)
+
+    def evaluate(values: Sequence[float]) -> list[float]:
+        cells = tape.values(needed, values)
+        return [cells[place] for place in fixed]
+
+    return evaluate
 
 
 def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:

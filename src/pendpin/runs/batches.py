@@ -118,6 +118,7 @@ class Series:
         self.engine: Engine = drop_zeros(whole, *some)
         equations, parameters = whole._replace(engine=self.engine).function()
         self._recording, self._structure = equations.recording, parameters.structure
+        self._numbers = run_time_parameters(self._recording)
         self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0
         self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
         self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
@@ -153,7 +154,7 @@ class Series:
         q, v = start_state(dynamics.model, scene.start)
         pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
-        numbers = np.array([run_time_parameters(self._recording, values)])
+        numbers = np.array([self._numbers(values)])
         energies = np.stack(dynamics.energies(q[None], v[None]), 1)
         return Cases([dynamics.model], q[None], v[None], numbers, np.array([longest]), energies)
 

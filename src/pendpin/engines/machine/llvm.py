@@ -223,7 +223,7 @@ class Function:
     def evaluate_fixed(self, parameters: Values) -> tuple[list[float], Array]:
         """What operations on parameters alone come to: numbers, and (n, k) those of each of the n rods."""
         text, tape, rods = self.text, self.recording.tape, parameters.of_rods.shape[1]
-        values = tape.values([*text.fixed, *text.fixed_of_rod], parameters.shared, parameters.of_rods)
+        values = tape.values(text.needed_for_fixed, parameters.shared, parameters.of_rods)
         rows = [np.broadcast_to(values[place], (tape.lanes[place] or 1, rods)) for place in text.fixed_of_rod]
         of_rods = np.ascontiguousarray(np.concatenate([*rows, np.empty((0, rods))]).T)
         numbers = [x for place in text.fixed for x in (values[place][:, 0] if tape.lanes[place] else (values[place],))]

@@ -67,7 +67,7 @@ class _Tangents:
 
     def of(self, results: Sequence[int]) -> list[list[Any]]:
         """The derivatives of some operations, group by group: those of its directions side by side."""
-        needed = self.tape.needed(results)  # complete before derivatives are appended behind it: none is taken again
+        needed = self.tape.needed(results)  # before derivatives are appended behind it
         active = self._active(needed)
         for place in needed:
             if place in active:

@@ -54,7 +54,6 @@ class Tape:
         self.lanes: list[int] = []  # how many numbers it is at once; 0 for a single one
         self.passes: list[Pass] = []
         self._places: dict[tuple[Any, ...], int] = {}
-        self._needed: dict[tuple[int, ...], list[int]] = {}
 
     def term(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
         """An operation, by its name and what it is computed from or stands for (LEAVES)."""
@@ -113,17 +112,13 @@ class Tape:
 
     def needed(self, results: Sequence[int]) -> list[int]:
         """The operations that some results take, in order: operands come before what is computed from them."""
-        key = tuple(results)
-        if key in self._needed:  # asked for again for each set of numbers
-            return self._needed[key]
         is_needed, left = [False] * len(self.operations), list(results)
         while left:
             place = left.pop()
             if not is_needed[place]:
                 is_needed[place] = True
                 left.extend(self.sources(place))
-        self._needed[key] = needed = [place for place, is_wanted in enumerate(is_needed) if is_wanted]
-        return needed
+        return [place for place, is_wanted in enumerate(is_needed) if is_wanted]
 
     def sources(self, place: int) -> Sequence[int]:
         """The places of all that an operation is computed from, on this rod and on others."""
@@ -132,11 +127,14 @@ class Tape:
             return self.passes[operation[1]].cells[operation[2]]
         return self.operands[place]
 
-    def values(self, places: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
-        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n)."""
+    def values(self, needed: Sequence[int], parameters: Sequence[float], of_rods: Array = _NONE) -> dict[int, Any]:
+        """What fixed operations come to: numbers, or arrays (n,) of those with parameters of n rods, of_rods (k, n).
+
+        They are given with all that they need, in order.
+        """
         # Those of several lanes are arrays (lanes, 1) or (lanes, n).
         results: dict[int, Any] = {}
-        for place in self.needed(places):
+        for place in needed:
             name, *operands = self.operations[place]
             if name == "parameter":
                 results[place] = (of_rods if operands[1] else parameters)[operands[0]]

@@ -93,6 +93,7 @@ class Text:
         everything = self.others + self.more + self.of_rod + self.more_of_rod
         self.schedule = Schedule(tape, everything)
         fixed = tape.fixed_operands(everything)
+        self.needed_for_fixed = tape.needed(fixed)
         self.fixed = self._cells_of(x for x in fixed if not tape.by_rod[x])
         self.fixed_of_rod = self._cells_of(x for x in fixed if tape.by_rod[x])
         self._stored = self._cells_of(self.schedule.stored)
