@@ -85,13 +85,9 @@ def spherical_at(direction0: Array, rate0: Array, w: Real) -> Callable[[Real], V
     # momentum about the vertical it is the planar pendulum.
     d0, rate0 = mp.matrix([mpf(float(x)) for x in direction0]), mp.matrix([mpf(float(x)) for x in rate0])
     d0 /= mp.norm(d0)
-    rate0 -= _dot(d0, rate0) * d0
+    rate0 -= mp.fdot(d0, rate0) * d0
     spin = d0[0] * rate0[1] - d0[1] * rate0[0]
     return _planar_direction(d0, rate0, w) if abs(spin) < NO_SPIN * w else _round_the_vertical(d0, rate0, w)
-
-
-def _dot(a: Vector, b: Vector) -> Real:
-    return mp.fsum(x * y for x, y in zip(a, b, strict=True))
 
 
 def _planar_direction(d0: Vector, rate0: Vector, w: Real) -> Callable[[Real], Vector]:
@@ -112,7 +108,7 @@ def _planar_direction(d0: Vector, rate0: Vector, w: Real) -> Callable[[Real], Ve
 def _round_the_vertical(d0: Vector, rate0: Vector, w: Real) -> Callable[[Real], Vector]:
     """z = z1 + (z2 - z1) sn², and the azimuth from h = (1 - z²) azimuth'."""
     h = d0[0] * rate0[1] - d0[1] * rate0[0]
-    z1, z2, z3 = turning_heights(_dot(rate0, rate0) / 2 + w**2 * d0[2], h, w)
+    z1, z2, z3 = turning_heights(mp.fdot(rate0, rate0) / 2 + w**2 * d0[2], h, w)
     m, speed = (z2 - z1) / (z3 - z1), w * mp.sqrt((z3 - z1) / 2)
     low, high = (mp.sqrt(max(x, mpf(0))) for x in (d0[2] - z1, z2 - d0[2]))
     am0 = mp.atan2(low, high if rate0[2] >= 0 else -high)

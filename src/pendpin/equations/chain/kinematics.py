@@ -6,7 +6,6 @@ row of rods. Within this family of modules components come first and rods last, 
 users see has rods first, (..., n, 3).
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
 from typing import NamedTuple
@@ -117,9 +116,6 @@ def below(x: Array, n: int) -> Array:
     return y
 
 
-CHUNK = 1 << 12  # rods handled at once in a batch of states: what they need stays in the fast memory of a processor
-
-
 class Positions(NamedTuple):
     """Where the rods are, in the inertial frame I (z down)."""
 
@@ -154,10 +150,6 @@ class Joints(NamedTuple):
         R = np.array([[c, np.zeros_like(c), s], [-s_t * s, c_t, s_t * c], [-c_t * s, -s_t, c_t * c]])
         return cls(q.shape[-2], trig, R)
 
-    def into(self, x: Array) -> Array:
-        """Components in a rod's own frame of a vector (3, K) given in the frame above it."""
-        return np.add.reduce(self.R * x[:, None], 0)
-
     def propagated(self, own: Array) -> Array:
         """Solve x_i = R_i^T x_(i-1) + own_i from the support down, for r vectors at once: (r, 3, K)."""
         if self.n == 1:
@@ -189,6 +181,11 @@ class Joints(NamedTuple):
         return self.propagated(self.relative_omega(rate)[None])[0]
 
 
+def into(frames: Array, x: Array) -> Array:
+    """Components of vectors (3, K) in frames (3, 3, K) whose columns are the axes."""
+    return np.add.reduce(frames * x[:, None], 0)
+
+
 def rods_last(x: Array) -> Array:
     """(..., n, i) -> (i, K), contiguous."""
     return np.ascontiguousarray(x.reshape(-1, x.shape[-1]).T)
@@ -208,22 +205,17 @@ def place_along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
 
 def positions(chain: ChainInertia, q: Array) -> Positions:
     """Frames, centres of mass and tips for angles q (..., n, 2) in rad."""
-    return Positions(*_evaluate_in_chunks(lambda angles: _positions(chain, Joints.at(angles)), q))
+    return _place_rods(chain, Joints.at(q), q.shape[:-1])
 
 
 def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
     """Positions and velocities for angles q and rates v (..., n, 2) in rad and rad/s."""
-
-    def moving(angles: Array, rates: Array) -> tuple[Array, ...]:
-        joints = Joints.at(angles)
-        omega = joints.omega(rods_last(rates))
-        at = _positions(chain, joints)
-        B = np.moveaxis(at.frames, (-2, -1), (0, 1))
-        w = omega.reshape(3, *angles.shape[:-1])
-        direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
-        return *at, np.moveaxis(w, 0, -1), *place_along(chain, direction_rates)
-
-    return ChainMotion(*_evaluate_in_chunks(moving, q, v))
+    joints = Joints.at(q)
+    w = joints.omega(rods_last(v)).reshape(3, *q.shape[:-1])
+    at = _place_rods(chain, joints, q.shape[:-1])
+    B = np.moveaxis(at.frames, (-2, -1), (0, 1))
+    direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
+    return ChainMotion(*at, np.moveaxis(w, 0, -1), *place_along(chain, direction_rates))
 
 
 def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
@@ -234,16 +226,7 @@ def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
     return 0.5 * (translation + np.einsum("ni,...ni,...ni->...n", inertia, omega, omega)).sum(-1)
 
 
-def _positions(chain: ChainInertia, joints: Joints) -> Positions:
-    """Frames (..., n, 3, 3), centres of mass and tips (..., n, 3) in I, m."""
-    frames = joints.frames().transpose(2, 0, 1).reshape(-1, joints.n, 3, 3)
+def _place_rods(chain: ChainInertia, joints: Joints, shape: tuple[int, ...]) -> Positions:
+    """Frames (..., n, 3, 3), centres of mass and tips (..., n, 3) in I, m; shape is (..., n)."""
+    frames = joints.frames().transpose(2, 0, 1).reshape(*shape, 3, 3)
     return Positions(frames, *place_along(chain, frames[..., 2]))
-
-
-def _evaluate_in_chunks(function: Callable[..., tuple[Array, ...]], *states: Array) -> list[Array]:
-    """function over a batch of states (..., n, 2), some states at a time; every result has the batch axes first."""
-    batch, (n, _) = states[0].shape[:-2], states[0].shape[-2:]
-    flat = [x.reshape(-1, n, 2) for x in states]
-    size = max(1, CHUNK // n)
-    parts = [function(*(x[i : i + size] for x in flat)) for i in range(0, len(flat[0]), size)]
-    return [np.concatenate(x).reshape(batch + x[0].shape[1:]) for x in zip(*parts, strict=True)]

@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, into, rods_first, rods_last
 from pendpin.equations.chain.system import Balances, project
 from pendpin.ground.arrays import Array, Mask, lapack
 
@@ -21,7 +21,6 @@ class ChainSolution:
     """Accelerations and joint reactions of a chain, rod by rod, with the signs and axes of RodSolution."""
 
     acceleration: Array  # (..., n, 2) rad/s², theta'', phi''
-    alpha: Array  # (..., n, 3) rad/s², angular acceleration, in B
     force: Array  # (..., n, 3) N, on the rod at its joint, in B: R1, R2, -R3
     Mc: Array  # (..., n) N m, along a3
     M3: Array  # (..., n) N m, Mc cos(phi)
@@ -86,7 +85,6 @@ def solve(
     moment_at_joint[2] += c * x[3]
     return ChainSolution(
         acceleration=rods_first(np.array([theta_dd, phi_dd]), shape),
-        alpha=rods_first(alpha, shape),
         force=rods_first(x[:3], shape),
         Mc=x[3].reshape(shape),
         M3=(c * x[3]).reshape(shape),
@@ -105,9 +103,9 @@ def _external(
     if force is not None or moment is not None:
         frames = joints.frames()
         if force is not None:
-            push = _into_body(frames, force) / np.tile(chain.m, force[..., 0].size // chain.n)
+            push = into(frames, rods_last(force)) / np.tile(chain.m, force[..., 0].size // chain.n)
         if moment is not None:
-            about_G = _into_body(frames, moment)
+            about_G = into(frames, rods_last(moment))
             first_spherical = max(
                 first_spherical, _count_to_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
             )
@@ -121,11 +119,6 @@ def _external(
         about_G[1] -= below(tau[1] * c_t, joints.n)
         about_G[2] += below(tau[1] * s_t, joints.n)
     return push, about_G, at_joint, first_spherical
-
-
-def _into_body(frames: Array, x: Array) -> Array:
-    """Vectors (..., n, 3) given in I, in each rod's own frame: (3, K)."""
-    return (frames * rods_last(x)[:, None]).sum(0)
 
 
 def _count_to_last(marked: Mask, n: int) -> int:

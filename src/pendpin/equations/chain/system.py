@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.equations.chain.kinematics import Joints, Rods, above, below
+from pendpin.equations.chain.kinematics import Joints, Rods, above, below, into
 from pendpin.ground.arrays import Array, Mask, lapack
 
 PASSES = 15  # two are the rule, three to six with thin rods above thick ones; more mean a nearly singular state
@@ -95,7 +95,7 @@ class Balances(System):
         tip[:, :: rods.n] = self.support
         turned = above(turn, rods.n)
         twist = self.drift + s * turn[0] - c * turn[2] + s_t * turned[1] + c_t * turned[2]
-        return np.column_stack([(joints.into(tip) - linear + rods.h * swing).T, twist])
+        return np.column_stack([(into(joints.R, tip) - linear + rods.h * swing).T, twist])
 
     def resistance(self, turn: Array) -> Array:
         return self.rods.inertia * turn
@@ -176,7 +176,12 @@ class Direct:
         columns = self._columns(system.bare())
         K, size, _ = columns.shape
         self.width = 2 * size - 1
-        self.rows = _scale(_split_by_row(np.abs(columns)).max((2, 3)))  # (K, size)
+        rows = np.zeros((K + 2, size))  # the largest entry of each equation, with a rod beyond either end
+        for place, largest in enumerate(np.split(np.abs(columns).max(1), 3, 1)):
+            np.maximum(rows[place : K + place], largest, out=rows[place : K + place])
+        empty = rows[1:-1] == 0  # of spherical joints, whose Mc and spin enter nothing
+        columns[:, np.arange(size), size + np.arange(size)] += empty
+        self.rows = _scale(rows[1:-1] + empty)  # (K, size)
         columns *= np.pad(self.rows, ((1, 1), (0, 0)))[np.arange(K)[:, None] + np.arange(3)].reshape(K, 1, -1)
         self.cols = _scale(np.abs(columns).max(2))  # (K, size)
         columns *= self.cols[:, :, None]
@@ -216,17 +221,7 @@ class Direct:
                 around = np.pad(answer, ((1, 1), (0, 0)))
                 rods = np.arange(third, K, 3)
                 columns[rods, unknown] = around[rods[:, None] + np.arange(3)].reshape(len(rods), 3 * size)
-        empty = np.abs(_split_by_row(columns)).max((2, 3)) == 0  # of spherical joints, whose Mc and spin enter nothing
-        columns[:, np.arange(size), size + np.arange(size)] += empty
         return columns
-
-
-def _split_by_row(columns: Array) -> Array:
-    """(K, size, 3 size) by unknown -> [rod, equation, the rod below, the rod itself, the rod above, unknown]."""
-    K, size, _ = columns.shape
-    around = np.pad(columns.reshape(K, size, 3, size), ((1, 1), (0, 0), (0, 0), (0, 0)))
-    shifted = [around[2 - place : K + 2 - place, :, place] for place in range(3)]
-    return np.stack(shifted, 1).transpose(0, 3, 1, 2)
 
 
 def _scale(largest: Array) -> Array:

@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, rods_first, rods_last
+from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, into, rods_first, rods_last
 from pendpin.equations.chain.system import RodLoads, System, empty_band, project
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Mask
@@ -156,8 +156,8 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
         own, own_rate = (np.ascontiguousarray(x[:, i].T) for x in (d, rate))
         u, u_rate = own, own_rate  # seen from the rod above, in its frame
         if i:
-            u = _into(above.frame, own)
-            u_rate = _into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
+            u = into(above.frame, own)
+            u_rate = into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
         q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
         joint = Joints.at(q[:, i : i + 1])
         s_t, s, c_t, c = joint.trig  # theta' is 0 at a pole, where u' does not show it
@@ -166,7 +166,7 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
         if acceleration is not None:
             above, rates, a[:, i].T[:] = _accelerated(above, joint, rates, np.ascontiguousarray(acceleration[:, i].T))
         elif i + 1 < n:
-            omega = joint.into(above.omega) + joint.relative_omega(rates)
+            omega = into(joint.R, above.omega) + joint.relative_omega(rates)
             above = _Turning(_product(above.frame, joint.R), omega, above.alpha)
         v[:, i], across[:, i] = rates.T, np.abs(c)
     return Reading(q, v, across, None if acceleration is None else a)
@@ -197,11 +197,6 @@ def refined(t: Array, d: Array, rate: Array, kept: Array, chosen: Mask) -> tuple
     t, d, rate = (np.concatenate([x, y.reshape(-1, *x.shape[1:])]) for x, y in ((t, times), (d, more), (rate, slope)))
     order = np.argsort(t, kind="stable")
     return t[order], d[order], rate[order], np.argsort(order, kind="stable")[kept]
-
-
-def _into(frames: Array, x: Array) -> Array:
-    """Components of vectors (3, k) in frames (3, 3, k) whose columns are the axes."""
-    return np.add.reduce(frames * x[:, None], 0)
 
 
 def _product(A: Array, B: Array) -> Array:
@@ -248,8 +243,8 @@ def _wrapped(angle: Array) -> Array:
 def _accelerated(above: _Turning, joint: Joints, rates: Array, acceleration: Array) -> tuple[_Turning, Array, Array]:
     """How a rod turns, and its angles' rates, at a pole too, and accelerations (2, k), from d'' (3, k) in I."""
     (_, s, _, c), frame = joint.trig, _product(above.frame, joint.R)
-    e1, e2, _ = _into(frame, acceleration)
-    p, pa = joint.into(above.omega), joint.into(above.alpha)
+    e1, e2, _ = into(frame, acceleration)
+    p, pa = into(joint.R, above.omega), into(joint.R, above.alpha)
     pole, phi_d = np.abs(c) < POLE, rates[1]
     o2 = phi_d + p[1]
     moving = np.abs(phi_d) > RESTING * (np.abs(p).sum(0) + np.abs(o2) + np.sqrt(np.abs(e1) + np.abs(e2)))
