@@ -139,7 +139,24 @@ def accelerate_or_hold(
             rest = _Body(*(held[i] * x + (1 - held[i]) * y for x, y in zip(body, rest, strict=True)))
         return _seen_from_parent(joints[i], rest), answer
 
-    a, holding = _outward(tree, joints, inward(release, bodies, tree.parents, xp), held, xp)
+    def move(i: int, parent: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
+        """From the base to the tips: alpha and a beyond those at zero joint acceleration; the joint's own, its torque."""
+        joint, answer, to_child = joints[i], answers[i], transposed(joints[i].R)
+        alpha, a = parent
+        alpha, a = applied(to_child, alpha), applied(to_child, a + cross(alpha, joint.r))
+        first, second = (alpha, a) if joint.turns else (a, alpha)
+        along = answer.drive - dot(answer.first, first) - dot(answer.second, second)
+        carried = dot(joint.axis, first)
+        qdd, torque = along - carried, np.zeros_like(along)
+        if held[i] is not None:
+            torque, qdd = -held[i] * answer.inertia * qdd, (1 - held[i]) * qdd
+            along = carried + qdd
+        first = applied(joint.across, first) + joint.axis * along
+        return (first, second) if joint.turns else (second, first), (qdd, torque)
+
+    answers = inward(release, bodies, tree.parents, xp)
+    moved = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
+    a, holding = (np.concatenate(parts, -1) for parts in zip(*moved, strict=True))
     return signs * a, signs * holding
 
 
@@ -200,30 +217,6 @@ def _seen_from_parent(joint: Joint, body: _Body) -> _Body:
     force = applied(R, body.second)
     moment = applied(R, body.first) + cross(joint.r, force)
     return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
-
-
-def _outward(
-    tree: Tree, joints: list[Joint], answers: list[_Answer], held: Sequence[Any], xp: Any
-) -> tuple[Array, Array]:
-    """Joint accelerations (..., n) beyond those at zero qdd, from the base to the tips, and holding torques (..., n)."""
-
-    def move(i: int, parent: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
-        joint, answer, to_child = joints[i], answers[i], transposed(joints[i].R)
-        alpha, a = parent
-        alpha, a = applied(to_child, alpha), applied(to_child, a + cross(alpha, joint.r))
-        first, second = (alpha, a) if joint.turns else (a, alpha)
-        along = answer.drive - dot(answer.first, first) - dot(answer.second, second)
-        carried = dot(joint.axis, first)
-        qdd, torque = along - carried, np.zeros_like(along)
-        if held[i] is not None:
-            torque, qdd = -held[i] * answer.inertia * qdd, (1 - held[i]) * qdd
-            along = carried + qdd
-        first = applied(joint.across, first) + joint.axis * along
-        return (first, second) if joint.turns else (second, first), (qdd, torque)
-
-    moved = outward(move, (np.zeros(3), np.zeros(3)), tree.parents, xp)
-    a, holding = (np.concatenate(parts, -1) for parts in zip(*moved, strict=True))
-    return a, holding
 
 
 def _swapped(body: _Body) -> _Body:

@@ -189,28 +189,20 @@ class OnSciPy(Stepper):
                 raise FloatingPointError
             return dy
 
-        setting: Any = {
-            "rtol": max(self.tolerance, LEAST_RTOL),
-            "atol": self.tolerance * size,
-            "max_step": self.longest,
-        }
-        setting["first_step"] = self.first_step and min(self.first_step, self.longest, end - t)
+        first_step = self.first_step and min(self.first_step, self.longest, end - t)
+        tolerances: Any = {"rtol": max(self.tolerance, LEAST_RTOL), "atol": self.tolerance * size}
+        limits, failure = {"first_step": first_step, "max_step": self.longest}, None
+        begin, before = t, y
         try:
-            solver = getattr(integrate, self.method.library_name)(rates, t, y - origin, end, **setting)
-        except FloatingPointError:  # the rates at the start are not finite
-            yield Steps(np.array([t]), y[None], lambda s: np.empty((0, len(y))), NOT_FINITE)
-            return
-        while solver.status == "running":
-            begin, before = solver.t, origin + solver.y
-            try:
-                failure = solver.step()
-            except FloatingPointError:
-                failure = NOT_FINITE
-            if failure:
-                yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
-                return
-            states, dense = np.stack([before, origin + solver.y]), cache(solver.dense_output)
-            yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense()(s).T)
+            solver = getattr(integrate, self.method.library_name)(rates, t, y - origin, end, **tolerances, **limits)
+            while solver.status == "running" and not (failure := solver.step()):
+                states, dense = np.stack([before, origin + solver.y]), cache(solver.dense_output)
+                yield Steps(np.array([begin, solver.t]), states, lambda s, dense=dense: origin + dense()(s).T)
+                begin, before = solver.t, states[1]
+        except FloatingPointError:
+            failure = NOT_FINITE
+        if failure:
+            yield Steps(np.array([begin]), before[None], lambda s: np.empty((0, len(y))), failure)
 
 
 @dataclass(frozen=True, eq=False)

@@ -100,6 +100,7 @@ class Integrator(ABC):
     def __init__(self, method: Method, setting: float) -> None:
         """`setting`: the tolerance, or the step in s, whichever the method's record names."""
         self.method, self.setting = method, setting
+        self.step = setting if method.setting == "step" else None
 
     @classmethod
     def for_scene(cls, scene: Scene, dynamics: Dynamics) -> "Integrator":

@@ -16,7 +16,6 @@ from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
-from pendpin.scene import Method
 
 LOOK_EVERY = 1024  # steps between two checks that the numbers are finite
 NEAR = 1e-9  # of a step: a sample so near to the end of a step is there
@@ -92,10 +91,7 @@ class FixedMemory(NamedTuple):
 class FixedStep(Integrator):
     """A method with a fixed step; samples inside a step are computed by a shorter one."""
 
-    def __init__(self, method: Method, setting: float) -> None:
-        self.library, self.version = "numpy", np.__version__
-        super().__init__(method, setting)
-        self.step = setting
+    library, version = "numpy", np.__version__
 
     def memory(self, y: Array) -> FixedMemory:
         return FixedMemory(GridPlace(), np.array(y))

@@ -88,7 +88,6 @@ class Gauss(Integrator):
 
     def __init__(self, method: Method, setting: float) -> None:
         super().__init__(method, setting)
-        self.step = setting
         self.rule = rule(method.stages)
         self.library, self.version = "pinocchio", version("pin")
 

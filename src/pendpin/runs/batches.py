@@ -119,7 +119,7 @@ class Series:
         equations, parameters = whole._replace(engine=self.engine).function()
         self._recording, self._structure = equations.recording, parameters.structure
         self._numbers = run_time_parameters(self._recording)
-        self._whole = len(self.dynamics.engine.pack(*some))  # numbers of a state with what stays 0
+        self._whole = self.dynamics.engine.size  # numbers of a state with what stays 0
         self._places = self.engine.places if isinstance(self.engine, Moving) else np.arange(self._whole)
         self._width = NARROW if len(self.dynamics.model.joints) <= SMALL else WIDTH
         self._own = self._case(self.scene, self.dynamics, parameters.shared)

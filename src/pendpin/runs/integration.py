@@ -104,7 +104,7 @@ class SmoothLoop(IntegrationLoop):
         self.library, self.version = self.integrator.library, self.integrator.version
         self._derivative, self._evaluations = self.integrator.equations(self.engine, self.progress)
         if self.balance is not None and not self.engine.compiles:  # else the work is compiled too
-            motion, balance, size = self._derivative, self.balance, len(self.engine.pack(*np.zeros((2, self.nv))))
+            motion, balance, size = self._derivative, self.balance, self.engine.size
 
             def derivative(dy: Array, t: float, y: Array) -> None:  # of the engine's state, and of the work
                 motion(dy[:size], t, y[:size])

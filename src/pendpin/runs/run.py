@@ -204,7 +204,7 @@ def fill_in(scene: Scene, dynamics: Dynamics, balance: EnergyBalance | None, run
         stats=Stats(
             method=solver.method,
             tolerance=solver.tolerance,
-            step=solver.step and largest_step(scene.times, solver.step),
+            step=largest_step(scene.times, solver.step),
             steps=run.steps,
             evaluations=run.evaluations,
             events=run.events,

@@ -115,8 +115,8 @@ class _Search:
     def _refine(self) -> RunRecord | None:
         """One more run: its result if it meets the target, else None. Raises RunError if no run can meet it."""
         setting = self.refinement.finer(self.last.setting, self._choose_factor())
-        scene, name = self.first.scene, self.method.setting
-        scene = scene.model_copy(update={"solver": scene.solver.model_copy(update={name: setting})})
+        solver = self.first.scene.solver.model_copy(update={self.method.setting: setting})
+        scene = self.first.scene.model_copy(update={"solver": solver})
         run = self.runs.run_differently(scene, self.last.run)
         self._add(scene, setting, run)
         if self.first_gap is None:
