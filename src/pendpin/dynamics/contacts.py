@@ -59,14 +59,12 @@ class Contacts:
 
     engine: AngleEngine
     length: Array  # (nv,) 1 for joints that turn, m for slides: what a position is large or small against
-    kinetic: Array  # N m
-    static: Array  # N m
+    static: Array  # N m, what friction can hold
     lower: Array  # rad
     upper: Array  # rad
     restitution: Array  # (2, nv), at the lower and at the upper limit
-    sliding: tuple[tuple[str, Array], ...]  # the kinds of effects that rub, and how much of `kinetic` is theirs
+    rubbing: tuple[tuple[Array, DryFriction], ...]  # what rubs, and 1 for each joint that it is on
     stopping: Array  # (2, nv) of text, the kind of effect that sets each limit
-    falling: tuple[tuple[Array, DryFriction], ...] = ()  # friction that falls with speed: 1 for the joints it is on
     block: Block | None = None  # of the equations with these contacts in machine code, if they are used
 
     def friction(self, v: Array, mode: Mode) -> Array:
@@ -74,11 +72,8 @@ class Contacts:
         return sum((torque for _, torque in self.friction_by_kind(v, mode.sign)), np.zeros_like(v))
 
     def friction_by_kind(self, v: Array, sign: Array, xp: Any = np) -> list[tuple[str, Array]]:
-        """The torques of sliding friction (..., nv) by kind of effect, where joints slide in the ways `sign` (nv,)."""
-        sizes = list(self.sliding)
-        for share, effect in self.falling:
-            sizes.append((effect.kind, share * (effect.sliding(v, xp) - effect.kinetic)))
-        return [(kind, 0.0 - size * sign) for kind, size in sizes]
+        """The torques (..., nv) of each effect that rubs, with its kind, where joints slide in the ways `sign` (nv,)."""
+        return [(effect.kind, 0.0 - share * effect.sliding(v, xp) * sign) for share, effect in self.rubbing]
 
     @cached_property
     def stops(self) -> bool:
@@ -92,9 +87,8 @@ class Contacts:
 
     def with_numbers(self, numbers: Numbers) -> "Contacts":
         """The contacts with the numbers of sliding friction mapped by `numbers`."""
-        sliding = tuple((kind, numbers.per_rod(size)) for kind, size in self.sliding)
-        falling = tuple((numbers.per_rod(share), numbers.effect(effect)) for share, effect in self.falling)
-        return replace(self, sliding=sliding, falling=falling)
+        rubbing = ((numbers.per_rod(share), numbers.effect(effect)) for share, effect in self.rubbing)
+        return replace(self, rubbing=tuple(rubbing))
 
     def accelerate(self, t: float, q: Array, v: Array, mode: Mode) -> tuple[Array, Array]:
         """Accelerations (nv,) and the torques (nv,) that hold the held joints."""
@@ -278,18 +272,14 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     nv = len(model.joints)
     acts = [(effect, where) for effect, where in in_order(effects) if isinstance(effect, ContactEffect)]
     kind = np.result_type(float, *(x for effect, _ in acts for x in effect.resistance()))  # complex for derivatives.py
-    none = np.zeros(nv, kind)
-    kinetic, static, falling = dict[str, Array](), none.copy(), []
+    static, rubbing = np.zeros(nv, kind), list[tuple[Array, DryFriction]]()
     reach, restitution = np.full((2, nv), np.inf), np.zeros((2, nv))  # reach: minus the lower limit, and the upper one
     kinds, places = np.full((2, nv), "", dtype=object), np.full((2, nv), "", dtype=object)
     for effect, where in acts:
         joints = chosen_joints(model, effect.joints, f"{where}.joints")
-        slide, hold = effect.resistance()
-        static[joints] += hold
-        if isinstance(effect, DryFriction) and effect.stribeck is not None:
-            falling.append((np.isin(np.arange(nv), joints).astype(float), effect))
+        static[joints] += effect.resistance()[1]
         if isinstance(effect, DryFriction):
-            kinetic.setdefault(effect.kind, none.copy())[joints] += slide
+            rubbing.append((np.isin(np.arange(nv), joints).astype(float), effect))
         low, high, back = effect.limits()
         for side, limit in enumerate((-low, high)):
             tighter = (limit < reach[side]) | ((limit == reach[side]) & (back < restitution[side]))
@@ -302,10 +292,8 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
             f"{below} and {above}: their stops leave joint {shown(model.joints[joint])} no room: "
             f"one keeps it above {lower[joint]:g}, the other below {upper[joint]:g}"
         )
-    total = sum(kinetic.values(), none)
-    limits = (lower, upper, restitution)
     lengths = np.where(model.slides, scale(model), 1.0)
-    return Contacts(engine, lengths, total, static, *limits, tuple(kinetic.items()), kinds, tuple(falling))
+    return Contacts(engine, lengths, static, lower, upper, restitution, tuple(rubbing), kinds)
 
 
 def check_start(contacts: Contacts, model: Model, q: Array) -> None:

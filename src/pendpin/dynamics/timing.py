@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.dynamics.binding import Binding, BoundField, BoundWrench
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
-from pendpin.effects.pace import Pace, join_paces, measure_pace, remove_jumps
+from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace, remove_jumps
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
 
@@ -28,7 +28,7 @@ class Timing(NamedTuple):
     """The pace of a run, in s since its start."""
 
     pace: Pace  # of all effects at once
-    fastest: tuple[tuple[str, float], ...]  # each effect that changes with time, and its shortest time in s
+    fastest: tuple[tuple[str, float], ...]  # each effect, and its shortest time in s
     sampled: tuple[tuple[str, str], ...]  # each effect that does not declare its pace, and by which name it can
 
     def notes(self, duration: float, step: float | None) -> tuple[str, ...]:
@@ -49,9 +49,7 @@ def timing(
 ) -> Timing:
     """The pace of a scene's effects over a run from q, v (nv,), of `duration` s."""
     paces, fastest, sampled = [], [], []
-    for i, effect in enumerate(effects):
-        if law_owner(effect) is None or not duration or (isinstance(effect, FieldEffect) and effect.constant):
-            continue
+    for i, effect in enumerate(effects if duration else ()):
         name = f"effects[{i}] ({effect.kind})"
         pace = declared_pace(effect, dynamics.start, duration, tolerance or NEGLIGIBLE)
         if pace is None:
@@ -105,7 +103,9 @@ def law_owner(effect: Effect) -> type | None:
 
 def declared_pace(effect: Effect, start: float, duration: float, negligible: float) -> Pace | None:
     """The pace declared for a run; None if it is not, or not by who overrides the law. InputError for one that cannot be."""
-    (moved, early), declares, law = effect.since(start), owner(effect, "pace"), law_owner(effect) or Effect
+    (moved, early), declares, law = effect.since(start), owner(effect, "pace"), law_owner(effect)
+    if law is None or (isinstance(effect, FieldEffect) and effect.constant):
+        return STEADY
     if declares is Effect and law.__module__.startswith("pendpin."):
         track, frequency = getattr(moved, "track", None), getattr(moved, "frequency", None)
         half_period = np.inf if frequency is None else np.pi / frequency
@@ -126,8 +126,6 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
 
 def changes_with_time(effect: Effect, start: float, duration: float, negligible: float) -> bool:
     """Whether time makes a difference to an effect in a run; one that does not declare it may change."""
-    if law_owner(effect) is None or (isinstance(effect, FieldEffect) and effect.constant):
-        return False
     pace = declared_pace(effect, start, duration, negligible)
     return pace is None or pace.varies
 

@@ -15,6 +15,7 @@ import numpy as np
 
 from pendpin.effects import Motion
 from pendpin.engines.base import AngleEngine, Derivative, Engine, Loads, ProgressCallback, Sample, count_calls
+from pendpin.engines.machine.routines import OFF
 from pendpin.engines.pinocchio import Revolute, external_forces
 from pendpin.equations.base import PHI, THETA, split_by_rod
 from pendpin.equations.chain import solution, thin
@@ -25,7 +26,6 @@ from pendpin.model.build import FLIP, SIGNS, Model
 
 BATCH = 1 << 13  # rods solved at once: what they need stays in the fast memory of a processor
 TURN = 0.2  # rad, of a rod from state to state: the interpolated path between them is then accurate to 1e-5 of it
-OFF = 1e-14  # of a square: a vector is unit within this
 # Where the product of cos(phi) of at most MAX_SPHERICAL thin rods is above this, ABA agrees with the chain equations within
 # 3e-12 (2,400 random states, lengths and masses up to 100 : 1; 3e-14 up to 3 : 1). For one rod it agrees within 2e-14 up to
 # the pole itself.

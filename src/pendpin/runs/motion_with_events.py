@@ -125,7 +125,7 @@ class LoopWithEvents(IntegrationLoop):
         if self.balance is not None and not np.array_equal(after, v):
             before, then = self.dynamics.energies(np.stack([q, q]), np.stack([v, after]))[0]
             # By stops, or by friction that ends what is left of a rate; with rounding, and bounces too small to count.
-            taken = self.contacts.work_of_impacts(q, v, after) or {kind: 0.0 for kind, _ in self.contacts.sliding[:1]}
+            taken = self.contacts.work_of_impacts(q, v, after) or {self.contacts.rubbing[0][1].kind: 0.0}
             taken[next(iter(taken))] += then - before - sum(taken.values())
             for kind, work in taken.items():
                 y[2 * self.nv + self.balance.kinds.index(kind)] += work

@@ -77,7 +77,7 @@ MANY = _loop(
 
 # --- steps of rk4: called from Python, step by step, one rod took 13 times as long, 30 rods twice, 300 rods 1.2 times ---
 
-OFF = 1e-14  # of the square of a direction: below, it is left as it is, and the divisions' rounding does not add up
+OFF = 1e-14  # of the square of a unit vector: below, it is left as it is, and the divisions' rounding does not add up
 
 _ALONG_BODY = """
   %from = getelementptr double, ptr %y, i64 %i
