@@ -103,8 +103,6 @@ class Binding:
 
         def wrench(t: Any, motion: Motion) -> tuple[Array, Array]:
             completed = complete(t, motion)
-            if len(wrenches) == 1:
-                return wrenches[0](t, completed)
             forces, moments = zip(*(function(t, completed) for function in wrenches), strict=True)
             return sum(forces, np.zeros(3)), sum(moments, np.zeros(3))
 

@@ -5,7 +5,6 @@ structure is what remains of a scene when its numbers are taken out: joints, kin
 """
 
 import time
-from collections import OrderedDict
 from collections.abc import Callable, Hashable, Sequence
 from functools import cache
 from threading import Lock
@@ -36,7 +35,7 @@ WRITTEN_OUT = 3  # rods, up to which code without a loop takes less time: the fi
 MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
 MOST_SHORTENED = 10  # joints, up to which equations are written out so that what stays 0 is left out of them
-_known: OrderedDict[Hashable, Function] = OrderedDict()
+_known = dict[Hashable, Function]()
 _still = ThreadCache[tuple[int, ...]](MOST_KNOWN)  # by structure and zeros at the start
 _lock = Lock()
 
@@ -296,10 +295,8 @@ def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:
 def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> Function:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
-        equations = _known.get(key)
-        if equations is None:
-            equations = _known[key] = Function(record, len(parameters.tables))
-        _known.move_to_end(key)
-        while len(_known) > MOST_KNOWN:
-            _known.popitem(last=False)
+        equations = _known.pop(key, None) or Function(record, len(parameters.tables))
+        _known[key] = equations  # behind those that were not asked for since
+        if len(_known) > MOST_KNOWN:
+            del _known[next(iter(_known))]
     return equations

@@ -61,7 +61,7 @@ class Parameters(Numbers):
         self.width = len(model.joints) // self.rods
         self.shared, self.of_rods = list[Any](), list[Array]()  # the values, those of each rod (n,)
         self._fixed_masks, self._tape, self._structure = masks, tape, list[Hashable]()
-        self._effects, self._places = dict[int, Any](), dict[Hashable, int]()
+        self._effects = dict[int, Any]()
 
     @property
     def structure(self) -> tuple[Hashable, ...]:
@@ -130,11 +130,9 @@ class Parameters(Numbers):
         if np.iscomplexobj(rows):  # by derivatives.py
             raise InputError("effects: what a csv holds over time, and its axis, have no derivative")
         tape: Any = self._tape  # without one the function is not called
-        width, key = rows.shape[1], (times.tobytes(), rows.tobytes())
-        place = self._places.setdefault(key, len(self.tables))
-        if place == len(self.tables):
-            self.tables.append(Table(times, rows))
-        self._structure.append(("table", place, width))
+        place, width = len(self.tables), rows.shape[1]
+        self.tables.append(Table(times, rows))
+        self.constant(("table", width))
         return lambda t: tape.row(place, width, t)
 
 

@@ -9,7 +9,7 @@ from pendpin.dynamics import compiling
 from pendpin.dynamics.binding import Binding
 from pendpin.dynamics.compiling import BoundTree
 from pendpin.dynamics.parameters import Parameters
-from pendpin.effects import Bodies, Effect
+from pendpin.effects import Effect
 from pendpin.engines import Engine
 from pendpin.engines.chains import Thin
 from pendpin.engines.machine.tape import Recording, Tape
@@ -77,9 +77,8 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
 def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: Parameters) -> Sampled:
     thin, xp, binding = isinstance(engine, Thin), numbers.xp, Binding(engine.model, effects, start, numbers)
     numbers.constant((thin, numbers.by_rod))
-    loads, bodies = binding.loads, Bodies(*map(numbers.per_rod, engine.model.body_arrays))
     bound = BoundTree(binding)
-    tree = bound.tree
+    loads, bodies, tree = binding.loads, binding.bodies, bound.tree
 
     def on_angles(t: Any, q: Array, v: Array, more: Array, wrenches: Array | None) -> tuple[Array, Array]:
         """By the articulated bodies and Newton-Euler."""

@@ -188,8 +188,7 @@ class Function:
     """The equations of one structure as machine code; it may be used from several threads, with a block for each."""
 
     def __init__(self, record: Callable[[], Recording], tables: int = 0) -> None:
-        self._record: Callable[[], Recording] | None = record
-        self._recording: Recording | None = None
+        self._recording: Recording | Callable[[], Recording] = record
         self._code: Code | None = None
         self._tables, self._lock, self.compile_seconds = tables, RLock(), 0.0
         self.series: dict[Hashable, Any] = {}  # what heyoka has compiled of them, by setting
@@ -198,9 +197,8 @@ class Function:
     def recording(self) -> Recording:
         """The equations on a tape. Raises InputError for an effect that does not run on symbols."""
         with self._lock:
-            if self._record is not None:
-                self._recording, self._record = self._record(), None  # the engine that it holds goes
-            assert self._recording is not None
+            if not isinstance(self._recording, Recording):
+                self._recording = self._recording()  # the function goes, and with it the engine that it holds
             return self._recording
 
     @cached_property

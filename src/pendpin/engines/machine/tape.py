@@ -22,8 +22,7 @@ from pendpin.ground.arrays import Array
 
 _MOST_FACTORS = 8  # up to which a whole power is written out
 _COMMUTING = ("add", "mul", "min", "max")
-# Where the operands of an operation end, if constants follow
-_OPERANDS = {"row": 2, "entry": 2, "lane": 2}
+_WITH_CONSTANTS = {"row", "entry", "lane"}  # behind their one operand
 # Operations without operands: the time, a number of the state, or of a part of a rod's; a parameter; a number that changes
 # between the segments of a run, or one of a rod, in the first or second half of those; a constant; what a pass, by its
 # number, carries from rod to rod, and what it carries at its end.
@@ -60,7 +59,7 @@ class Tape:
         place = self._places.get(operation)
         if place is not None:
             return Term(self, place)
-        operands = () if operation[0] in LEAVES else operation[1 : _OPERANDS.get(operation[0])]
+        operands = () if operation[0] in LEAVES else operation[1 : 2 if operation[0] in _WITH_CONSTANTS else None]
         return self._new(operation, operands, fixed, by_rod, lanes)
 
     def state(self, width: int, parts: int = 0) -> Array:
