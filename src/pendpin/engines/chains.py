@@ -203,7 +203,7 @@ class Directions(Thin):
         """The first halves of the states, made unit, and omega x d."""
         d, omega = np.ascontiguousarray(y.T).reshape(2, -1, 3, len(y))  # samples last, for speed
         d = d / np.sqrt(np.add.reduce(d * d, 1))[:, None]
-        return d.transpose(2, 0, 1), np.cross(omega, d, axis=1).transpose(2, 0, 1)
+        return d.transpose(2, 0, 1), cross(omega, d, axis=1).transpose(2, 0, 1)
 
     def project(self, y: Array) -> Array:
         return _joined(*(part[0] for part in self.directions(y[None])))

@@ -122,7 +122,7 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
     path = _project(path)
     all_ends = [
         _project(ends_of(one)) for one in runs
-    ]  # (n, bodies, 2, 2); one line (n, 3 bodies, 2) with gaps of each
+    ]  # (n, bodies, 2, 2); of each one line (n, 3 bodies, 2) with gaps
     lines = [np.insert(ends, 2, np.nan, axis=2).reshape(len(ends), -1, 2) for ends in all_ends]
 
     points = np.concatenate([*(one.reshape(-1, 2) for one in all_ends), path])

@@ -55,9 +55,9 @@ def transposed(M: Array) -> Array:
     return np.swapaxes(M, -1, -2)
 
 
-def cross(x: Array, y: Array) -> Array:
-    """x x y, (..., 3), without the overhead of numpy.cross."""
-    return (x * y.take(_NEXT, -1) - x.take(_NEXT, -1) * y).take(_NEXT, -1)
+def cross(x: Array, y: Array, axis: int = -1) -> Array:
+    """x x y, (..., 3) or 3 along another axis, without the overhead of numpy.cross."""
+    return (x * y.take(_NEXT, axis) - x.take(_NEXT, axis) * y).take(_NEXT, axis)
 
 
 def dot(x: Array, y: Array) -> Array:

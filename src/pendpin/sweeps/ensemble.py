@@ -156,8 +156,7 @@ def simulate_many(
         )
         return Ensemble(dynamics.model.joints, scene.clock, rows[0], rows[1], stats, scene)
 
-    end_early = lambda done, reason: (f"{reason} after {done} of {count} starts", ensemble(reason))  # noqa: E731
-    run_all(parts, spans, count, put, progress, end_early)
+    run_all(parts, spans, count, put, progress, "starts", ensemble)
     return ensemble()
 
 

@@ -80,9 +80,8 @@ def _find_turns(t: Array, x: Array, rate: Array, row: Indices, i: Indices, j: In
     for _ in range(CORRECTIONS):
         apart = place - nodes
         value, slope, half = coefficients[-1], np.zeros(len(i)), np.zeros(len(i))  # half: of the curvature
-        for coefficient, off in zip(
-            coefficients[-2::-1], apart[-2::-1], strict=True
-        ):  # Horner's rule, with derivatives
+        # Horner's rule, with derivatives
+        for coefficient, off in zip(coefficients[-2::-1], apart[-2::-1], strict=True):
             half = off * half + slope
             slope = off * slope + value
             value = off * value + coefficient

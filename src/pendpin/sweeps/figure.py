@@ -109,18 +109,17 @@ def label(name: str, dataset: Any) -> str:
 def _line(dataset: Any, name: str, dim: str) -> Any:
     figure = new_figure(8.0, 4.5)
     ax, varied = figure.subplots(), short_names(dataset.attrs["keys"]) if "keys" in dataset.attrs else [dim]
-    if dim in varied:
-        x, y = dataset[dim].values, dataset[name].values
+    across = dim if dim in varied else varied[0]  # of samples the first number that is varied
+    x, y, doubtful = dataset[across].values, dataset[name].values, doubtful_cells(dataset, name)
+    if across == dim:
         ax.plot(x, y, color=COLORS[0])
-        doubtful = doubtful_cells(dataset, name)
         ax.plot(x[doubtful], y[doubtful], "x", color=COLORS[1], label="two tolerances disagree")
-    else:  # samples: the measure against the first number that is varied
-        x = dataset[varied[0]].values
-        ax.plot(x, dataset[name].values, ".", color=COLORS[0], markersize=3)
-    ax.set_xlabel(label(dim if dim in varied else varied[0], dataset))
+        if doubtful.any():
+            ax.legend(**BESIDE)
+    else:
+        ax.plot(x, y, ".", color=COLORS[0], markersize=3)
+    ax.set_xlabel(label(across, dataset))
     ax.set_ylabel(label(name, dataset))
-    if ax.get_legend_handles_labels()[0] and doubtful_cells(dataset, name).any():
-        ax.legend(**BESIDE)
     return figure
 
 

@@ -184,9 +184,7 @@ def finished(data: Any) -> Any:
             data[name].values[blocks.region(block)] = np.nan
         data["why"].values[blocks.region(block)] = NOT_RUN
     data = data[[*data.attrs["measures"], "why"]].drop_encoding()
-    if (
-        ATTRACTOR in data and PART in data[ATTRACTOR].dims
-    ):  # the numbers of attractors in place of what is stored of them
+    if ATTRACTOR in data and PART in data[ATTRACTOR].dims:  # their numbers in place of what is stored of them
         numbers, kinds = number_attractors(data[ATTRACTOR].values)
         data[ATTRACTOR] = (data[ATTRACTOR].dims[:-1], numbers, {KINDS: kinds})
     return data

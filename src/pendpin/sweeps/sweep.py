@@ -92,19 +92,15 @@ def sweep(
     left, count = blocks_left(results.data), plan.count
     spans = [results.blocks.span(block) for block in left]
     if dask is not None and spans:
-        blocks = run_on_cluster(run_block, Task, (chosen, plan, measures), spans, dask)
+        blocks = run_on_cluster(run_block, Task, (task.scene, plan, measures), spans, dask)
     elif workers is not None and workers > 1 and spans:
         optional("cloudpickle", "a sweep in processes", EXTRA)  # pickle refuses functions of a script
         blocks = in_processes(partial(run_block, task), spans, workers)
     else:
         blocks = in_threads(partial(run_block, task), spans, workers or cores())
-
-    def end_early(done: int, reason: str) -> tuple[str, Any]:
-        again = "; the same sweep resumes from there" if results.path else ""
-        return f"{reason} after {done} of {count} cases{again}", finished(results.data)
-
     put, show = (lambda place, block: results.put(left[place], block)), (lambda done: progress(done, count))
-    run_all(blocks, spans, count, put, show, end_early)
+    cases = "cases; the same sweep resumes from there" if results.path else "cases"
+    run_all(blocks, spans, count, put, show, cases, lambda reason: finished(results.data))
     dataset = finished(results.data)
     own = tuple(f"{m.name}: " for m in task.chosen if not m.two and m.name not in MEASURES)
     if own and all(str(reason).startswith(own) for reason in dataset["why"].values.flat):

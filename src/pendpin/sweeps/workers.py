@@ -26,9 +26,7 @@ DEATHS = 100  # of workers, until a block is given up
 PATIENCE = 60  # s without a block, or for its result, until it is asked whether workers are left
 EXTRA = "xarray zarr cloudpickle dask distributed"  # the libraries of a sweep
 
-Results = Generator[
-    tuple[int, Any], None, None
-]  # of blocks in the order of completion, each with the index of its span
+Results = Generator[tuple[int, Any], None, None]  # of blocks as they are completed, each with the index of its span
 Span = tuple[int, int]  # the first case of a block, and the one behind its last
 
 
@@ -43,11 +41,12 @@ def run_all(
     count: int,
     put: Callable[[int, Any], None],
     progress: Callable[[int], None],
-    end_early: Callable[[int, str], tuple[str, Any]],
+    cases: str,
+    so_far: Callable[[str], Any],
 ) -> None:
     """Put the result of each block as it comes; `progress` is called with the number of finished cases, of `count`.
 
-    Raises Interrupted after Ctrl-C, RunError where a worker is lost, with what `end_early` returns for cases and a reason.
+    Raises Interrupted after Ctrl-C, RunError where a worker is lost, with the result `so_far` for this reason as `partial`.
     """
     done = count - sum(end - begin for begin, end in spans)
     try:
@@ -57,9 +56,10 @@ def run_all(
             done += spans[place][1] - spans[place][0]
             progress(done)
     except (KeyboardInterrupt, Interrupted):
-        raise Interrupted(*end_early(done, "stopped by the user")) from None
+        reason = "stopped by the user"
+        raise Interrupted(f"{reason} after {done} of {count} {cases}", so_far(reason)) from None
     except RunError as error:
-        raise RunError(str(error), end_early(done, str(error))[1]) from None
+        raise RunError(str(error), so_far(str(error))) from None
     finally:
         results.close()  # ends what still runs
 

@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.equations.chain.kinematics import ChainInertia, Joints, above, below, into, rods_first, rods_last
 from pendpin.equations.chain.system import RodLoads, System, empty_band, project
 from pendpin.errors import InputError
-from pendpin.ground.arrays import Array, Mask
+from pendpin.ground.arrays import Array, Mask, cross
 
 
 class ThinSolution(NamedTuple):
@@ -60,7 +60,7 @@ def solve(
     rods = chain.rods.repeated(d[..., 0].size // chain.n)
     e, e_rate = (rods_last(x) for x in project_to_sphere(d, rate))
     push = 0.0 if force is None else rods_last(force) / rods.m
-    turning = np.zeros_like(e) if moment is None else np.cross(rods_last(moment), e, axis=0)
+    turning = np.zeros_like(e) if moment is None else cross(rods_last(moment), e, axis=0)
     centripetal = -e * np.add.reduce(e_rate * e_rate, 0)
     support = -np.reshape(field, (-1, 3)).T
     x, turn = project(_ThinBalances(rods, rods.inverse[0], support, push, turning, e, centripetal))
@@ -157,7 +157,7 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
         u, u_rate = own, own_rate  # seen from the rod above, in its frame
         if i:
             u = into(above.frame, own)
-            u_rate = into(above.frame, own_rate) - np.cross(above.omega, u, axis=0)
+            u_rate = into(above.frame, own_rate) - cross(above.omega, u, axis=0)
         q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
         joint = Joints.at(q[:, i : i + 1])
         s_t, s, c_t, c = joint.trig  # theta' is 0 at a pole, where u' does not show it

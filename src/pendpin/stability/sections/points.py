@@ -113,15 +113,16 @@ class Crossing(Section):
             here = crossings(run, self.name, self.level, self.direction, angle)
             rows.append(self.values(here))
             points += len(here.t)
+            end = Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])
             if points >= wanted:
-                return np.concatenate(rows)[self.skip : wanted], Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])
+                return np.concatenate(rows)[self.skip : wanted], end
             since = 0.0 if len(here.t) else since + float(run.t[-1] - run.t[0])
             if since > PATIENCE * scene.duration:
                 how = {1: "rises through", -1: "falls through", 0: "crosses"}[self.direction]
                 rests = "; the motion has come to rest" if np.ptp(run.q, 0).max() < STILL else ""
                 found = f"{points} of {wanted} points, none in the last {since:.4g} s{rests}"
                 raise RunError(f"{self.name} {how} {self.level:g}: {found}")
-            scene = scene.model_copy(update={"start": Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])})
+            scene = scene.model_copy(update={"start": end})
             longer = min(2 * longer, LONGEST * scene.duration)
 
 
@@ -144,9 +145,8 @@ class Strobe(Section):
             raise InputError("strobe: nothing drives this scene; give a period in s")
         times = scene.start.time + period * np.arange(self.skip + 1, self.skip + self.count + 1)
         run = run_to_setting(varied(scene, None, None, times, {}))
-        return self.values(samples_of(run, slice(-self.count, None))), Start.at_state(
-            float(run.t[-1]), run.q[-1], run.v[-1]
-        )
+        end = Start.at_state(float(run.t[-1]), run.q[-1], run.v[-1])
+        return self.values(samples_of(run, slice(-self.count, None))), end
 
 
 def crossing(
