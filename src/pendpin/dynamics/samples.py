@@ -92,8 +92,7 @@ def _sampled(engine: Engine, effects: Sequence[Effect], start: float, numbers: P
     def sampled(t: Any, q: Array, v: Array, more: Array) -> tuple[Array, Any]:
         links = bound.motion(q, v)
         a, wrench = equations(t, q, v, more, bound.external(t, q, v))
-        placed, signs = prepared(tree, xp)
-        poses = [np.concatenate([R, r[:, None]], 1) for R, r in place_joints(joints_at(placed, signs * q, xp), xp)]
+        poses = [np.concatenate([R, r[:, None]], 1) for R, r in place_joints(tree, q, xp)]
         frames = np.stack(poses)[bound.joints]
         moving = bodies.mass[:, None] * links.velocities(bodies.com) ** 2
         kinetic = total(moving + links.spin * applied(bodies.inertia, links.spin), xp) / 2  # J

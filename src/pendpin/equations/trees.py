@@ -73,7 +73,6 @@ class Tree(NamedTuple):
 class Joint(NamedTuple):
     """A joint at its position: the pose of its frame in the parent's frame."""
 
-    parent: int
     turns: bool
     axis: Array  # (3,)
     across: Array  # (3, 3), the projector normal to the axis: exact zeros where the axis is a coordinate axis
@@ -98,20 +97,22 @@ def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
     """The joints at positions q (..., n) in rad, m for slides."""
     sin, cos = xp.sin(q), xp.cos(q)
     joints = []
-    for i, (parent, kind) in enumerate(zip(tree.parents, tree.kinds, strict=True)):
+    for i, kind in enumerate(tree.kinds):
         axis, R, r = tree.axes[i], tree.rotations[i], tree.translations[i]
         along = np.outer(axis, axis)
-        across = _UNIT - along
-        if kind == "revolute":
-            turn = along + cos[..., i, None, None] * across + sin[..., i, None, None] * skew(axis)
-            joints.append(Joint(parent, True, axis, across, R @ turn, r))
+        across, turns = _UNIT - along, kind == "revolute"
+        if turns:
+            R = R @ (along + cos[..., i, None, None] * across + sin[..., i, None, None] * skew(axis))
         else:
-            joints.append(Joint(parent, False, axis, across, R, r + q[..., i, None] * (R @ axis)))
+            r = r + q[..., i, None] * (R @ axis)
+        joints.append(Joint(turns, axis, across, R, r))
     return joints
 
 
-def place_joints(joints: list[Joint], xp: Any, *batch: int) -> list[tuple[Array, Array]]:
-    """The pose of what each joint moves, in the base: axes (..., 3, 3) and origin (..., 3) in m, of a batch of states."""
+def place_joints(tree: Tree, q: Array, xp: Any = np) -> list[tuple[Array, Array]]:
+    """The pose of what each joint moves at q (..., n), in the base: axes (..., 3, 3) and origin (..., 3) in m."""
+    tree, signs = prepared(tree, xp)
+    joints, batch = joints_at(tree, signs * q, xp), q.shape[:-1]
 
     def pose(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         R, r = above
@@ -119,13 +120,12 @@ def place_joints(joints: list[Joint], xp: Any, *batch: int) -> list[tuple[Array,
         return placed, placed
 
     base = np.broadcast_to(_UNIT, (*batch, 3, 3)), np.zeros((*batch, 3))
-    return outward(pose, base, [joint.parent for joint in joints], xp)
+    return outward(pose, base, tree.parents, xp)
 
 
 def motions(tree: Tree, q: Array, v: Array, xp: Any = np) -> tuple[Array, Array, Array, Array]:
     """What joints move at q, v (..., n), in the base: origins (..., n, 3) m, axes (..., n, 3, 3), velocities, spins."""
-    placed, signs = prepared(tree, xp)
-    R, origin = zip(*place_joints(joints_at(placed, signs * q, xp), xp, *q.shape[:-1]), strict=True)
+    R, origin = zip(*place_joints(tree, q, xp), strict=True)
     R, (_, velocity, spin, _) = np.stack(R, -3), motions_in_links(tree, q, v, xp)
     return np.stack(origin, -2), R, applied(R, velocity), applied(R, spin)
 

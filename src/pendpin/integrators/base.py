@@ -127,17 +127,15 @@ class Integrator(ABC):
 
     def states_at(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         """The states at any times (n,) that do not fall: those no farther apart than rounding share a state."""
-        apart: Any = range(len(times))  # where they are farther than rounding behind the last such time
-        if len(times) > 1 and not (times[1:] - times[:-1]).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
-            apart = [0]
-            for i, t in enumerate(times.tolist()):
-                if t - times[apart[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):
-                    apart.append(i)
+        if len(times) > 1 and (times[1:] - times[:-1]).min() > max(ROUNDING * math.ulp(times[-1]), SHORTEST):
+            return self.integrate(derivative, y, times, plan)
+        apart = [0]  # where they are farther than rounding behind the last such time
+        for i, t in enumerate(times.tolist()):
+            if t - times[apart[-1]] > max(ROUNDING * math.ulp(t), SHORTEST):
+                apart.append(i)
         if len(apart) == 1:
             memory = self.memory(y) if plan.memory is None else plan.memory
             return Segment(np.tile(y, (len(times), 1)), 0, memory=memory)
-        if len(apart) == len(times):
-            return self.integrate(derivative, y, times, plan)
         segment = self.integrate(derivative, y, times[apart], plan)
         place = np.searchsorted(apart, np.arange(len(times)), "right") - 1
         return replace(segment, y=segment.y[place[place < len(segment.y)]])

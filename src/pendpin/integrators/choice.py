@@ -70,8 +70,7 @@ def choose_method_and_engine(
     solver, method = scene.solver, scene.solver.method
     if method != "auto" and (solver.engine != "auto" or not method_of(method).machine_code):
         return method, solver.engine
-    compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects)
-    compiles = compiles and is_there("CyRK")
+    compiles = solver.engine == "auto" and compilable(dynamics.model, dynamics.effects) and is_there("CyRK")
     if method == "auto":
         looked_at = dynamics
         if compiles and dynamics.contacts is None:  # in machine code: no Pinocchio or SciPy is imported for that

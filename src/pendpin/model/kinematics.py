@@ -7,7 +7,7 @@ import numpy as np
 
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
-from pendpin.equations.trees import joints_at, motions_in_links, place_joints, prepared
+from pendpin.equations.trees import motions_in_links, place_joints
 from pendpin.errors import InputError, did_you_mean, not_one_of, shown
 from pendpin.ground.arrays import Array, ArrayLike, across, applied, cross, transposed
 from pendpin.model.bodies import NEAR, pinocchio
@@ -27,9 +27,7 @@ def poses(model: Model, q: Array) -> Array:
 
 def joint_poses(model: Model, q: Array, joints: Any = slice(None)) -> Array:
     """Poses of what each joint, or some joints, move, (n, joints, 4, 4) in W, from q (n, nv)."""
-    tree, signs = prepared(model.tree, np)
-    placed = place_joints(joints_at(tree, signs * q, np), np, len(q))
-    axes, origin = (np.stack(x, 1)[:, joints] for x in zip(*placed, strict=True))
+    axes, origin = (np.stack(x, 1)[:, joints] for x in zip(*place_joints(model.tree, q), strict=True))
     out = np.zeros((*origin.shape[:-1], 4, 4))
     out[..., :3, :3], out[..., :3, 3], out[..., 3, 3] = axes, origin, 1.0
     return out

@@ -73,13 +73,12 @@ class Patience:
         self._deadline.check(self._reserve(t))
         if (took := now - self._marked) > WINDOW:
             gained, rest = self._reached - self._before, self._duration - self._reached
-            slow, before = rest * took > LONGEST * gained, self._before
             self._marked = now  # what is integrated again gets a window of its own
-            if slow:
+            if rest * took > LONGEST * gained:
                 days = rest * took / gained / LONGEST if gained > 0 else np.inf
                 rest_of_it = f"the rest would take about {days:.0e} days" if np.isfinite(days) else "it would never end"
                 error = Stalled(f"it advanced {gained:.1e} s in the last {took:.0f} s: {rest_of_it}")
-                error.t = before - BACK * self._duration
+                error.t = self._before - BACK * self._duration
                 raise error
             self._before = self._reached
         self._marked = min(self._marked, now)

@@ -68,11 +68,10 @@ def run_prepared(
     `pilot`: samples are computed when they are first asked for, and the energy is not checked.
     Raises InputError for a scene that its method cannot run; RunError with the run up to where it ends early.
     """
-    scene, dynamics, reserve = prepared.scene, prepared.dynamics, 0.0
+    scene, dynamics = prepared.scene, prepared.dynamics
     if checkpoint:
         checkpoint.run = identity(scene, prepared.balance is not None, dynamics.engine.name)
-    if deadline.limit is not None:
-        reserve = SLACK * _measure_completion(prepared)
+    reserve = 0.0 if deadline.limit is None else SLACK * _measure_completion(prepared)
     reserved = lambda t: reserve and reserve * max(1, int(np.searchsorted(scene.times, t, "right")))  # noqa: E731
     patience = Patience(scene.duration, deadline, reserved, progress)
     try:
@@ -81,8 +80,7 @@ def run_prepared(
     except Halted as error:
         return _finish(replace(prepared, balance=None), _start_alone(prepared, failure=error), checkpoint)
     run = integrate_to_end(loop, prepared.q, prepared.v, checkpoint)
-    if notes := (*prepared.notes, *notes_on_stiffness(scene, run.steps)):
-        run = replace(run, notes=notes)
+    run = replace(run, notes=(*prepared.notes, *notes_on_stiffness(scene, run.steps)))
     if pilot and run.failure is None and (np.abs([run.q, run.v]) <= LARGEST).all():
         return fill_in(scene, dynamics, prepared.balance, run, lazy=True)
     guarded = shifts is None and not anyway  # else the state was changed, or it is to run on with a wrong energy

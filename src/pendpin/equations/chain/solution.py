@@ -80,35 +80,34 @@ def solve(
     up = above(alpha, joints.n)
     theta_dd = up[0] - (c * alpha[0] + s * alpha[2]) - rate[1] * beside
     phi_dd = alpha[1] - (c_t * up[1] - s_t * up[2]) + rate[0] * beside
-    shape, moment_at_joint = q.shape[:-1], np.zeros_like(x[:3]) if at_joint is None else at_joint.copy()
-    moment_at_joint[0] -= s * x[3]
-    moment_at_joint[2] += c * x[3]
+    shape = q.shape[:-1]
+    at_joint[0] -= s * x[3]
+    at_joint[2] += c * x[3]
     return ChainSolution(
         acceleration=rods_first(np.array([theta_dd, phi_dd]), shape),
         force=rods_first(x[:3], shape),
         Mc=x[3].reshape(shape),
         M3=(c * x[3]).reshape(shape),
-        moment=rods_first(moment_at_joint, shape),
+        moment=rods_first(at_joint, shape),
     )
 
 
 def _external(
     chain: ChainInertia, joints: Joints, torque: Array | None, force: Array | None, moment: Array | None
-) -> tuple[Any, Any, Array | None, int]:
+) -> tuple[Any, Any, Array, int]:
     """Loads (3, K) in body frames from outside, given as in `solve`, and the first rod whose joint is spherical, or n.
 
-    Force over mass, m/s²; moment about G, joint torques included, N m; torque of the joint on its rod, N m, None of none.
+    Force over mass, m/s²; moment about G, joint torques included, N m; torque of the joint on its rod, N m.
     """
-    push, about_G, at_joint, first_spherical = 0.0, 0.0, None, chain.first_thin
+    push, about_G, at_joint, first_spherical = 0.0, 0.0, np.zeros_like(joints.trig[:3]), chain.first_thin
     if force is not None or moment is not None:
         frames = joints.frames()
         if force is not None:
             push = into(frames, rods_last(force)) / np.tile(chain.m, force[..., 0].size // chain.n)
         if moment is not None:
             about_G = into(frames, rods_last(moment))
-            first_spherical = max(
-                first_spherical, _count_to_last(np.greater(np.abs(about_G[2]), AXIAL * np.abs(about_G).max()), chain.n)
-            )
+            axial = np.abs(about_G[2]) > AXIAL * np.abs(about_G).max()
+            first_spherical = max(first_spherical, _count_to_last(axial, chain.n))
     if torque is not None:
         tau = rods_last(torque)
         first_spherical = max(first_spherical, _count_to_last((tau != 0).any(0), chain.n))

@@ -206,8 +206,8 @@ class _Search:
     # --- estimates --------------------------------------------------------------------------------------------------
 
     def _add(self, scene: Scene, setting: float, run: RunRecord) -> None:
-        before = self.attempts[-1:] or [self.first]
-        self.attempts.append(Attempt(scene, setting, run, self.ruler.measure_gap(before[0].run, run)))
+        before = self.attempts[-1] if self.attempts else self.first
+        self.attempts.append(Attempt(scene, setting, run, self.ruler.measure_gap(before.run, run)))
 
     def _predict_fall(self, coarse: int, fine: int) -> float:
         """By what factor the error of one attempt should be smaller than that of another."""

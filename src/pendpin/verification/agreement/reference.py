@@ -15,7 +15,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.effects import Effect, FieldEffect, Viscous
 from pendpin.equations import recursion
 from pendpin.equations.base import exact
-from pendpin.equations.trees import joints_at, place_joints, prepared
+from pendpin.equations.trees import place_joints, prepared
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.arrays import EPS, Array, applied
 from pendpin.ground.files import fill_template, write_folder
@@ -161,8 +161,7 @@ def _quantities(dynamics: Dynamics, q: Array, v: Array, xp: Any) -> dict[str, An
     M = np.array(columns).T * signs[:, None]
 
     potential = xp.asarray(np.zeros(1))[0]  # - sum of m g.r over the centres of mass, J
-    placed = place_joints(joints_at(prepared_tree, signs * q_, xp), xp)
-    for (R, r), m, com in zip(placed, prepared_tree.masses, prepared_tree.coms, strict=True):
+    for (R, r), m, com in zip(place_joints(tree, q_, xp), prepared_tree.masses, prepared_tree.coms, strict=True):
         potential = potential - m * (g @ (r + applied(R, com)))
     wrench = recursion.wrenches(tree, q_, v_, a, g, external, xp=xp)
     return {"a": a, "mass_matrix": M, "wrench": wrench, "kinetic": v_ @ M @ v_ / 2, "potential": potential}
