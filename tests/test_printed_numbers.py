@@ -18,7 +18,7 @@ from pendpin.cli.outputs import print_report
 from pendpin.effects import Gravity, Stop, Viscous
 from pendpin.graphics.page import contents
 from pendpin.graphics.report import page_report, run_report
-from pendpin.graphics.run_drawing import drawing_of, left_out
+from pendpin.graphics.run_drawing import drawing_of
 from pendpin.ground.report import FEW, Report, Table
 from pendpin.model.build import build
 from pendpin.model.kinematics import scale
@@ -196,9 +196,9 @@ def test_the_curves_of_a_page_are_the_quantities_of_the_run(
     energies = next(plot["curves"] for plot in drawn["plots"] if plot["title"].startswith("Energy"))
     least = double.potential.min()
     assert {c["name"]: c["minus"] for c in energies} == {"kinetic": 0.0, "potential": least, "energy": least}
-    assert left_out(double) == ()
+    assert drawing_of(double).notes == ()
     monkeypatch.setattr("pendpin.graphics.run_drawing.MOST_QUANTITIES", 7)
-    assert numbers(left_out(double)[0]) == [7, len(double.names) - 1]
+    assert numbers(drawing_of(double).notes[0]) == [7, len(double.names) - 1]
 
 
 def test_the_answers_of_a_run_are_those_of_its_motion() -> None:

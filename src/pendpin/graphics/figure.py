@@ -31,21 +31,21 @@ Panel = Callable[[Any, RunRecord], None]
 
 def save_plot(run: RunRecord, path: str | Path, names: tuple[str, ...] = (), compare: Runs = None) -> Path:
     """Write the figure of a run, or of quantities of it, to a .png, .pdf or .svg file, whole. Raises InputError."""
-    others = runs_of(run, compare)[1:]
-    return write_figure(path, lambda: draw(run, names, others))
+    runs = runs_of(run, compare)
+    return write_figure(path, lambda: draw(runs, names))
 
 
 @styled()
-def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecord] = ()) -> Any:
-    """The figure of a run, or of quantities of it by name; runs to `compare` dashed over it, their distance below."""
+def draw(runs: Sequence[RunRecord], names: tuple[str, ...] = ()) -> Any:
+    """The figure of a run, or of quantities of it by name; further runs dashed over it, their distance below."""
     figure = new_figure(1.0, 1.0, layout=None)  # its size and places follow from what is drawn
-    runs = [run, *compare]
+    run, compared = runs[0], len(runs) > 1
     if names:  # a panel for each unit
         units = {name: unit_of(run, name) for name in names}
         by_unit = [tuple(name for name in names if units[name] == unit) for unit in dict.fromkeys(units.values())]
         panels, sides = [partial(draw_quantities, names=together) for together in by_unit], ()
     else:
-        panels, sides = panels_of(run) + [draw_distance] * bool(compare), SIDES if is_rope(run) else PATHS
+        panels, sides = panels_of(run) + [draw_distance] * compared, SIDES if is_rope(run) else PATHS
     axes, paths = ([figure.add_axes((0, 0, 1, 1)) for _ in some] for some in (panels, sides))
     for draw_panel, ax in zip((*panels, *sides), (*axes, *paths), strict=True):
         if draw_panel is draw_distance:
@@ -69,7 +69,7 @@ def draw(run: RunRecord, names: tuple[str, ...] = (), compare: Sequence[RunRecor
     # the scene's title, and how it was integrated; of several runs, which is which
     (width, height), stats = figure.get_size_inches(), run.stats
     how = f"{stats.method}, {stats.setting}, {stats.evaluations} evaluations" if stats.evaluations else ""
-    if compare:
+    if compared:
         how = "   ".join(f"{mark} {label}" for mark, label in zip(MARKS, labels_of(runs), strict=False))
     for text, y, style in ((run.title, 0.12, {"weight": "bold", "fontsize": 13}), (how, 0.4, {"fontsize": 9})):
         most = MOST_LETTERS * (1 if style.get("weight") else len(runs))
@@ -126,7 +126,7 @@ def plot(run: RunRecord, names: tuple[str, ...], ax: Any = None, compare: Runs =
     """Draw quantities of a run over time (Trajectory.plot)."""
     runs = runs_of(run, compare)
     if axes("ax", ax) is None:
-        return draw(run, names, runs[1:])
+        return draw(runs, names)
     draw_runs(partial(draw_quantities, names=names or run.joints[:MOST_JOINTS]), ax, runs)
     ax.set_xlabel("time (s)")
     ax.legend()

@@ -37,7 +37,7 @@ def page_report(runs: Sequence[Any], check: Check | None = None) -> str:
     names = dict.fromkeys(name for column in columns for name in column)
     cells = {name: "".join(f"<td>{_text(column.get(name, ''))}</td>" for column in columns) for name in names}
     body = "".join(f"<tr><th>{_text(name)}</th>{row}</tr>" for name, row in cells.items())
-    figure = base64_of(picture_of(draw(runs[0], compare=runs[1:])))
+    figure = base64_of(picture_of(draw(runs)))
     scenes = dict.fromkeys(map(_scene, runs))
     alt = "Energy, positions, reactions and paths of the tip"
     return (

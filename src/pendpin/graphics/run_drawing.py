@@ -43,6 +43,9 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
     step = (1e-6 / np.maximum(1.0, np.abs(trajectory.v).max(1, initial=0.0)))[:, None]
     sides = (kinematics.tips(model, kinematics.poses(model, trajectory.q + s * trajectory.v)) for s in (step, -step))
     after, before = (tips[:, -1] for tips in sides)
+    count = len(trajectory.names) - 1  # without t
+    note = f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any"
+    few = [note] * (count > MOST_QUANTITIES)
     poses = np.insert(poses, poses.shape[1], np.eye(4), axis=1)  # what the bodies hang from
     poses[..., :3, 3] += position[:, None]
     return Drawing(
@@ -61,7 +64,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
         joints=tuple(_joints(model, joints, extent)),
         support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
         label=f"{trajectory.stats.method}, {trajectory.stats.setting}",
-        notes=(*ignored(model.written or (), scene.effects), *left_out(trajectory)),  # limits too, which may be passed
+        notes=(*ignored(model.written or (), scene.effects), *few),  # limits too, which may be passed
     )
 
 
@@ -130,13 +133,6 @@ def quantities_of(run: RunRecord, plots: Sequence[Plot]) -> tuple[Quantity, ...]
         names = sorted(first[:MOST_QUANTITIES], key=run.names.index)
     names += [DRIFT] * run.stats.conservative
     return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
-
-
-def left_out(run: RunRecord) -> tuple[str, ...]:
-    """A note that a page does not offer every quantity of a long chain."""
-    count = len(run.names) - 1  # without t
-    note = f"{MOST_QUANTITIES} of {count} quantities can be plotted here; pendpin plot and run.plot draw any"
-    return (note,) if count > MOST_QUANTITIES else ()
 
 
 def plots_of(run: RunRecord) -> tuple[Plot, ...]:

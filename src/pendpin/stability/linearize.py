@@ -57,7 +57,7 @@ class LinearModel(Result):
     """x' = A x + B u for small changes x of (q, v), with the effects as they are at one time.
 
     The inputs u are a torque about each joint, N m (a force along a slide, N), and the acceleration of the support, m/s²
-    in W. What moves air does not: drag keeps the wind of that time.
+    in W. The wind is no input: drag keeps that of the time.
     """
 
     A: Array  # (2 nv, 2 nv)

@@ -87,7 +87,7 @@ def names_of(dataset: Any) -> list[str]:
 
 
 def doubtful_cells(dataset: Any, name: str) -> Mask:
-    """The cases (dims) that were run, and in which the measure is not to be believed: two tolerances disagree."""
+    """The cases (dims) that were run and whose measure cannot be trusted, because two tolerances disagree."""
     values, run = dataset[name].values, dataset["why"].values == ""
     finite = values[np.isfinite(values)]
     limit = DOUBTFUL * (np.ptp(finite) if finite.size else 0.0)
@@ -162,7 +162,7 @@ def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Ma
 
 
 def describe_empty_cells(name: str, dataset: Any) -> str:
-    """What is so of the cells without a value: did not turn over in 10 s."""
+    """What a cell without a value means, such as: did not turn over in 10 s."""
     measure = MEASURES.get(name.removesuffix(".spread"))
     text = "did not settle" if name == ATTRACTOR else measure.without if measure else "no value"
     duration = json.loads(dataset.attrs.get("scene", "{}")).get("duration")

@@ -56,7 +56,7 @@ class Measure:
     of_motion: Callable[..., Array] | None = None
     series: str = ""  # the quantity of a run, for a statistic of one
     between: bool = False  # whether `of_motion` is NaN where samples do not tell what is between them
-    without: str = "no value"  # what is so of a run that has none
+    without: str = "no value"  # what it says of a run that it has none
     ends: bool = False  # whether `of_motion` looks at the start and the end alone
     dims: tuple[tuple[str, int], ...] = ()  # names and lengths of the dimensions of its values, if it is not one number
 

@@ -190,7 +190,7 @@ def read_spreads(texts: Sequence[str]) -> dict[str, Spread]:
 
 
 def _split(texts: Sequence[str]) -> Iterator[tuple[str, str, str]]:
-    """Key, the words that name it in an error, and what stands behind its equals sign. Raises InputError."""
+    """Each key, the words that name it in an error, and the text after its equals sign. Raises InputError."""
     keys = set[str]()
     for text in texts:
         key, sign, rest = (part.strip() for part in text.partition("="))

@@ -105,7 +105,7 @@ def load(path: Path) -> Any:
 
 
 def _empty(task: Task, blocks: Blocks) -> Any:
-    """What is known of a sweep before it runs: the coordinates, and arrays without results."""
+    """A sweep before it runs: its coordinates, and arrays without results."""
     import xarray
 
     plan, dims, cut = task.plan, tuple(task.plan.dims), {"chunks": blocks.chunks}
@@ -119,7 +119,7 @@ def _empty(task: Task, blocks: Blocks) -> Any:
     coordinates: dict[str, Any] = {} if plan.grid else {CASE: np.arange(plan.count)}
     for name, key in zip(short_names(plan.keys), plan.keys, strict=True):
         coordinates[name] = (name if plan.grid else CASE, plan.values[key], {"key": key})
-    identity = {  # what has to be the same for a sweep to be gone on with
+    identity = {  # what must be the same where a sweep is resumed
         "pendpin_sweep": FORMAT,
         "scene": json.dumps(task.scene.recorded(), sort_keys=True),
         "keys": list(plan.keys),
@@ -211,7 +211,7 @@ def _blocks_of(data: Any) -> Blocks:
 
 
 def blocks_left(data: Any) -> list[int]:
-    """The blocks that are not done, or have not the checksum of their values."""
+    """The blocks that are not done, or whose checksum is not that of their values."""
     blocks, done, why = _blocks_of(data), data["done"].values, data["why"].values
     measures, left = [data[name].values for name in data.attrs["measures"]], []
     for block in range(blocks.blocks):
@@ -222,7 +222,7 @@ def blocks_left(data: Any) -> list[int]:
 
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
-    """A number above 0 of the values of a block's measures and its reasons; one NaN is as another, whatever its bits."""
+    """A number above 0, of the values of a block's measures and its reasons; all NaN count alike, whatever their bits."""
     checksum = zlib.crc32("\n".join(why.ravel().tolist()).encode())
     for values in measures:
         checksum = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), checksum)

@@ -151,7 +151,7 @@ def task_of(scene: Scene) -> PeerTask:
 
 @contextmanager
 def _loading(library: str) -> Iterator[None]:
-    """What a library raises in the block is said as InputError."""
+    """Errors that a library raises in the block become an InputError."""
     try:
         yield
     except Exception as error:

@@ -163,9 +163,9 @@ class CostReport(Result):
         draw = draw_cost if short else draw_all
         return draw(self) if path is None else write_figure(path, lambda: draw(self))
 
-    def best(self, error: float, peers: bool | None = False) -> tuple[str, float] | None:
-        """The cheapest curve that meets an error, and its time in s; of methods, of simulators (True) or of all (None)."""
-        times = ((curve.name, curve.seconds_at(error)) for curve in self.curves if peers in (None, curve.peer))
+    def best(self, error: float, peers: bool = False) -> tuple[str, float] | None:
+        """The cheapest method that meets an error, and its time in s; with `peers` that of the other simulators."""
+        times = ((curve.name, curve.seconds_at(error)) for curve in self.curves if curve.peer == peers)
         return min(((name, time) for name, time in times if time is not None), key=lambda pair: pair[1], default=None)
 
     @property
