@@ -81,7 +81,7 @@ def test_bending_is_a_moment_about_the_normal_of_both_axes(q: list[float], clamp
                 moments[rod - 1] -= moment
     expected = []
     for joint in range(8):
-        axis = kinematics.joint_frame(model, state, joint)[0, :3, joint % 2]
+        axis = kinematics.joint_poses(model, state)[0, joint, :3, joint % 2]
         expected.append(-axis @ moments[joint // 2 :].sum(0))
     each = effect.of_joints(lengths)
     np.testing.assert_allclose(

@@ -18,8 +18,8 @@ from bad_input import AtOnce, run_main
 from pendpin.cli.app import app
 from pendpin.cli.outputs import DOING, print_table
 from pendpin.errors import InputError, Interrupted, not_one_of
+from pendpin.ground.files import folder_of
 from pendpin.ground.report import Table
-from pendpin.scene.toml import examples_folder
 
 
 @pytest.fixture(autouse=True)
@@ -53,7 +53,7 @@ def test_python_runs_the_package() -> None:
     """`python -m pendpin` is the command line, exit status and errors included."""
     command = (sys.executable, "-m", "pendpin")
     new = subprocess.run([*command, "new", "single_rod"], capture_output=True, text=True, check=True)
-    assert new.stdout == (examples_folder() / "single_rod.toml").read_text()
+    assert new.stdout == (folder_of("examples") / "single_rod.toml").read_text()
     wrong = subprocess.run([*command, "rnu"], capture_output=True, text=True)
     assert (wrong.returncode, wrong.stderr.count("\n")) == (2, 1)
 
@@ -214,7 +214,7 @@ def test_examples_answer_what_they_ask(capfd: pytest.CaptureFixture) -> None:
         ("crane", r"farthest sideways.* m at .* s; after half the time .* m"),
         ("friction", "at rest from .* s"),
     ]:
-        assert run_main("run", str(examples_folder() / f"{name}.toml")) == 0
+        assert run_main("run", str(folder_of("examples") / f"{name}.toml")) == 0
         assert re.search(says, capfd.readouterr().out)
     rest = pp.Trajectory.load("run.npz")
     assert rest.summary()["at rest from"].value == rest.events[-1].t

@@ -13,8 +13,8 @@ import pendpin as pp
 from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
+from pendpin.ground.files import folder_of
 from pendpin.motions.variations import Variations, list_state_keys
-from pendpin.scene.toml import examples_folder
 from pendpin.stability.linearize import stability
 from pendpin.verification.hardcases.base import inertia_about_joint
 
@@ -444,7 +444,7 @@ def test_a_planar_robot_is_in_its_plane() -> None:
 
 def test_an_orbit_is_found_next_to_a_rod_that_hangs_or_stands() -> None:
     """Where the start leads to none, as the command finds it; a guess of one's own stands alone."""
-    kapitza = pp.load_scene(examples_folder() / "kapitza.toml")
+    kapitza = pp.load_scene(folder_of("examples") / "kapitza.toml")
     orbit = pp.periodic_orbit(kapitza)
     (drive,) = (effect.frequency for effect in kapitza.effects if isinstance(effect, fx.Support))
     assert orbit.period == stability(kapitza).orbit.period == 2 * np.pi / drive

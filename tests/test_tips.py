@@ -1,5 +1,6 @@
 """Where the bodies of a URDF end, and how motions are compared where they end nowhere."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -182,7 +183,7 @@ def test_the_swing_of_a_chain_by_its_angles_vs_by_its_poses() -> None:
     model, random = build(chain), np.random.default_rng(3)
     q = random.uniform(-2, 2, (20, 100))
     q[10:, 1::2] = 0.0  # in the plane of theta
-    by_poses = kinematics.swings(model, kinematics.poses(model, q))
+    by_poses = kinematics.swings_at(replace(model, chain=None), q)
     for part in (slice(10), slice(10, 20)):
         assert np.abs(kinematics.swings_of_chain(q[part]) - by_poses[part]).max() < 100 * EPS
 

@@ -8,8 +8,9 @@ import pytest
 import pendpin as pp
 from bad_input import run_main
 from pendpin import effects as fx
+from pendpin.ground.files import folder_of
 from pendpin.scene.models import robot_file, robot_files
-from pendpin.scene.toml import example_names, examples_folder
+from pendpin.scene.toml import example_names
 
 ROD = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
 URDF = Path(__file__).parents[1] / "urdf" / "universal_rod.urdf"
@@ -79,7 +80,7 @@ def test_an_example_works_in_the_folder_where_it_is_printed(
     text = capsys.readouterr().out
     Path("my.toml").write_text(text)
     assert os.fspath(Path(pp.__file__).parents[1]) not in text
-    scene, example = pp.load_scene("my.toml"), pp.load_scene(examples_folder() / f"{name}.toml")
+    scene, example = pp.load_scene("my.toml"), pp.load_scene(folder_of("examples") / f"{name}.toml")
     assert pp.bind(scene).model.joints == pp.bind(example).model.joints
     for mine, given in zip(scene.effects, example.effects, strict=True):
         files = {"csv"} if getattr(given, "csv", None) else set()

@@ -38,10 +38,6 @@ class RunError(PendpinError):
         super().__init__(message)
         self.partial = partial
 
-    def said(self, message: str, partial: Any) -> "RunError":
-        """An error of the same kind with another message and the part of the run that was done."""
-        return type(self)(message, partial)
-
 
 class Halted(RunError):
     """A run that was ended from outside (by the user, for lack of time or of room on the disk) and could go on."""

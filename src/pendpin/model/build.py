@@ -1,7 +1,7 @@
 """From a scene's model to Pinocchio's: joints, names, frames, rods on universal joints. Never changed afterwards."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache, partial
 from itertools import compress
 from typing import Any
@@ -82,8 +82,7 @@ class Model:
     @cached_property
     def body_arrays(self) -> Bodies:
         """Its bodies as arrays, one row each."""
-        rows = [(body.mass, body.com, body.inertia, body.tip, body.radius, body.payload_radius) for body in self.bodies]
-        return Bodies(*(np.array(column) for column in zip(*rows, strict=True)))
+        return Bodies(*(np.array([getattr(body, name) for body in self.bodies]) for name in Bodies._fields))
 
     @cached_property
     def slides(self) -> Mask:
@@ -99,7 +98,7 @@ class Model:
     @cached_property
     def lengths(self) -> Array:
         """The lengths of a scene's rods, (n,) m."""
-        return -np.array([body.tip[2] for body in self.bodies]) if self.chain is None else self.chain.l
+        return -self.body_arrays.tip[:, 2]
 
     @cached_property
     def tree(self) -> Tree:
@@ -291,7 +290,7 @@ def _build_pin(model: PinModel) -> Model:
     for frame in list(given.frames)[1:]:
         if frame.type != pin.FrameType.JOINT:
             loaded.addFrame(pin.Frame(frame.name, frame.parentJoint, 0, frame.placement, frame.type), False)
-    return _model_of_pin(loaded, "model", {}, {}, written=tuple(written))
+    return _model_of_pin(loaded, "model", {}, {}, tuple(written))
 
 
 @lru_cache(maxsize=16)
@@ -311,16 +310,18 @@ def _loaded(record: str, content: bytes) -> Model:
     if set(names) != moving or loaded.nq != len(names):
         reason = f"{urdf.source}: Pinocchio drops joints of it: {choices(map(shown, sorted(moving - {*names})))}"
         raise InputError(reason)
-    says = {"notes": urdf.notes, "findings": urdf.findings, "written": urdf.written}
-    return _model_of_pin(loaded, urdf.source, urdf.drawn, model.tips, **says)
+    built = _model_of_pin(loaded, urdf.source, urdf.drawn, model.tips, urdf.written)
+    return replace(built, notes=urdf.notes, findings=(*urdf.findings, *built.findings))
 
 
-def _model_of_pin(loaded: Any, where: str, drawn: Mapping[str, tuple[Array, float]], tips: Any, **says: Any) -> Model:
+def _model_of_pin(
+    loaded: Any, where: str, drawn: Mapping[str, tuple[Array, float]], tips: Any, written: tuple[WrittenJoint, ...]
+) -> Model:
     """The model of a pin.Model. Raises InputError where a joint of it has no acceleration."""
     joints = tuple(loaded.names)[1:]
-    findings = (*says.pop("findings", ()), *_refuse_what_cannot_move(loaded, joints, where))
+    findings = _refuse_what_cannot_move(loaded, joints, where)
     rods, bodies = find_rods(loaded), find_bodies(loaded, drawn, tips)
-    return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, **says)
+    return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, written=written)
 
 
 def _refuse_size(nv: int, where: str) -> None:

@@ -33,13 +33,6 @@ def joint_poses(model: Model, q: Array, joints: Any = slice(None)) -> Array:
     return out
 
 
-def joint_frame(model: Model, q: Array, joint: int) -> Array:
-    """The pose (n, 4, 4) in W of what one joint moves, at its origin, from q (n, nv); W itself for joint -1."""
-    if joint < 0:
-        return np.tile(np.eye(4), (len(q), 1, 1))
-    return joint_poses(model, q, [joint])[:, 0]
-
-
 def _chain_poses(frames: Array, chain_tips: Array) -> Array:
     """Poses (n, rods, 4, 4) in W of a chain's links, from the rods' frames (n, rods, 3, 3) and tips (n, rods, 3) in I."""
     out = np.zeros((*chain_tips.shape[:2], 4, 4))
@@ -54,26 +47,16 @@ def tips(model: Model, link_poses: Array) -> Array:
     return np.einsum("nrij,rj->nri", link_poses[..., :3, :], np.insert(model.body_arrays.tip, 3, 1.0, axis=1))
 
 
-def swings(model: Model, link_poses: Array) -> Array:
+def swings_at(model: Model, q: Array) -> Array:
     """The largest angle of any body that tilts, joint to tip, from straight down, (n,) rad; NaN where there is none."""
-    tilting = np.array([body.tip.any() for body in model.bodies])
-    if model.chain is None:
-        some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
-        tilting &= np.ptp(_angles_from_down(model, poses(model, some)), 0) > NEAR
-    angles = _angles_from_down(model, link_poses)[:, tilting]
-    return angles.max(1) if angles.shape[1] else np.full(len(angles), np.nan)
-
-
-def _angles_from_down(model: Model, link_poses: Array) -> Array:
-    """The angles of the bodies, joint to tip, from straight down, (n, bodies) rad."""
-    x, y, z = np.moveaxis(np.einsum("nrij,rj->nri", link_poses[..., :3, :3], model.body_arrays.tip), -1, 0)
-    return np.arctan2(np.hypot(x, y), -z)
-
-
-def swings_of(run: RunRecord, model: Model | None = None) -> Array:
-    """The same of a run, whose model is built again if none is given. Raises InputError."""
-    model = model or model_of(run)
-    return swings_of_chain(run.q) if model.chain is not None else swings(model, poses(model, run.q))
+    if model.chain is not None:
+        return swings_of_chain(q)
+    some = np.sin(np.outer(np.arange(4), np.arange(1, len(model.joints) + 1)))  # (4, nv) rad or m, the first all 0
+    axes = poses(model, np.concatenate([some, q]))[..., :3, :3]
+    x, y, z = np.moveaxis(np.einsum("nrij,rj->nri", axes, model.body_arrays.tip), -1, 0)
+    angles = np.arctan2(np.hypot(x, y), -z)  # (4 + n, bodies) rad
+    tilting = model.body_arrays.tip.any(1) & (np.ptp(angles[:4], 0) > NEAR)
+    return angles[4:, tilting].max(1) if tilting.any() else np.full(len(q), np.nan)
 
 
 def swings_of_chain(q: Array) -> Array:
@@ -239,9 +222,10 @@ def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | No
             raise InputError(f"{name}: {not_one_of(value, choices)}")
     model = model_of(run)
     at = model.index(joint, "express")
-    child = joint_frame(model, run.q, at)
     base = {"child": at, "parent": model.tree.parents[at], "world": -1}[frame]
-    axes, origin = np.split(joint_frame(model, run.q, base)[:, :3], [3], axis=2)
+    world = np.tile(np.eye(4), (len(run.q), 1, 1))
+    child, of_base = (world if joint < 0 else joint_poses(model, run.q, [joint])[:, 0] for joint in (at, base))
+    axes, origin = np.split(of_base[:, :3], [3], axis=2)
     turn = transposed(axes) @ child[:, :3, :3]
     force, moment = (applied(turn, part) for part in np.split(run.wrench[:, at], 2, axis=1))
     if point is not None:

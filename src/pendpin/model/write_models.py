@@ -9,7 +9,7 @@ import numpy as np
 from pendpin.equations.trees import Tree
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array
-from pendpin.model.bodies import pinocchio, tree_of
+from pendpin.model.bodies import pinocchio
 from pendpin.model.build import Model, chain_names
 from pendpin.model.urdf import Element
 from pendpin.scene import Chain
@@ -103,7 +103,7 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     """The model as MJCF, in a field (3,) m/s², with damping N m s/rad by joint. InputError without a mass."""
     from scipy.spatial.transform import Rotation
 
-    tree, names = tree_of(model.pin), model.joints
+    tree, names = model.tree, model.joints
     bodies = _joints_of_bodies(tree, names, "MJCF")
     root = Element("mujoco", model="pendpin")
     _add(root, "compiler", angle="radian", boundmass=LEAST, boundinertia=LEAST, autolimits="false")
@@ -136,7 +136,7 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
     SDF world and is not in the model. Raises InputError for a body with no mass or a moment of inertia of 0, and for a
     universal joint with two dampings, of which Drake takes one.
     """
-    tree, names = tree_of(model.pin), model.joints
+    tree, names = model.tree, model.joints
     bodies = _joints_of_bodies(tree, names, "SDF")
     root = Element("sdf", version="1.9")
     out = _add(root, "model", name="pendpin")

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.errors import InputError, PendpinError, amount
 from pendpin.ground.report import Report, Result, Table
-from pendpin.model.kinematics import swings_of
+from pendpin.model.kinematics import model_of, swings_at
 from pendpin.motions.continuation import Continuation, find_coarse, resolve
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
@@ -92,9 +92,10 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
         of_whole[SWING] = (lambda rows: np.degrees(swing(rows))[:, None], "degrees")
     else:
         with suppress(PendpinError):  # as far as the run's model can be built again
-            if not np.isnan(swings_of(run, model)).any():
+            model = model or model_of(run)
+            if not np.isnan(swings_at(model, run.q)).any():
                 name = TILT if run.tips.shape[1] > 1 else SWING
-                of_whole[name] = (lambda rows: np.degrees(swings_of(rows, model))[:, None], "degrees")
+                of_whole[name] = (lambda rows: np.degrees(swings_at(model, rows.q))[:, None], "degrees")
     of_whole["farthest sideways"] = (lambda rows: np.hypot(*rows.tips[:, -1, :2].T)[:, None], "m")
     for name, (quantity, unit) in of_whole.items():
         rows[name] = whole = _largest(run, more, quantity, unit)

@@ -157,7 +157,7 @@ def _finish(prepared: Prepared, run: Run, checkpoint: Checkpoint | None = None, 
     stop = record.t[-1] if run.stop is None else scene.start.time + run.stop.t
     reason = f"the run ended at t = {stop:.10g} s of {end:.10g} s: {run.failure}"
     resumable = how_to_resume(checkpoint.path) if checkpoint and isinstance(run.failure, Halted) else ""
-    raise run.failure.said(reason + _remedy(prepared.dynamics, run) + resumable, record)
+    raise type(run.failure)(reason + _remedy(prepared.dynamics, run) + resumable, record)
 
 
 def _remedy(dynamics: Dynamics, run: Run) -> str:

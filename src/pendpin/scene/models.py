@@ -328,11 +328,8 @@ def robot_files() -> dict[str, Path]:
     for path in sorted(folder.rglob("*.urdf")):
         top = path.relative_to(folder).parts[0]
         about[path] = top.removesuffix("_description").removesuffix("_data").removesuffix("_simple")
-    alone, names = Counter(about.values()), dict[str, list[Path]]()
-    for path, robot in about.items():
-        for name in {path.stem, path.stem.removesuffix("_robot"), *([robot] if alone[robot] == 1 else [])}:
-            names.setdefault(name, []).append(path)
-    exact = {name: next((path for path in paths if path.stem == name), paths[0]) for name, paths in names.items()}
-    twice = {name for name, paths in names.items() if sum(path.stem == name for path in paths) > 1}
-    qualified = {robot: path for path, robot in about.items() if path.stem in twice}
-    return dict(sorted({name: path for name, path in (exact | qualified).items() if name not in twice}.items()))
+    in_folder, named = Counter(about.values()), Counter(path.stem for path in about)
+    of_folder = {robot: path for path, robot in about.items() if in_folder[robot] == 1 or named[path.stem] > 1}
+    exact = {path.stem: path for path in about if named[path.stem] == 1}
+    short = {name.removesuffix("_robot"): path for name, path in exact.items()}
+    return dict(sorted((of_folder | short | exact).items()))

@@ -227,16 +227,18 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         return new
     key, rest = path[0], path[1:]
     here = (*place, key)
+    if isinstance(value, Record | dict) and isinstance(key, int):
+        raise InputError(f"{written(here)}: {written(place)} is a table of names, not a list")
     if isinstance(value, Record):
         if key in type(value).model_fields:
             new = changed(getattr(value, str(key)), rest, new, here)
-        fields = value.given() | {_name(key, place): new}
+        fields = value.given() | {str(key): new}
         if not isinstance(value, Effect) or has_kind(value):
             return fields
         with inside(written(place)):
             return type(value)(**fields)  # of a user's own class: no table could name it
     if isinstance(value, dict):
-        return value | {_name(key, place): changed(value.get(key), rest, new, here)}
+        return value | {key: changed(value.get(key), rest, new, here)}
     if isinstance(value, tuple | list):
         if not isinstance(key, int) or key >= len(value):
             there = f"from [0] to [{len(value) - 1}]" if len(value) > 1 else "[0] alone" if value else "empty"
@@ -246,12 +248,6 @@ def changed(value: Any, path: KeyPath, new: Any, place: KeyPath = ()) -> Any:
         return {key: changed(None, rest, new, here)}
     why = "nothing is given there" if value is None else f"{value!r} has no parts"
     raise InputError(f"{written(here)}: {written(place)}: {why}; set {written(place)} as a whole")
-
-
-def _name(key: str | int, place: KeyPath) -> str:
-    if isinstance(key, int):
-        raise InputError(f"{written((*place, key))}: {written(place)} is a table of names, not a list")
-    return key
 
 
 # --- scenes from TOML files and from runs ---------------------------------------------------------------------------

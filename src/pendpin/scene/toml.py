@@ -101,18 +101,13 @@ def _inline(value: Any) -> Any:
 
 def example_names() -> list[str]:
     """The names of the example scenes."""
-    return sorted(path.stem for path in examples_folder().glob("*.toml"))
+    return sorted(path.stem for path in folder_of("examples").glob("*.toml"))
 
 
 def read_example(name: str) -> tuple[str, list[Path]]:
     """An example scene as text, with its comments, and the files that it names. Raises InputError."""
-    names, folder = example_names(), examples_folder()
+    names, folder = example_names(), folder_of("examples")
     if name not in names:
         raise InputError(f"{shown(name)} is not an example{nearest_or_all(name, tuple(names))}")
     text = (folder / f"{name}.toml").read_text(encoding="utf-8")
     return text, [folder / file for _, file in re.findall(r'(?m)^(csv|path) = "([^"]+)"', text)]
-
-
-def examples_folder() -> Path:
-    """The folder of the example scenes."""
-    return folder_of("examples")

@@ -18,7 +18,7 @@ from pendpin.errors import InputError, PendpinError, RunError, choices, not_one_
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Table
 from pendpin.model.build import Model, build
-from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_of, tilts_of_chain, tip_distance, tips
+from pendpin.model.kinematics import evaluate_each, model_of, poses, swings_at, tilts_of_chain, tip_distance, tips
 from pendpin.motions.continuation import Continuation, resolve, strays
 from pendpin.motions.periodic import period_of, periodic_orbit, small_motions
 from pendpin.motions.periodic import stable as is_stable
@@ -197,12 +197,13 @@ def measures_report() -> Report:
 
 def swing(run: Trajectory) -> float:
     """The largest angle of any rod, joint to tip, from hanging straight down, rad; NaN where none can swing."""
-    if np.isnan(swings_of(samples_of(run, slice(0, 1)))[0]):
+    model = model_of(run)
+    if np.isnan(swings_at(model, run.q[:1])[0]):
         return math.nan
-    plane = None if model_of(run).chain is None else _turns_in_plane(run.q[None], run.v[None])
+    plane = None if model.chain is None else _turns_in_plane(run.q[None], run.v[None])
     if plane and np.abs(plane[0]).max() >= np.pi:
         return math.pi
-    return find_largest(resolve(run), lambda rows: swings_of(rows)[:, None])[0]
+    return find_largest(resolve(run), lambda rows: swings_at(model, rows.q)[:, None])[0]
 
 
 def _turns_in_plane(q: Array, v: Array) -> tuple[Array, Array] | None:

@@ -180,12 +180,10 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
     """The fields of a RunRecord from a file. Raises ValueError where they do not fit together."""
     scene, stats = _read_meta(file)
     joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
-    ends = "tips" if "tips" in file.headers else "tip"  # as files of older versions have it
-    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, ends, 1)
+    n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tips", 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
-    shapes |= {"kinetic": (n,), "potential": (n,), ends: (n, rods, 3)}
+    shapes |= {"kinetic": (n,), "potential": (n,), "tips": (n, rods, 3)}
     arrays = {name: read_array(file, name, shape) for name, shape in shapes.items()}
-    arrays["tips"] = arrays.pop(ends)
     if np.any(np.diff(arrays["t"]) <= 0):
         raise ValueError("array 't' does not rise")
     if "R1" in file.headers:
