@@ -201,21 +201,17 @@ class Rotation(Tracked, BodyEffect):
         return False
 
     @property
-    def vector(self) -> Array | None:
+    def vector(self) -> Any:
         """Omega, (3,) in rad/s, in W; None where it changes with time."""
-        return self._rate_vector(np) if self.track is None else None
-
-    def _rate_vector(self, xp: Any) -> Array:
+        if self.track is not None:
+            return None
         if self.latitude is None:
             return np.array(self.rate)
-        if isinstance(self.latitude, float):
-            angle, xp = np.radians(self.latitude), np  # numbers of the scene are doubles whatever the equations run on
-        else:
-            angle = self.latitude * (np.pi / 180)
-        return EARTH * np.array([0.0, xp.cos(angle), xp.sin(angle)])
+        angle = self.latitude * (np.pi / 180)
+        return EARTH * np.array([0.0, np.cos(angle), np.sin(angle)])
 
     def wrench(self, t: Any, bodies: Bodies, motion: Motion, xp: Any = np) -> tuple[Array, Array]:
-        omega = motion.fixed(self._rate_vector(xp) if self.track is None else self.track.at(t, 0))
+        omega = motion.fixed(self.vector if self.track is None else self.track.at(t, 0))
         lever = motion.levers(bodies.com)
         r = motion.origin + lever + motion.fixed(motion.pivot)
         v = motion.velocity + cross(motion.spin, lever) + motion.fixed(motion.pivot_velocity)

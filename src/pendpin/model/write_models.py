@@ -74,9 +74,8 @@ def _add_inertial(link: Element, mass: float, z: float, principal: Sequence[floa
     inertial = _add(link, "inertial")
     _add(inertial, "origin", xyz=(0, 0, z))
     _add(inertial, "mass", value=mass)
-    _add(
-        inertial, "inertia", **dict(zip(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), (*principal, 0, 0, 0), strict=True))
-    )
+    ixx, iyy, izz = principal
+    _add(inertial, "inertia", ixx=ixx, iyy=iyy, izz=izz, ixy=0, ixz=0, iyz=0)
 
 
 # --- a model as MJCF and as SDF, for other engines; URDF is above ---------------------------------------
