@@ -15,7 +15,7 @@ from pendpin.engines.chains import Thin
 from pendpin.engines.machine.tape import Recording, Tape
 from pendpin.equations import recursion
 from pendpin.equations.trees import joints_at, outward, place_joints, prepared, total
-from pendpin.ground.arrays import Array, applied, cross, dot, transposed
+from pendpin.ground.arrays import Array, applied, cross, dot
 
 PARTS = 3  # of what is given: positions, rates, further torques
 MOST_SAMPLED = 20  # joints of a tree that is not a loop over rods, up to which its samples are compiled
@@ -112,7 +112,7 @@ def _equations_of_directions(bound: BoundTree, chain: recursion.ThinRods) -> Equ
         def turn(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
             """How the frame of a joint turns: to W, its spin in itself, and what the rates add to its acceleration."""
             joint, (R, spin) = joints[i], above
-            R, arriving = R @ joint.R, applied(transposed(joint.R), spin)
+            R, arriving = R @ joint.R, applied(joint.R.mT, spin)
             own = joint.axis * rates[i]
             return (R, arriving + own), (R, arriving + own, cross(arriving, own))
 
@@ -123,15 +123,15 @@ def _equations_of_directions(bound: BoundTree, chain: recursion.ThinRods) -> Equ
             force, moment = applied(R, f)[None], applied(R, about_joint - cross(chain.h[0] * _DOWN, f))[None]
         state = applied(R, _DOWN)[None], applied(R, cross(spin, _DOWN))[None]
         turned, reaction = recursion.thin_turning(chain, *state, bound.loads.field(t), force, moment, xp)
-        across, reaction = (applied(transposed(R), x[0]) for x in (turned, reaction))
+        across, reaction = (applied(R.mT, x[0]) for x in (turned, reaction))
         across = across - dot(spin, _DOWN) * cross(_DOWN, spin)  # of the frame, which spins with its angles
         forces = np.stack([applied(joints[1].R, reaction), reaction])
-        of_theta = applied(transposed(joints[1].R), joints[0].axis)
+        of_theta = applied(joints[1].R.mT, joints[0].axis)
 
         def swing(i: int, alpha: Array) -> tuple[Array, Array]:
             """theta'' and phi'' (2,) from what turns the rod across its axis; along it the joint decides."""
             for joint, (_, _, coriolis) in zip(joints, turning, strict=True):
-                alpha = applied(transposed(joint.R), alpha) + coriolis
+                alpha = applied(joint.R.mT, alpha) + coriolis
             theta, phi = (across - alpha)[0] / of_theta[0], (across - alpha)[1]
             return alpha + of_theta * theta + joints[1].axis * phi, np.array([theta, phi])
 

@@ -229,7 +229,7 @@ class Rotation(Tracked, BodyEffect):
         if (omega := self.vector) is None:
             return None
         at_com = cross(omega, motion.points(bodies.com) + motion.pivot)
-        in_links = applied(motion.rotation.swapaxes(-1, -2), omega[None])  # Omega in the link frames
+        in_links = applied(motion.rotation.mT, omega[None])  # Omega in the link frames
         spread = (in_links * applied(bodies.inertia, in_links)).sum((-2, -1))
         return -((bodies.mass * (at_com**2).sum(-1)).sum(-1) + spread) / 2
 
@@ -240,4 +240,4 @@ def _spread(bodies: Bodies, motion: Motion, omega: Array) -> Array:
     trace = np.trace(bodies.inertia, axis1=-2, axis2=-1)
     E = trace[:, None, None] / 2 * np.eye(3) - bodies.inertia
     R = motion.rotation
-    return applied(R, applied(E, applied(R.swapaxes(-1, -2), np.atleast_2d(omega))))
+    return applied(R, applied(E, applied(R.mT, np.atleast_2d(omega))))

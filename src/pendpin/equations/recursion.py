@@ -28,7 +28,6 @@ from pendpin.ground.arrays import (
     outer,
     skew,
     symmetric,
-    transposed,
 )
 
 _UNIT = np.eye(3)
@@ -141,7 +140,7 @@ def accelerate_or_hold(
 
     def move(i: int, parent: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         """From the base to the tips: alpha and a beyond those at zero joint acceleration; the joint's own, its torque."""
-        joint, answer, to_child = joints[i], answers[i], transposed(joints[i].R)
+        joint, answer, to_child = joints[i], answers[i], joints[i].R.mT
         alpha, a = parent
         alpha, a = applied(to_child, alpha), applied(to_child, a + cross(alpha, joint.r))
         first, second = (alpha, a) if joint.turns else (a, alpha)
@@ -167,7 +166,7 @@ def _inertial(
 
     def move(i: int, parent: _LinkMotion) -> tuple[_LinkMotion, _Wrench]:
         """A link's motion from its parent's, and force = m a_G, moment = J alpha + omega x (J omega) + m com x a."""
-        joint, to_child, rate, qdd = joints[i], transposed(joints[i].R), v[..., i, None], acceleration[..., i, None]
+        joint, to_child, rate, qdd = joints[i], joints[i].R.mT, v[..., i, None], acceleration[..., i, None]
         omega, alpha = applied(to_child, parent.omega), applied(to_child, parent.alpha)
         a = applied(to_child, parent.a + applied(parent.K, joint.r))
         coriolis = cross(omega, joint.axis) * rate
@@ -194,7 +193,7 @@ def _release(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
     inertia = dot(axis, column)
     inverse = 1 / inertia  # one division, and products
     drive = (tau - dot(axis, body.first)) * inverse
-    first, second = applied(across, column), applied(transposed(body.B), axis)
+    first, second = applied(across, column), applied(body.B.mT, axis)
     answer = _Answer(drive, first * inverse, second * inverse, inertia)
     # Made symmetric at every joint: left to rounding, the two halves grow apart from rod to rod, by 1e12 over 60 rods on
     # spherical joints (docs/pinocchio_notes.md, 2).
@@ -211,17 +210,17 @@ def _release(joint: Joint, body: _Body, tau: Array) -> tuple[_Body, _Answer]:
 def _seen_from_parent(joint: Joint, body: _Body) -> _Body:
     """The same body, turned into the parent's frame and moved to the parent's origin."""
     R, x = joint.R, skew(joint.r)
-    A, C = symmetric(R @ transposed(R @ body.A)), symmetric(R @ transposed(R @ body.C))
-    B = R @ transposed(R @ transposed(body.B))
+    A, C = symmetric(R @ (R @ body.A).mT), symmetric(R @ (R @ body.C).mT)
+    B = R @ (R @ body.B.mT).mT
     moved = B + x @ C
     force = applied(R, body.second)
     moment = applied(R, body.first) + cross(joint.r, force)
-    return _Body(symmetric(A - B @ x + x @ transposed(moved)), moved, C, moment, force)
+    return _Body(symmetric(A - B @ x + x @ moved.mT), moved, C, moment, force)
 
 
 def _swapped(body: _Body) -> _Body:
     """The body with first and second exchanged."""
-    return _Body(body.C, transposed(body.B), body.A, body.second, body.first)
+    return _Body(body.C, body.B.mT, body.A, body.second, body.first)
 
 
 def _about_origin(m: Any, com: Array, inertia: Array) -> Array:

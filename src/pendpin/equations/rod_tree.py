@@ -9,7 +9,7 @@ from typing import Any, Literal, NamedTuple
 import numpy as np
 
 from pendpin.equations.balances import frames
-from pendpin.ground.arrays import Array, Mask, applied, cross, transposed
+from pendpin.ground.arrays import Array, Mask, applied, cross
 
 JointKind = Literal["universal", "x", "y"]  # a hinge is named by its axis: theta turns about x, phi about y
 BATCH = 1 << 12  # rods solved at once
@@ -77,7 +77,7 @@ def _solve(tree: RodTree, field: Array, q: Array, v: Array, torque: Array, force
     angle, rate, tau = np.zeros((3, states, n, 2))
     angle[:, tree.angles], rate[:, tree.angles], tau[:, tree.angles] = q, v, torque
     R = frames(angle)  # in the frame of what the rod hangs on
-    down = transposed(R)
+    down = R.mT
     s, c, zero, one = np.sin(angle[..., 1]), np.cos(angle[..., 1]), np.zeros((states, n)), np.ones((states, n))
     a1, a2 = np.stack([c, zero, s], -1), np.stack([zero, one, zero], -1)
 
@@ -97,11 +97,11 @@ def _solve(tree: RodTree, field: Array, q: Array, v: Array, torque: Array, force
     carried = np.where(universal, a3, np.array([_CARRIED[kind] for kind in tree.kinds]))  # (states, n, 3, 2)
     of_rod, of_above = np.zeros((2, states, n, 5, 6))
     of_rod[..., :3, :3], of_rod[..., :3, 3:] = np.eye(3), -tree.h[:, None, None] * _ABOUT
-    of_rod[..., 3:, 3:] = transposed(carried)
+    of_rod[..., 3:, 3:] = carried.mT
     of_above[..., :3, :3], of_above[..., :3, 3:] = -down, -down @ (arm[..., None] * _ABOUT)
-    of_above[..., 3:, 3:] = -transposed(carried) @ down
+    of_above[..., 3:, 3:] = -carried.mT @ down
     of_above[:, ~hung] = 0
-    gap = np.concatenate([tree.h[:, None] * inward + applied(down, support), applied(transposed(carried), drift)], -1)
+    gap = np.concatenate([tree.h[:, None] * inward + applied(down, support), applied(carried.mT, drift)], -1)
 
     # The balances M (a, alpha) = J^T reactions + loads; a torque acts on the rod, and in return on what it hangs on.
     at_joint = tau[..., 1:] * a2 - tau[..., :1] * a1

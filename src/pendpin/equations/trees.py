@@ -8,7 +8,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.ground.arrays import Array, applied, cross, dot, skew, transposed
+from pendpin.ground.arrays import Array, applied, cross, dot, skew
 
 Step = Callable[[int, Any], tuple[Any, Any]]  # a joint, and what arrives there -> what it passes on, its result
 
@@ -89,7 +89,7 @@ def prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
     axes, R, *others = (xp.asarray(x) for x in (tree.axes * signs + 0.0, *tree[3:]))  # + 0.0 clears the sign of zeros
     for _ in range(3):  # Newton: 16, 32, 64, 128 digits
         axes = axes * (3 - dot(axes, axes)) / 2
-        R = R @ (3 * _UNIT - transposed(R) @ R) / 2
+        R = R @ (3 * _UNIT - R.mT @ R) / 2
     return Tree(tree.parents, tree.kinds, axes, R, *others), signs[:, 0]
 
 
@@ -144,14 +144,14 @@ def motions_in_links(
     def move(i: int, parent: tuple[Array, ...]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         joint, (origin, velocity, spin) = joints[i], parent
         at_joint = (origin + joint.r, velocity + cross(spin, joint.r), spin)
-        origin, velocity, spin = (applied(transposed(joint.R), x) for x in at_joint)
+        origin, velocity, spin = (applied(joint.R.mT, x) for x in at_joint)
         own = joint.axis * rates[..., i, None]
         moving = (origin, velocity, spin + own) if joint.turns else (origin, velocity + own, spin)
         return moving, moving
 
     def into_links(vector: Array) -> Array:
         def turn(i: int, parent: Array) -> tuple[Array, Array]:
-            turned = applied(transposed(joints[i].R), parent)
+            turned = applied(joints[i].R.mT, parent)
             return turned, turned
 
         return np.stack(outward(turn, vector, tree.parents, xp))

@@ -50,11 +50,6 @@ def applied(M: Array, x: Array) -> Array:
     return (M @ x[..., None])[..., 0]
 
 
-def transposed(M: Array) -> Array:
-    """M^T, (..., 3, 3)."""
-    return np.swapaxes(M, -1, -2)
-
-
 def cross(x: Array, y: Array, axis: int = -1) -> Array:
     """x x y, (..., 3) or 3 along another axis, without the overhead of numpy.cross."""
     return (x * y.take(_NEXT, axis) - x.take(_NEXT, axis) * y).take(_NEXT, axis)
@@ -84,7 +79,7 @@ def outer(x: Array, y: Array) -> Array:
 
 def symmetric(M: Array) -> Array:
     """A matrix (..., 3, 3) that is symmetric but for rounding, made so; symbols are then the same on both sides."""
-    return np.where(_UPPER, M, transposed(M))
+    return np.where(_UPPER, M, M.mT)
 
 
 def skew(x: Array) -> Array:

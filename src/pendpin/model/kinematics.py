@@ -9,7 +9,7 @@ from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
 from pendpin.equations.trees import motions_in_links, place_joints
 from pendpin.errors import InputError, did_you_mean, not_one_of, shown
-from pendpin.ground.arrays import Array, ArrayLike, across, applied, cross, transposed
+from pendpin.ground.arrays import Array, ArrayLike, across, applied, cross
 from pendpin.model.bodies import NEAR, pinocchio
 from pendpin.model.build import FLIP, SIGNS, Model, build
 from pendpin.scene import Scene
@@ -226,7 +226,7 @@ def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | No
     world = np.tile(np.eye(4), (len(run.q), 1, 1))
     child, of_base = (world if joint < 0 else joint_poses(model, run.q, [joint])[:, 0] for joint in (at, base))
     axes, origin = np.split(of_base[:, :3], [3], axis=2)
-    turn = transposed(axes) @ child[:, :3, :3]
+    turn = axes.mT @ child[:, :3, :3]
     force, moment = (applied(turn, part) for part in np.split(run.wrench[:, at], 2, axis=1))
     if point is not None:
         try:
@@ -235,7 +235,7 @@ def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | No
             numbers = np.empty(0)
         if numbers.shape != (3,) or not np.isfinite(numbers).all():
             raise InputError(f"point: {shown(point)} is not three finite numbers, in m")
-        arm = applied(transposed(axes), child[:, :3, 3] - origin[..., 0]) - numbers
+        arm = applied(axes.mT, child[:, :3, 3] - origin[..., 0]) - numbers
         moment = moment + cross(arm, force)
     return SIDES[on] * np.concatenate([force, moment], axis=1)
 

@@ -15,7 +15,7 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.rod_tree import RodTree
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
-from pendpin.ground.arrays import TINY, Array, applied, cross, skew, transposed
+from pendpin.ground.arrays import TINY, Array, applied, cross, skew
 from pendpin.model.bodies import in_mass_unit, pinocchio, tree_of, with_gravity
 from pendpin.model.build import SIGNS, Model
 
@@ -202,7 +202,7 @@ def _scale(bodies: Any, field: float, states: tuple[Array, Array, Array], torque
     unit = 1 / np.sqrt(np.diagonal(mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
     unit = unit[:, :, None] * unit[:, None, :]
     inverse = unit * np.linalg.inv(unit * mass_matrix)
-    wrenches = _unit_wrenches(below, mass, rotation @ inertia @ transposed(rotation), unit_twist, position, centre)
+    wrenches = _unit_wrenches(below, mass, rotation @ inertia @ rotation.mT, unit_twist, position, centre)
     through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in wrenches)
     force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
