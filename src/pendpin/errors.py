@@ -91,7 +91,7 @@ def is_number(value: Any) -> TypeGuard[float]:
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 
-def place_of(path: Path) -> str:
+def shown_path(path: Path) -> str:
     """A file as messages call it: from the working folder on, where it is in there."""
     try:
         return str(path.relative_to(Path.cwd()))

@@ -8,7 +8,7 @@ from pydantic import Field, field_validator, model_validator
 
 from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither
 from pendpin.effects.track import Track, read_track
-from pendpin.errors import InputError, inside, place_of
+from pendpin.errors import InputError, inside, shown_path
 from pendpin.ground.arrays import Array, applied, cross, unit
 from pendpin.ground.records import FilePath, NotNegative, Number, Positive, Vector
 
@@ -66,7 +66,7 @@ class Tracked(Effect):
         """What the csv holds. Raises InputError where it does not hold these columns."""
         if self.csv is None:
             return None
-        with inside(place_of(self.csv)):
+        with inside(shown_path(self.csv)):
             return read_track(self.csv, self.columns)
 
     @property
@@ -95,7 +95,7 @@ class Tracked(Effect):
         if self.csv and self.track and np.isnan(self.track.at(np.array([begin, end]))).any():
             first, last = self.track.ends
             times = f"its times, {first:.9g} to {last:.9g} s, do not cover the run, {begin:.9g} to {end:.9g} s"
-            raise ValueError(f"{place_of(self.csv)}: {times}")
+            raise ValueError(f"{shown_path(self.csv)}: {times}")
 
     def since(self, start: float) -> tuple[Effect, float]:
         """The effect with its time counted from `start` in s: a track keeps all digits of its times."""

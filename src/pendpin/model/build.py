@@ -117,7 +117,7 @@ def build(model: Chain | UrdfModel | PinModel) -> Model:
     if isinstance(model, PinModel):
         return _build_pin(model)
     if isinstance(model, UrdfModel):  # a run asks for it several times: it is loaded once while its file stays the same
-        return _loaded(model.model_dump_json(), content(model))
+        return _loaded(model, content(model))  # pyright: ignore[reportArgumentType]
     return _build_chain(model)  # pyright: ignore[reportArgumentType]
 
 
@@ -294,10 +294,9 @@ def _build_pin(model: PinModel) -> Model:
 
 
 @lru_cache(maxsize=16)
-def _loaded(record: str, content: bytes) -> Model:
-    """The model of a URDF with this content, from the JSON of its record."""
-    model, pin = UrdfModel.model_validate_json(record), pinocchio()
-    urdf = read_urdf(model)
+def _loaded(model: UrdfModel, content: bytes) -> Model:
+    """The model of a URDF whose file has this content."""
+    pin, urdf = pinocchio(), read_urdf(model)
     moving = {joint.name for joint in urdf.written}
     _refuse_size(len(moving), urdf.source)
     try:

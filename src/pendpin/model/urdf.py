@@ -15,7 +15,7 @@ from xml.etree import ElementTree
 
 import numpy as np
 
-from pendpin.errors import InputError, choices, did_you_mean, inside, not_one_of, place_of, shown
+from pendpin.errors import InputError, choices, did_you_mean, inside, not_one_of, shown, shown_path
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole
 from pendpin.ground.records import LARGEST_SIZE
@@ -77,13 +77,13 @@ class Urdf(NamedTuple):
 
 def content(model: UrdfModel) -> bytes:
     """What the file of a model holds. Raises InputError."""
-    with inside(place_of(model.file)):
+    with inside(shown_path(model.file)):
         return read_whole(model.file, MAX_BYTES, "a URDF")
 
 
 def read_urdf(model: UrdfModel) -> Urdf:
     """Read and check the URDF of a model, locked joints made fixed. InputError; what is implausible is a finding."""
-    with inside(place_of(model.file)):
+    with inside(shown_path(model.file)):
         robot = parse(content(model))
         links, joints = _named(robot, "link"), _named(robot, "joint")
         if not links:
@@ -132,7 +132,7 @@ def read_urdf(model: UrdfModel) -> Urdf:
                 if key in part.attrib:
                     part.set(key, repr(float(part.attrib[key]) / unit))
         drawn = {name: rod for name, rod in rods.items() if rod is not None}
-        return Urdf(place_of(model.file), _plain(links, joints), tuple(findings), tuple(notes), moving, drawn, unit)
+        return Urdf(shown_path(model.file), _plain(links, joints), tuple(findings), tuple(notes), moving, drawn, unit)
 
 
 class _Builder(ElementTree.TreeBuilder):

@@ -110,16 +110,14 @@ def mjcf(model: Model, gravity: Array, damping: Mapping[str, float]) -> str:
     places = {-1: _add(root, "worldbody")}
     for joints in bodies:
         first, last = joints[0], joints[-1]
-        body = _add(places[tree.parents[first]], "body", name=f"moved_by_{names[last]}")
-        body.set("pos", _written(tree.translations[first] + 0.0))
-        quaternion = Rotation.from_matrix(tree.rotations[first]).as_quat()
-        body.set("quat", _written(np.roll(quaternion, 1) + 0.0))  # w, x, y, z
+        parent, position = places[tree.parents[first]], tree.translations[first] + 0.0
+        quaternion = np.roll(Rotation.from_matrix(tree.rotations[first]).as_quat(), 1) + 0.0  # w, x, y, z
+        body = _add(parent, "body", name=f"moved_by_{names[last]}", pos=position, quat=quaternion)
         I = tree.inertias[last] + 0.0  # noqa: E741
-        inertial = _add(body, "inertial", pos=tree.coms[last] + 0.0, mass=tree.masses[last])
+        moments = {"diaginertia": np.diag(I)}
         if np.count_nonzero(I - np.diag(np.diag(I))):
-            inertial.set("fullinertia", _written((I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])))
-        else:
-            inertial.set("diaginertia", _written(np.diag(I)))
+            moments = {"fullinertia": (I[0, 0], I[1, 1], I[2, 2], I[0, 1], I[0, 2], I[1, 2])}
+        _add(body, "inertial", pos=tree.coms[last] + 0.0, mass=tree.masses[last], **moments)
         for joint in joints:
             kind = "hinge" if tree.kinds[joint] == "revolute" else "slide"
             damped = {"damping": damping[names[joint]]} if names[joint] in damping else {}
@@ -155,8 +153,8 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
         moments = _add(inertial, "inertia")
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             _add(moments, f"i{'xyz'[i]}{'xyz'[j]}", inertia[i, j])
-        joint = _add(out, "joint", name="__".join(names[joint] for joint in joints))
-        joint.set("type", _sdf_kind(tree, joints, names, damping))
+        name, kind = "__".join(names[joint] for joint in joints), _sdf_kind(tree, joints, names, damping)
+        joint = _add(out, "joint", name=name, type=kind)
         _add(joint, "parent", link_of[parent])
         _add(joint, "child", link_of[last])
         for i, tag in zip(joints, ("axis", "axis2"), strict=False):
