@@ -87,7 +87,7 @@ def shown(value: Any, most: int = 60) -> str:
 
 
 def is_number(value: Any) -> TypeGuard[float]:
-    """Whether a value is a number: a bool is none, though Python counts it among the whole numbers."""
+    """Whether a value is a number: a bool is not one, though Python counts it among the integers."""
     return isinstance(value, int | float) and not isinstance(value, bool)
 
 

@@ -285,7 +285,7 @@ def _identity(function: Any) -> str:
 
 
 def _source(thing: Any) -> str:
-    """The source of a function or class; where there is none, as of what was typed at a prompt, a name of this process."""
+    """The source of a function or class; without one, as of what is typed at a prompt, a name of this process."""
     try:
         return inspect.getsource(thing)
     except (OSError, TypeError):

@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.effects.pace import Pace
+from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, amount, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, text_of
@@ -63,7 +63,7 @@ class Track:
         knots = np.unique(np.clip(self.spline.x, *begins))
         gaps, middles = np.diff(knots), (knots[:-1] + knots[1:]) / 2
         if not len(gaps):
-            return Pace.even(np.inf)
+            return STEADY
         velocity = self.spline(knots, 1)
         rounding = ROUNDING * np.abs(self.spline(knots)).max() / gaps
         floor = negligible * np.abs(velocity - velocity.mean(0)).max() + rounding  # of each gap

@@ -76,7 +76,7 @@ _PART = re.compile(r"""\[(\d{1,9})\]|\.?(?:([\w-]+)|('(?:[^'\\\n]|\\.)*'|"(?:[^"
 
 
 def parsed(text: str) -> KeyPath:
-    """The parts of a key path. Raises InputError for what is none."""
+    """The parts of a key path. Raises InputError for what is not one."""
     if not isinstance(text, str):
         raise InputError(f"{shown(text)} is not a key path, such as model.rods[0].mass")
     parts: list[str | int] = []

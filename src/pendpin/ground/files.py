@@ -157,7 +157,7 @@ def folder_of(name: str) -> Path:
 
 
 def refuse_other_format(path: Path, *suffixes: str) -> None:
-    """Raise InputError where a file's suffix is none of those of what is written; it may have none."""
+    """Raise InputError where a file has a suffix, and it is not one of those of what is written."""
     if path.suffix and path.suffix.lower() not in suffixes:
         ends = f"its name ends in {path.suffix}, and what is written is {choices(suffixes)}"
         raise InputError(f"{path}: {ends}; give another name")
@@ -253,7 +253,7 @@ class ArrayFile:
             array = np.lib.format.read_array(member, allow_pickle=False)
             if member.read(1):  # at the end its checksum is looked at
                 raise ValueError(f"array {name!r} is longer than its header says")
-        if array.dtype.kind == "U":  # letters that Python makes texts of which break others
+        if array.dtype.kind == "U":  # Python takes letters beyond Unicode, and fails where such a text is used
             letters = np.frombuffer(array.astype(array.dtype.newbyteorder("=")).tobytes(), np.uint32)
             if letters.max(initial=0) > sys.maxunicode:
                 raise ValueError(f"array {name!r} holds letters beyond Unicode")

@@ -14,8 +14,8 @@ from pendpin.errors import MissingLibrary, find
 from pendpin.ground.arrays import Array
 from pendpin.scene.models import FARTHEST
 
-NEAR = 1e-9  # of the largest length of a model: a tip so near to its joint is none
-SMALL = 1e-10  # kg: below, another unit of mass is taken
+NEAR = 1e-9  # of the largest length of a model: a tip this close to its joint counts as none
+SMALL = 1e-10  # kg: with lighter bodies another unit of mass is taken
 APART = 1e-150  # of the largest mass or inertia in kg, kg m²: lighter links are not looked at
 LEAST_MASS = 1e-300  # kg, of a link that has one: its inverse and that times an inertia are finite
 
@@ -109,9 +109,9 @@ def mass_unit(masses: Sequence[float], inertias: Sequence[float]) -> float:
 
 
 def append_body(model: Any, joint: int, inertia: Any) -> None:
-    """Hang a body on a joint of a pin.Model, in its frame: Pinocchio adds it to nothing, which is wrong if it is small."""
+    """Hang a body on a joint of a pin.Model, in the joint's frame."""
     model.appendBodyToJoint(joint, inertia, pinocchio().SE3.Identity())
-    model.inertias[joint] = inertia
+    model.inertias[joint] = inertia  # Pinocchio has added it to an inertia of 0, which is wrong for small ones
 
 
 def scale_masses(model: Any, factor: float) -> Any:
@@ -138,7 +138,7 @@ def mass_matrix(model: Any, q: Array) -> Array:
 
 
 def mirror_upper(matrix: Array) -> Array:
-    """A symmetric matrix (n, n) of which Pinocchio fills only the upper triangle."""
+    """A symmetric matrix (n, n), of which Pinocchio has filled the upper triangle alone."""
     return np.where(np.tri(len(matrix), k=-1, dtype=bool), matrix.T, matrix)
 
 

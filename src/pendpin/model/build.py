@@ -54,7 +54,7 @@ class Model:
     notes: tuple[str, ...] = ()  # what the user should know
     findings: tuple[str, ...] = ()  # what no real body has, computed as written
     written: tuple[WrittenJoint, ...] | None = None  # what a URDF or pin.Model says of its joints; None of a chain
-    home: Array | None = None  # (nv,), positions of joints of which a start says nothing; 0 if None
+    home: Array | None = None  # (nv,), where joints begin that the start does not name; 0 if None
     rod_tree: RodTree | None = None  # for the rods of a scene, in a row or not
 
     def thin_at_pole(self, q: Array, near: float) -> str | None:
@@ -332,7 +332,7 @@ def _refuse_size(nv: int, where: str) -> None:
 
 
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """InputError for a joint that moves no inertia: Pinocchio answers NaN. What is not known of negative inertia."""
+    """Raise InputError for a joint that moves no inertia: Pinocchio answers NaN. A finding if some inertia is negative."""
     pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
     a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
     least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])

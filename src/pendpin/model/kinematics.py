@@ -60,7 +60,7 @@ def swings_at(model: Model, q: Array) -> Array:
 
 
 def swings_of_chain(q: Array) -> Array:
-    """The same of a chain from its angles q (n, nv): straight down is turned into the frame of rod after rod."""
+    """The same of a chain from its angles q (n, nv): straight down is turned into the frame of one rod after another."""
     x, y, z, largest = 0.0, 0.0, -1.0, np.zeros(len(q))
     for theta, phi in q.T.reshape(-1, 2, len(q)):
         s, c = np.sin(theta), np.cos(theta)

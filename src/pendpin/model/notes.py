@@ -74,7 +74,7 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
 
 
 def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[str, ...]:
-    """One note on what the file says of its joints and no as_written of the scene lets act; none if that is nothing."""
+    """One note on the damping, friction and limits that a file writes and the scene does not let act, if there are any."""
     listed = [effect for effect in effects if isinstance(effect, AsWritten)]
     left = {
         "<dynamics damping>": [] if any(x.damping for x in listed) else [j.name for j in joints if j.damping],
@@ -92,7 +92,7 @@ def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[
 
 
 def homes(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> dict[str, float]:
-    """Where joints begin of which a start says nothing, if limits act as written that leave out 0: at the nearer one."""
+    """Where joints begin that the start does not name, if limits that act as written leave out 0: at the nearer one."""
     if not any(isinstance(effect, AsWritten) and effect.limits for effect in effects):
         return {}
     nearest = {joint.name: min(max(joint.lower, 0.0), joint.upper) for joint in joints}
@@ -127,7 +127,7 @@ def leaving(run: RunRecord) -> tuple[str, ...]:
 
 
 def _file_and_effects(run: RunRecord) -> tuple[tuple[WrittenJoint, ...], tuple[Effect, ...]]:
-    """What the URDF of a run writes of its joints, and the effects; empty where there are none in this process."""
+    """What the URDF of a run writes of its joints, and its effects; both empty where they cannot be built again."""
     try:
         scene = scene_of(run)
         return kinematics.model_of(run).written or (), scene.effects

@@ -135,7 +135,7 @@ class Chain(Record):
 
     kind: Literal["chain"] = Field("chain", description="which kind of model it is")
     rods: Annotated[tuple[Rod, ...], Field(min_length=1)] = Field(description="from the first to the last")
-    copies: Annotated[int, Field(strict=True, ge=1, le=100_000)] = Field(
+    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(
         1, description="how often the list is repeated"
     )
 

@@ -210,13 +210,13 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
 
 
 def event_arrays(events: Sequence[Event]) -> dict[str, NDArray[Any]]:
-    """The arrays of a file that hold events; none where there are none."""
+    """The arrays by which a file holds events; empty without events."""
     parts = zip(Event._fields, zip(*events, strict=True), strict=False)
     return {f"event_{name}": np.array(part) for name, part in parts}
 
 
 def read_events(file: ArrayFile, joints: Sequence[str] | None = None) -> tuple[Event, ...]:
-    """The events in a file, of these joints if they are given. Raises ValueError for such as cannot have been."""
+    """The events in a file, of these joints if they are given. Raises ValueError for impossible ones."""
     if not any(name.startswith("event_") for name in file.headers):
         return ()
     t = read_array(file, "event_t", (_length(file, "event_t", 0),))
