@@ -80,7 +80,7 @@ def in_machine_code(radius: float) -> Callable[[int], Callable[[], object]]:
         engine = Dynamics(model, (Gravity(),), "compiled", "angles" if radius else "directions").engine
         y = engine.pack(*(x.reshape(-1) for x in state(max(n, 2))))
         block, dy = engine.block(), np.empty_like(y)
-        call, given = block.code().call, (dy.ctypes.data, 0.0, y.ctypes.data, block.address, None)
+        call, given = block.function.code().call, (dy.ctypes.data, 0.0, y.ctypes.data, block.address, None)
         return lambda: (call(*given), block, y, dy)
 
     return of_rods

@@ -86,7 +86,7 @@ class HeldTorque(fx.Torque):
 
     def recall(self, t: float, values: Array) -> None:
         """Go on from t, in s since the start, with the outputs (m, k) up to there."""
-        if values is not self.record:
+        if values is not self.record:  # which a long run would copy at every segment
             self.record[:] = values
         self._current = self.record[self._place(t)]
 

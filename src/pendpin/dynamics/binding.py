@@ -229,7 +229,7 @@ class BoundField(Bound):
         return power
 
     def potential(self) -> Potential | None:
-        """That of a constant field, J."""
+        """The potential of a constant field, J."""
         if not self.effect.constant:
             return None
         model, field = self._binding.model, self.effect.field(0.0)
@@ -282,7 +282,7 @@ class BoundTorque(Bound):
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
-        """That which the effect offers, J."""
+        """The potential that the effect offers, J."""
         chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
         of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles, len(angles)))
@@ -339,7 +339,7 @@ class BoundWrench(Bound):
         return power
 
     def potential(self) -> Potential | None:
-        """That which the effect offers, J. It may look at gravity and at where W is: None where these change with time."""
+        """The potential that the effect offers, J. It may depend on gravity and on where W is: None where these change."""
         if not all(effect.constant for effect in self._binding.effects if isinstance(effect, FieldEffect)):
             return None
         chosen = chosen_bodies(self._binding.model, self.effect.on, self._where)

@@ -41,7 +41,7 @@ _lock = Lock()
 
 
 class EquationsOfMotion(NamedTuple):
-    """What is written: y' of an engine's state with all effects, at times since `start` in s, and what beside."""
+    """What is written: y' of an engine's state with all effects, and what is computed beside it; t in s since `start`."""
 
     engine: Engine
     effects: Sequence[Effect]

@@ -92,7 +92,7 @@ class Variational:
         places = [parsed(key) for key in self.keys]
         changes = [_changed(scene, model, path) for path in places if path[0] != "start"]  # which is in no parameter
         given = [scene.effects, *(effects for _, effects in changes)]
-        lists = [acting(model, effects) for effects in (given[0], *(one for one in given if one is not given[0]))]
+        lists = [acting(model, effects) for effects in given]
         active = [not all(isinstance(effect, Idle) for effect in column) for column in zip(*lists, strict=True)]
         cases = list[EquationsOfMotion]()  # of the scene as it is, then with an imaginary part in each of its numbers
         for other, effects in zip([None, *(changed for changed, _ in changes)], given, strict=True):

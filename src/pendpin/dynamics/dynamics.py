@@ -68,13 +68,13 @@ class Dynamics:
         return f"Dynamics of {amount(len(self.model.joints), 'joint')} on {self.engine.name}"
 
     def compiled(self, accounts: Accounts | None = None) -> Engine:
-        """The equations in machine code, of thin rods those in directions; with the work of these accounts in the state."""
+        """The equations in machine code, for thin rods in directions; with `accounts`, their work is in the state too."""
         engine = self._in_directions
         return compile_engine(EquationsOfMotion(engine, self.effects, self.start, accounts, self.contacts))
 
     @property
     def in_machine_code(self) -> "Dynamics":
-        """The same on compiled equations; it shares what is large, Pinocchio's data."""
+        """The same dynamics on compiled equations; Pinocchio's data, which are large, are shared."""
         return self if self.engine.compiles else self._on("compiled", self.compiled)
 
     def _on(self, key: Hashable, make: Callable[[], Engine]) -> "Dynamics":
@@ -102,7 +102,7 @@ class Dynamics:
 
     @property
     def _in_directions(self) -> Engine:
-        """The engine whose equations are compiled: of thin rods that in directions."""
+        """The engine whose equations are compiled: for thin rods the one in directions."""
         return Directions(self.model, self.loads) if isinstance(self._base, Spherical) else self._base
 
     def use_compiled_samples(self) -> None:
@@ -247,9 +247,9 @@ def reactions(model: Model, q: Array, wrench: Array, xp: Any = np) -> Reactions 
 def efforts(run: RunRecord) -> dict[str, Array]:
     """The generalised force of each kind of effect on each joint at the samples, (n, nv) in N m, N for slides.
 
-    Of a field and of a wrench on a body by d'Alembert's principle, J^T F; of a joint effect its torques. What dry friction
-    and stops exert is what the motion needs and nothing else gives: together they are "contacts". The sum of all is the
-    inverse dynamics of the motion. Raises InputError where the run's scene cannot be built again, and for a chain too long
+    For a field and for wrenches on bodies it is J^T F (d'Alembert's principle), for a joint effect its torques. Dry friction
+    and stops are "contacts": what the motion needs beyond all others. The sum of all is the inverse dynamics of the motion.
+    Raises InputError where the run's scene cannot be built again, and for a chain too long
     for Pinocchio.
     """
     dynamics = bind(scene_of(run))

@@ -51,7 +51,7 @@ class Loads:
         return self.constant if self.varying is None else self.constant + self.varying(t)
 
     def fields(self, t: Array) -> Array:
-        """That at times (k,), (k, 3); (3,) of one that is constant."""
+        """The same at times (k,): (k, 3), or (3,) where it is constant."""
         return self.constant if self.varying is None else np.array([self.field(time) for time in t])
 
 
@@ -235,13 +235,13 @@ class Compiled(Moving):
         """The arguments of the machine code for one run, which is compiled here."""
         took = self.equations.compile_seconds
         block = Block(self.equations, self._fixed, self._values.tables)
-        block.code()
+        self.equations.code()
         self.compile_seconds += self.equations.compile_seconds - took
         return block
 
     def derivative(self, progress: ProgressCallback) -> tuple[Derivative, Callable[[], int]]:
         block, given, nv = self.block(), self._given, len(self.model.joints)
-        code, state, rates = block.code(), np.zeros(block.size), np.zeros(block.size)
+        code, state, rates = self.equations.code(), np.zeros(block.size), np.zeros(block.size)
         state_at, rates_at, block_at = state.ctypes.data, rates.ctypes.data, block.address
 
         def derivative(dy: Array, t: float, y: Array) -> None:  # block and code live as long as it

@@ -312,7 +312,7 @@ class Call(NamedTuple):
         first_step = min(self.first_step, (end - t) / 2, self.longest)  # CyRK refuses more than a half
         at = (None, 0) if times is None else (times.ctypes.data, len(times))
         pointer = cyrk().solve(
-            *(self.block.code().address, t, end, y.ctypes.data, len(y), PLACES[self.method], 0, 0),
+            *(self.block.function.code().address, t, end, y.ctypes.data, len(y), PLACES[self.method], 0, 0),
             *(self.block.address, ctypes.sizeof(ctypes.c_void_p), 0, _MEGABYTES, dense),
             *(*at, None, None, 0),
             *(self.rtol.ctypes.data, len(self.rtol), self.atol.ctypes.data, len(self.atol)),

@@ -148,7 +148,7 @@ class RungeKutta4(FixedStep):
         block = self._block
         if block is None or len(y) != block.size:
             return super().advancing(derivative, y)
-        steps, work = block.code().steps, np.empty(5 * len(y))
+        steps, work = block.function.code().steps, np.empty(5 * len(y))
 
         def advance(t: float, h: float, count: int) -> None:
             steps(y.ctypes.data, t, h, count, block.address, work.ctypes.data)

@@ -265,16 +265,13 @@ class Block:
         """How often the function has been called with it."""
         return int(self._whole[CALLS])
 
-    def code(self) -> Code:
-        """The machine code, compiled if it was not."""
-        return self.function.code()
-
     def evaluated(self, t: Array, y: Array) -> tuple[Array, Array]:
         """y' (n, size) and the further results (n, m) at times (n,) and states y (n, size)."""
         t, y = np.ascontiguousarray(t), np.ascontiguousarray(y)
         rates, more = np.empty(y.shape), np.empty((len(y), self.more))
         if len(t):
-            self.code().many(len(t), t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
+            many = self.function.code().many
+            many(len(t), t.ctypes.data, y.ctypes.data, self.address, rates.ctypes.data, more.ctypes.data)
         return rates, more
 
     def on_progress(self, callback: Callable[[float], bool]) -> None:

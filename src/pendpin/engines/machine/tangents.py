@@ -39,7 +39,7 @@ STATE = Direction({}, {})  # the state alone
 def add_tangents(recording: Recording, directions: Sequence[Direction]) -> Recording:
     """The recording with its derivatives in these directions: results f, then f_1, ..., f_k, of states y, w_1, ..., w_k.
 
-    So has `more`. Of a chain by rods, results that are of no rod, and `more`, have no derivative.
+    The further results have derivatives too. Of a chain by rods only the results of the rods have.
     """
     tape, chain = recording.tape, bool(recording.parts)
     places = [tape.placed(x) for x in (recording.of_rod if chain else [*recording.results, *recording.more])]
