@@ -6,7 +6,7 @@ structure is what remains of a scene when its numbers are taken out: joints, kin
 
 import time
 from collections.abc import Callable, Hashable, Sequence
-from functools import cache
+from functools import cache, partial
 from threading import Lock
 from typing import Any, NamedTuple
 
@@ -50,7 +50,6 @@ class EquationsOfMotion(NamedTuple):
     contacts: Contacts | None = None  # the inputs are then the held joints (nv,) and the ways (nv,) that joints slide
     given: bool = False  # whether torques (nv,) in N m are given with every call: the inputs are then these
     by_rod: bool = False  # for one rod of a chain, the same for any number of rods
-    still: tuple[int, ...] = ()  # places of the state that are 0 and no part of it
 
     def parameters(self, masks: Sequence[Mask] | None = None) -> Parameters:
         """The parameters of these equations, and their structure, without the equations."""
@@ -58,10 +57,11 @@ class EquationsOfMotion(NamedTuple):
         self.right_hand_side(parameters)
         return parameters
 
-    def record(self, masks: Sequence[Mask] | None = None) -> Recording:
+    def record(self, masks: Sequence[Mask] | None = None, still: tuple[int, ...] = ()) -> Recording:
         """The equations on a tape, and the torques that hold joints; `masks` are those of the parameters.
 
-        Raises InputError for an effect that does not run on symbols.
+        Numbers of the state at the places `still` are 0 and left out. Raises InputError for an effect that does not run on
+        symbols.
         """
         engine, tape = self.engine, Tape()
         numbers = Parameters(engine.model, self.by_rod, masks, tape)
@@ -74,19 +74,21 @@ class EquationsOfMotion(NamedTuple):
             of_rod, others = results[: len(y)], results[len(y) :]
             return Recording(tape, others, [], inputs, int(rods > 0), PARTS, len(y) // PARTS, of_rod, more)
         size = engine.size + (len(self.accounts.kinds) if self.accounts else 0)
-        y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), self.still)
+        y, moving = np.zeros(size, dtype=object), np.setdiff1d(np.arange(size), still)
         y[moving] = tape.state(len(moving))
         results, more = right(tape.term("time"), y)
-        if self.still:
+        if still:
             results, rods = [results[i] for i in moving], 0  # what is normalised is whole directions
         return Recording(tape, results, more, inputs, rods, width=len(moving))
 
     def function(self) -> tuple[Function, Parameters]:
         """The equations, known from before if there were some of the same structure, and the values of their parameters."""
-        if isinstance(self.engine, Moving):
-            return self._replace(engine=self.engine.base, still=self.engine.still).function()
-        parameters = self.parameters()
-        return look_up((parameters.structure, self.still), self.record, parameters), parameters
+        engine, still = self.engine, ()
+        if isinstance(engine, Moving):
+            engine, still = engine.base, engine.still
+        whole = self._replace(engine=engine)
+        parameters = whole.parameters()
+        return look_up((parameters.structure, still), partial(whole.record, still=still), parameters), parameters
 
     def right_hand_side(self, numbers: Parameters) -> Right:
         """y' for the engine's state: angles and rates, or directions and angular velocities of thin rods; then the work."""
