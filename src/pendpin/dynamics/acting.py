@@ -22,7 +22,7 @@ NEAR = 2 * EPS  # of a time: closer to an instant it is at it. Steps end twice a
 
 
 class HeldTorque(fx.Torque):
-    """A Torque with `every` in the dynamics of one run: the function itself as long as none has begun.
+    """A Torque with `every` in the dynamics of one run. Before the run it is the function itself.
 
     During the run it is what was sampled last; afterwards, for accelerations and work at the samples, the recorded output.
     """

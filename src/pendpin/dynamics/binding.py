@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, plain_arithmetic
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
-from pendpin.engines import Loads
+from pendpin.engines import GivenTorque, Loads
 from pendpin.equations.trees import total
 from pendpin.errors import InputError, PendpinError, shown
 from pendpin.ground.arrays import Array
@@ -25,7 +25,6 @@ from pendpin.model.build import Model
 Potential = Callable[[Array, Array], Any]  # q (n, nv), poses (n, bodies, 4, 4) -> J (n,)
 Power = Callable[["State"], Any]  # in W
 Powered = Callable[["State"], list[Any]]  # the power in W for each account
-Torque = Callable[[Any, Array, Array], Array]  # t, q, v (nv,) -> (nv,) N m, or N along slides
 Wrench = Callable[[Any, Motion], tuple[Array, Array]]  # force N, moment N m about com, (bodies, 3)
 
 
@@ -89,7 +88,7 @@ class Binding:
     @cached_property
     def loads(self) -> Loads:
         """What the effects add, interface by interface."""
-        constant, varying, torques, wrenches = np.zeros(3), list[Any](), list[Torque](), list[Wrench]()
+        constant, varying, torques, wrenches = np.zeros(3), list[Any](), list[GivenTorque](), list[Wrench]()
         for bound in self.acts:
             if isinstance(bound, BoundField) and bound.effect.constant:
                 constant = constant + law(bound.effect, "field")(0.0)
@@ -242,7 +241,7 @@ class BoundTorque(Bound):
     effect: JointEffect
 
     @cached_property
-    def at(self) -> Torque:
+    def at(self) -> GivenTorque:
         """The torques (nv,) in N m at a time and q, v (nv,)."""
         model, numbers, each = self._binding.model, self._binding.numbers, self._each
         torques: Any = self._binding.law(self.effect, "torques")

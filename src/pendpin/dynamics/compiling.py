@@ -82,7 +82,7 @@ class EquationsOfMotion(NamedTuple):
         return Recording(tape, results, more, inputs, rods, width=len(moving))
 
     def function(self) -> tuple[Function, Parameters]:
-        """The equations, known from before if there were some of the same structure, and the values of their parameters."""
+        """The equations, those of an earlier scene if its structure is the same, and the values of their parameters."""
         engine, still = self.engine, ()
         if isinstance(engine, Moving):
             engine, still = engine.base, engine.still

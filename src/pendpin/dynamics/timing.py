@@ -102,7 +102,7 @@ def law_owner(effect: Effect) -> type | None:
 
 
 def declared_pace(effect: Effect, start: float, duration: float, negligible: float) -> Pace | None:
-    """The pace declared for a run; None if it is not, or not by who overrides the law. InputError for one that cannot be."""
+    """The pace of an effect in a run; None if the class with its law declares none. InputError for one that cannot be."""
     (moved, early), declares, law = effect.since(start), owner(effect, "pace"), law_owner(effect)
     if law is None or (isinstance(effect, FieldEffect) and effect.constant):
         return STEADY
