@@ -146,7 +146,7 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
     def interrupted(path: Path) -> None:
         raise Interrupted("stopped by the user after 3 of 9 cases")
 
-    monkeypatch.setattr("pendpin.cli.inputs.read_scene", interrupted)
+    monkeypatch.setattr("pendpin.scene.load_scene", interrupted)
     assert run_main("urdf", "chain.toml") == 130
     assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
 

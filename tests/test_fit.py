@@ -5,8 +5,7 @@ import re
 import warnings
 from dataclasses import replace
 from pathlib import Path
-from types import SimpleNamespace
-from typing import Any, cast
+from typing import Any
 
 import numpy as np
 import pytest
@@ -19,8 +18,8 @@ from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.fitting import explain_residual
 from pendpin.fitting.data import batch, read_swings, sensors_of
 from pendpin.fitting.fitting import fixed_offsets, prepare
-from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
-from pendpin.fitting.problem import LOST, bind_pendulum
+from pendpin.fitting.parameters import free_parameters, substitute
+from pendpin.fitting.problem import LOST, Bound, bind_pendulum
 from pendpin.model.build import build
 from pendpin.scene import Data
 
@@ -65,7 +64,7 @@ def test_the_truth_is_within_its_errors(single) -> None:
     truth, table = single
     free = ["model.rods[0].inertia", "effects[1].coefficient", "effects[2].kinetic", "effects[3].coefficient"]
     right = free_parameters(truth, free)
-    guess = substitute(truth, right.keys, [1.2 * value for value in right.guess.tolist()], replace_checked)
+    guess = substitute(truth, right.keys, 1.2 * right.guess)
     fit = pp.fit(guess, table, free, hold_out=table)
     assert fit.explained, fit.verdict
     assert set(fit.undetermined) == {"model.rods[0].inertia[1]", "model.rods[0].inertia[2]"}  # no part in a plane swing
@@ -184,7 +183,7 @@ def test_the_farthest_samples_are_named(single, count: int) -> None:
     assert first.endswith("Correct or remove them, or use --robust (robust=True).")
 
 
-def test_a_piece_that_cannot_be_run_is_far_off() -> None:
+def test_a_piece_that_cannot_be_run_is_far_off(monkeypatch) -> None:
     """At each of its samples and nowhere else, with no slope; the other pieces count as ever."""
     truth = scene_of(1, Viscous(coefficient=2e-4), data=ANGLE)
     table = swings_of(truth, [0.8], [0.5])
@@ -193,16 +192,17 @@ def test_a_piece_that_cannot_be_run_is_far_off() -> None:
     solution = pp.fit(truth, table, ["model.rods[0].com"]).solution
     problem, x = solution.problem, solution.x
     problem = replace(problem, batch=batch(read_swings(table, ANGLE), np.inf), share=1.0)
-    bound, starts = problem.pendulum.at(problem.split(x)[0]), np.array([[0.8, 0.5], [0.0, 0.0]])
+    starts, measured = np.array([[0.8, 0.5], [0.0, 0.0]]), Bound.measure
 
-    def measure(start: np.ndarray, times: np.ndarray) -> Any:
+    def measure(bound: Bound, start: np.ndarray, times: np.ndarray) -> Any:
         if start[0] == starts[0, lost]:
             raise pp.RunError("no")
-        return bound.measure(start, times)
+        return measured(bound, start, times)
 
-    right = problem.evaluate(bound, x, starts)
+    right = problem.evaluate(x, starts)
+    monkeypatch.setattr(Bound, "measure", measure)
     for lost, kept in ((0, 1), (1, 0)):
-        found = problem.evaluate(cast(Any, SimpleNamespace(measure=measure)), x, starts)
+        found = problem.evaluate(x, starts)
         seen = ~np.isnan(problem.batch.y[:, 0, lost])
         assert (found.r[lost] == np.where(seen, LOST, 0.0)).all()
         assert not found.by_start[lost].any()

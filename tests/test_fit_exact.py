@@ -11,7 +11,7 @@ from laws import law
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, read_swings, spread_of, thin_out
-from pendpin.fitting.parameters import free_parameters, replace_checked, substitute
+from pendpin.fitting.parameters import free_parameters, substitute
 from pendpin.fitting.uncertainty import certainty, memory_lags, outliers, sensor_noise, whiteness
 from pendpin.scene import Data
 from test_fit_errors import Swings, swing_of
@@ -237,7 +237,7 @@ def test_numbers_are_written_to_their_places() -> None:
     """Of rods and effects, whole numbers and parts of lists; nothing else changes."""
     keys = ["model.rods[1].inertia[2]", "model.rods[0].com", "effects[2].kinetic"]
     values = [2e-6, 0.1, 2e-4]
-    changed = substitute(SCENE, keys, values, replace_checked)
+    changed = substitute(SCENE, keys, values)
     assert free_parameters(changed, keys).guess.tolist() == values
     I1, I2 = SCENE.model.rods[1].properties[2:4]
     assert changed.model.rods[1].inertia == pytest.approx((I1, I2, 2e-6))

@@ -56,7 +56,7 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
         **options: Any,
     ) -> None:
         from pendpin.effects import AsWritten, Gravity
-        from pendpin.scene import Scene, UrdfModel
+        from pendpin.scene import Scene, UrdfModel, builtin_scene, load_scene
 
         if scene is not None and urdf is not None:
             raise BadParameter("give a scene or a URDF, not both")
@@ -64,7 +64,10 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
             raise BadParameter("the name of the URDF is empty", param_hint="--urdf")
         if as_written and scene is None and urdf is None:
             raise BadParameter("the built-in rod has no damping, friction or limits; --as-written needs --urdf FILE")
-        chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),)) if urdf else read_scene(scene)
+        if urdf:
+            chosen = Scene(model=UrdfModel(urdf), effects=(Gravity(),))
+        else:
+            chosen = builtin_scene() if scene is None else load_scene(scene)
         if as_written and not isinstance(chosen.model, UrdfModel):
             raise BadParameter("the model is a chain of rods; --as-written is for a URDF")
         if as_written and not any(isinstance(effect, AsWritten) for effect in chosen.effects):
@@ -82,13 +85,6 @@ def on_scene(command: Callable[..., None]) -> Callable[..., None]:
     wrapped: Any = wraps(command)(run)
     wrapped.__signature__ = signature(command).replace(parameters=[*shared, *further])
     return wrapped
-
-
-def read_scene(path: Path | None) -> "Scene":
-    """The scene of a file; the built-in single rod where there is none. Raises InputError."""
-    from pendpin.scene import builtin_scene, load_scene
-
-    return builtin_scene() if path is None else load_scene(path)
 
 
 def _lock_joints(scene: "Scene", lock: Sequence[str], mimic: str | None) -> "Scene":

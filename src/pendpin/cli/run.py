@@ -153,7 +153,7 @@ def urdf(
 ) -> None:
     """Write a chain as a URDF that Pinocchio, MuJoCo and Drake load to the same model; or list the robots by name."""
     from pendpin.model.write_models import chain_urdf
-    from pendpin.scene import Chain
+    from pendpin.scene import Chain, load_scene
     from pendpin.scene.models import robot_files
 
     if listed:
@@ -164,7 +164,7 @@ def urdf(
     if not (scene.suffix or scene.exists()) and scene.name in robot_files():
         file = robot_files()[scene.name]
         raise PendpinError(f"{scene}: this robot has a URDF already, {file}; pendpin run --urdf {scene} runs it")
-    model = inputs.read_scene(scene).model
+    model = load_scene(scene).model
     if not isinstance(model, Chain):
         reason = f"{scene}: model.kind: the model is a URDF file already: {getattr(model, 'file', 'a pin.Model')}"
         raise PendpinError(reason)

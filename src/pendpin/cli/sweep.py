@@ -166,10 +166,11 @@ def fit(
     from pendpin.fitting import fit as fitted
     from pendpin.fitting.data import read_swings
     from pendpin.fitting.fitting import data_table
+    from pendpin.scene import load_scene
 
     if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
         raise BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
-    chosen = inputs.read_scene(scene)
+    chosen = load_scene(scene)
     refuse_outputs([scene, *data, *(hold_out or []), *inputs.files_of(chosen)], plot=plot, scene=out, csv=csv)
     with inside(str(scene)):
         inputs.print_notes(chosen, strict=False)

@@ -15,7 +15,7 @@ import numpy as np
 from pendpin.fitting.alternatives import explain_residual
 from pendpin.fitting.data import read_swings
 from pendpin.fitting.fitting import prepare, solve
-from pendpin.fitting.parameters import combinations, replace_checked, substitute
+from pendpin.fitting.parameters import combinations, substitute
 from pendpin.fitting.prediction import compared_samples, fitted_prediction, predict
 from pendpin.fitting.report import Fit
 from pendpin.fitting.uncertainty import whiteness
@@ -63,8 +63,8 @@ def fit(
     chosen, nz, nx, columns = setting.pendulum.free, len(solution.z), len(solution.x), setting.columns
     certainty, train = solution.certainty, fitted_prediction(setting, solution)
     # The fitted numbers by key path, and their gradients by the unknowns (nx,); zeros are in the unit of [data].
-    numbers = chosen.values(solution.z).tolist()
-    values = dict(zip(chosen.keys, map(float, numbers), strict=True))
+    numbers = chosen.values(solution.z)
+    values = dict(zip(chosen.keys, numbers.tolist(), strict=True))
     gradients = {k: np.pad(row, (0, nx - nz)) for k, row in zip(chosen.keys, chosen.gradients(solution.z), strict=True)}
     sizes = [setting.table.in_si(name)[0] for name in columns]
     offsets = {n: float(x) / size for n, x, size in zip(columns, solution.offsets, sizes, strict=True)}
@@ -77,9 +77,8 @@ def fit(
     unsure = tuple(key for key in values if key not in known)
     errors = known if certainty.enough else {}
     matrix = np.array([gradients[key] for key in errors]).reshape(len(errors), nx)
-    batch, scene = solution.problem.batch, substitute(setting.scene, chosen.keys, numbers, replace_checked)
     return Fit(
-        scene=replace_checked(scene, {"data": replace_checked(setting.table, {"offsets": offsets})}),
+        scene=substitute(setting.scene, chosen.keys, numbers).replace({"data.offsets": offsets}),
         values=values,
         errors=errors,
         covariance=matrix @ certainty.covariance @ matrix.T,
@@ -88,7 +87,7 @@ def fit(
         train=train,
         hold_out=prediction,
         noise=dict(zip(columns, setting.noise.tolist(), strict=True)),
-        white=whiteness(solution.solved.r.reshape(len(batch.swing), -1, len(columns))),
+        white=whiteness(solution.solved.r.reshape(len(solution.problem.batch.swing), -1, len(columns))),
         inflation=certainty.inflation,
         seconds=seconds,
         setting=setting,

@@ -1,16 +1,16 @@
 """What each part of a model is worth: fits without each friction and drag, and with parts that the scene lacks."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.errors import InputError
 from pendpin.fitting.fitting import Setting, Solution, with_scene
-from pendpin.fitting.parameters import replace_checked, substitute
+from pendpin.fitting.parameters import substitute
 from pendpin.fitting.prediction import predict
 from pendpin.fitting.problem import search
 from pendpin.fitting.report import Fit
@@ -23,7 +23,7 @@ AGAINST = 1.01  # times the held-out error without a part: it does not help
 SMALL = 1e-5  # of the largest torque of gravity: first guess of a friction, so that a search begins near the fit
 SLOW = 5.0  # rad/s: first guess of a Stribeck speed
 SLENDER = 20.0  # length over diameter: first guess of a rod in the air
-_Other = tuple[str, bool, Scene, list[str]]  # name, whether it is there, the scene without or with it, what is free
+_Other = tuple[str, bool, Scene, Sequence[str]]  # name, whether it is there, the scene without or with it, what is free
 
 
 @dataclass(frozen=True)
@@ -56,6 +56,7 @@ class _Model(NamedTuple):
     setting: Setting
     solution: Solution
     scene: Scene  # with the fitted numbers in it
+    keys: Sequence[str]  # of the free numbers
 
 
 def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: None) -> Fit:
@@ -73,31 +74,30 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
                 compared.append((_compare(name, present, fit, now, other), other))
         return compared
 
-    omitted, taken = {other[0] for other in _omissions(fit.scene, [*fit.setting.pendulum.free.keys])}, []
+    first, taken = _Model(fit.setting, fit.solution, fit.scene, fit.setting.pendulum.free.keys), list[Part]()
+    omitted = {name for name, *_ in _omissions(first)}
     progress("the fit as it is")
-    now = _refit(fit, fit.solution, fit.scene, [*fit.setting.pendulum.free.keys])
+    now = _refit(fit, first.solution, first.scene, first.keys)
     while True:
         others = sorted(compare(_additions(now)), key=lambda other: other[0].criterion)
-        best = next((other for other in others if other[0].needed), None)
-        if best is None:
+        part, best = next((other for other in others if other[0].needed), (None, now))
+        if part is None:
             break
-        taken.append(best[0])
-        now = _refit(fit, best[1].solution, best[1].scene, [*best[1].setting.pendulum.free.keys])
-    present = (other for other in _omissions(now.scene, [*now.setting.pendulum.free.keys]) if other[0] in omitted)
+        taken.append(part)
+        now = _refit(fit, best.solution, best.scene, best.keys)
+    present = (other for other in _omissions(now) if other[0] in omitted)
     parts = [*taken, *(part for part, _ in [*others, *compare(present)])]
     return replace(fit, parts=tuple(sorted(parts, key=lambda part: part.criterion)))
 
 
-def _refit(fit: Fit, near: Solution, scene: Scene, keys: list[str]) -> _Model:
+def _refit(fit: Fit, near: Solution, scene: Scene, keys: Sequence[str]) -> _Model:
     """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
     setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
-    x = np.concatenate(
-        [setting.pendulum.free.start, near.offsets[: len(problem.prior) - len(setting.pendulum.free.start)]]
-    )
+    free = setting.pendulum.free
+    x = np.concatenate([free.start, near.offsets[: len(problem.prior) - len(free.start)]])
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
-    solution, free = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty), setting.pendulum.free
-    fitted = substitute(scene, free.keys, free.values(solution.z).tolist(), replace_checked)
-    return _Model(setting, solution, fitted)
+    solution = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty)
+    return _Model(setting, solution, substitute(scene, free.keys, free.values(solution.z)), keys)
 
 
 def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
@@ -115,25 +115,24 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
 
 
-def _omissions(scene: Scene, keys: list[str]) -> Iterator[_Other]:
+def _omissions(now: _Model) -> Iterator[_Other]:
+    scene, keys = now.scene, now.keys
     for i, effect in enumerate(scene.effects):
-        rest = [key for key in keys if not key.startswith(f"effects[{i}].")]
-        where = f"effects[{i}], {effect.kind}"
-        if isinstance(effect, Viscous):
-            yield where, True, _change(scene, i, Viscous(**effect.given() | {"coefficient": 0.0})), rest
+        here = f"effects[{i}]"
+        rest = [key for key in keys if not key.startswith(f"{here}.")]
+        where = f"{here}, {effect.kind}"
+        if isinstance(effect, Viscous) or (isinstance(effect, Drag) and effect.coefficient):
+            yield where, True, scene.replace({f"{here}.coefficient": 0.0}), rest
         if isinstance(effect, DryFriction):
-            yield where, True, _change(scene, i, DryFriction(kinetic=0.0, joints=effect.joints)), rest
+            yield where, True, scene.replace({here: DryFriction(kinetic=0.0, joints=effect.joints)}), rest
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
-            size = effect.static or effect.kinetic
-            plain = DryFriction(kinetic=size, joints=effect.joints)
-            kinetic = [key for key in keys if key == f"effects[{i}].kinetic"]
-            yield f"{where}: stribeck", True, _change(scene, i, plain), [*rest, *kinetic]
-        if isinstance(effect, Drag) and effect.coefficient:
-            yield where, True, _change(scene, i, replace_checked(effect, {"coefficient": 0.0})), rest
+            plain = DryFriction(kinetic=effect.static or effect.kinetic, joints=effect.joints)
+            kinetic = [key for key in keys if key == f"{here}.kinetic"]
+            yield f"{where}: stribeck", True, scene.replace({here: plain}), [*rest, *kinetic]
 
 
 def _additions(now: _Model) -> Iterator[_Other]:
-    scene, keys = now.scene, [*now.setting.pendulum.free.keys]
+    scene, keys = now.scene, now.keys
     kinds, many, model = {effect.kind for effect in scene.effects}, len(scene.effects), scene.model
     weights = [9.81 * rod.properties.m * rod.length for rod in model.all_rods] if isinstance(model, Chain) else [1.0]
     size = SMALL * sum(weights)
@@ -142,14 +141,15 @@ def _additions(now: _Model) -> Iterator[_Other]:
     for effect in (Viscous(coefficient=size / SLOW), DryFriction(kinetic=size), drag):
         if effect.kind not in kinds:
             key = f"effects[{many}].{'kinetic' if isinstance(effect, DryFriction) else 'coefficient'}"
-            yield effect.kind, False, replace_checked(scene, {"effects": (*scene.effects, effect)}), [*keys, key]
+            yield effect.kind, False, scene.replace(effects=(*scene.effects, effect)), [*keys, key]
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, DryFriction) and effect.stribeck is None:
             low, high = 0.98 * effect.kinetic, 1.02 * effect.kinetic + size
             falling = DryFriction(kinetic=low, static=high, stribeck=SLOW, joints=effect.joints)
             more = [f"effects[{i}].{name}" for name in ("kinetic", "static", "stribeck")]
             rest = [key for key in keys if key not in more]
-            yield f"effects[{i}], dry_friction: stribeck", False, _change(scene, i, falling), [*rest, *more]
+            changed = scene.replace({f"effects[{i}]": falling})
+            yield f"effects[{i}], dry_friction: stribeck", False, changed, [*rest, *more]
         if isinstance(effect, Gravity) and not any(key.startswith(f"effects[{i}].direction") for key in keys):
             yield "tilt of gravity", False, scene, [*keys, f"effects[{i}].direction[1]"]
     bearing = scene.model.bearing if isinstance(scene.model, Chain) else ()
@@ -166,13 +166,7 @@ def _additions(now: _Model) -> Iterator[_Other]:
         names = [key.rpartition(".")[2] for key in keys if key.startswith(f"effects[{i}].")]
         if rest and names:
             more = [f"effects[{many + k}].{name}" for k in range(len(rest)) for name in names]
-            apart = _change(scene, i, replace_checked(effect, {"joints": (first,)}))
-            copies = (replace_checked(effect, {"joints": (name,)}) for name in rest)
-            wider = replace_checked(apart, {"effects": (*apart.effects, *copies)})
-            yield f"effects[{i}], {effect.kind}: one for each joint", False, wider, [*keys, *more]
-
-
-def _change(scene: Scene, place: int, effect: Any) -> Scene:
-    effects = [*scene.effects]
-    effects[place] = effect
-    return replace_checked(scene, {"effects": tuple(effects)})
+            where = f"effects[{i}], {effect.kind}: one for each joint"
+            one, *others = (type(effect)(**effect.given() | {"joints": (name,)}) for name in (first, *rest))
+            effects = (*scene.effects[:i], one, *scene.effects[i + 1 :], *others)
+            yield where, False, scene.replace(effects=effects), [*keys, *more]

@@ -1,7 +1,7 @@
 """Measured swings: read from a CSV as the scene's [data] table says, in pieces, each with a start of its own."""
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -68,7 +68,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         swings = tuple(swing for one in data for swing in read_swings(one, table))
         _refuse_twice(swings)
         return swings
-    if not isinstance(data, Mapping) and not hasattr(data, "keys"):
+    if not hasattr(data, "keys"):
         raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
     with inside("data"):
         columns = {name: np.asarray(data[name]) for name in _pick_columns(list(data.keys()), table)}

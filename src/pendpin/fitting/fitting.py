@@ -169,13 +169,12 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
 
 def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
     """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
-    shift, starts = setting.shift @ offsets, []
-    for piece in (
-        piece for swing in swings for piece in cut_pieces(swing, longest)
-    ):  # by cubics over the first moments
-        count = int(np.clip((piece.t <= piece.t[0] + 2 * (SMOOTHING * setting.pendulum.pace)).sum(), 5, len(piece.t)))
-        q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
-        starts.append(np.concatenate([q[0] - shift, rate[0]]))
+    shift, first_moments, starts = setting.shift @ offsets, 2 * (SMOOTHING * setting.pendulum.pace), []
+    for swing in swings:
+        for piece in cut_pieces(swing, longest):
+            count = int(np.clip((piece.t <= piece.t[0] + first_moments).sum(), 5, len(piece.t)))
+            q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
+            starts.append(np.concatenate([q[0] - shift, rate[0]]))
     return np.array(starts).T
 
 
@@ -231,7 +230,7 @@ def _try_whole_swings(setting: Setting, problem: Problem, x: Array) -> tuple[Pro
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
-        J = whole.evaluate(setting.pendulum.at(whole.split(x)[0]), x, _guess_starts(setting, whole, x)).by_start
+        J = whole.evaluate(x, _guess_starts(setting, whole, x)).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pendulum.pace
         if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pendulum.pace:
@@ -264,7 +263,7 @@ def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: A
     if not setting.robust:
         return problem
     M, columns, P = problem.batch.y.shape
-    r = problem.evaluate(problem.pendulum.at(problem.split(x)[0]), x, starts).r
+    r = problem.evaluate(x, starts).r
     less = np.sqrt(np.minimum(1.0, CORNER / np.maximum(np.abs(r), 1e-300)))
     return replace(problem, share=problem.share * less.reshape(P, M, columns).transpose(1, 2, 0))
 

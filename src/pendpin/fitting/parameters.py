@@ -1,6 +1,6 @@
 """The free numbers of a scene, named by their key paths, and the coordinates in which the search moves them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, get_args
 
@@ -11,7 +11,7 @@ from pendpin.effects import DryFriction
 from pendpin.errors import InputError, is_number, not_one_of, shown
 from pendpin.fitting.uncertainty import Certainty
 from pendpin.ground.arguments import parsed
-from pendpin.ground.arrays import Array
+from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.records import Record
 from pendpin.scene import Chain, Rod, Scene
 
@@ -85,11 +85,18 @@ def free_parameters(scene: Scene, free: str | Sequence[str]) -> Free:
     return Free(tuple(keys), guess, transform, *map(np.array, (positive, start, lower, upper)))
 
 
-def substitute(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: Callable[..., Any]) -> Scene:
-    """The scene with other numbers at some key paths; `make(record, changes)` makes each changed record."""
+def substitute(scene: Scene, keys: Sequence[str], values: ArrayLike, checked: bool = True) -> Scene:
+    """The scene with other numbers (K,) at K key paths; if not `checked` even such as it refuses. Raises InputError."""
+
+    def change(record: Record, changes: dict[str, Any]) -> Any:
+        if checked:
+            return type(record)(**(record.given() | changes))
+        fields = {name: getattr(record, name) for name in type(record).model_fields}
+        return type(record).model_construct(**(fields | changes))
+
     rods, effects = list(scene.model.rods) if isinstance(scene.model, Chain) else [], list(scene.effects)
     changes: dict[tuple[str, int], dict[str, Any]] = {}
-    for key, value in zip(keys, values, strict=True):
+    for key, value in zip(keys, np.asarray(values).tolist(), strict=True):
         home, place, name, part = _parse(key)
         fields = changes.setdefault((home, place), {})
         if part is None:
@@ -100,20 +107,9 @@ def substitute(scene: Scene, keys: Sequence[str], values: Sequence[Any], make: C
     for (home, place), fields in changes.items():
         records = rods if home == "model.rods" else effects
         fields = {name: tuple(value) if isinstance(value, list) else value for name, value in fields.items()}
-        records[place] = make(records[place], fields)
-    model = make(scene.model, {"rods": tuple(rods)}) if rods else scene.model
-    return make(scene, {"model": model, "effects": tuple(effects)})
-
-
-def replace_unchecked(record: Record, changes: dict[str, Any]) -> Any:
-    """A copy of a record with other values that nobody checks."""
-    fields = {name: getattr(record, name) for name in type(record).model_fields}
-    return type(record).model_construct(**(fields | changes))
-
-
-def replace_checked(record: Record, changes: dict[str, Any]) -> Any:
-    """A copy of a record with other values, checked. Raises InputError."""
-    return type(record)(**(record.given() | changes))
+        records[place] = change(records[place], fields)
+    model = change(scene.model, {"rods": tuple(rods)}) if rods else scene.model
+    return change(scene, {"model": model, "effects": tuple(effects)})
 
 
 # --- what free swings tell where they do not tell the numbers themselves: ratios to the first moment of the last rod ---
@@ -146,7 +142,7 @@ def combinations(scene: Scene, free: Free, z: Array, certainty: Certainty, unsur
     names += [(f"{free.keys[row]} / first moment of rod {last + 1}", "") for row in torques]
 
     def ratios(values: Array) -> Array:  # those of the names at the free numbers (K,)
-        chain: Any = substitute(scene, free.keys, list(values), replace_unchecked).model
+        chain: Any = substitute(scene, free.keys, values, checked=False).model
         below, inertia, first = 0.0, [], []
         for rod in reversed(chain.all_rods):  # about its joint, kg m², and first, kg m, with what hangs on it
             m, h, I1, _, _ = rod.properties

@@ -134,7 +134,7 @@ def predict(
     widths = None
     if interval and certainty.enough and np.isfinite(columns).all():
         whole = replace(problem, batch=full._replace(y=np.nan_to_num(full.y)))
-        _, by_start, by_unknowns = whole.evaluate(whole.pendulum.at(solution.z), x, solved.starts)
+        _, by_start, by_unknowns = whole.evaluate(x, solved.starts)
         slopes, starts = by_unknowns + by_start @ solved.follow, certainty.inflation * by_start @ solved.R_inverse
         variance = 1 + ((slopes @ certainty.covariance) * slopes).sum(-1) + (starts**2).sum(-1)  # in units of weights
         half = QUANTILE * np.sqrt(variance).reshape(len(variance), -1, len(whole.weights)) / whole.weights

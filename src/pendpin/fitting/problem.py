@@ -20,7 +20,7 @@ from pendpin.effects import ContactEffect, DryFriction
 from pendpin.engines.machine import llvm
 from pendpin.errors import InputError, RunError
 from pendpin.fitting.data import Batch, Sensors, tips_at
-from pendpin.fitting.parameters import Free, replace_checked, replace_unchecked, substitute
+from pendpin.fitting.parameters import Free, substitute
 from pendpin.fitting.uncertainty import RANK
 from pendpin.ground.arrays import Array, Mask
 from pendpin.model.build import Model, build, start_state
@@ -57,12 +57,11 @@ class Pendulum:
         # One search begins where the one before it ended: numbers that are asked for again are not bound again.
         if self.last and np.array_equal(self.last[0].z, z):
             return self.last[0]
-        values = [float(value) for value in self.free.values(z)]
-        scene = substitute(self.scene, self.free.keys, values, replace_checked)
+        scene = substitute(self.scene, self.free.keys, self.free.values(z))
         starts = list_state_keys(len(self.model.joints))
         keys = [*self.free.keys, *(starts[place] for place in self.places)]
         still = tuple(i for i in range(len(starts)) if i not in self.places)
-        self.last[:] = [Bound(self, scene, z.copy(), Variations(scene, keys, still), self.free.gradients(z))]
+        self.last[:] = [Bound(self, z.copy(), Variations(scene, keys, still), self.free.gradients(z))]
         return self.last[0]
 
 
@@ -71,7 +70,6 @@ class Bound:
     """A pendulum with certain numbers, ready to move."""
 
     pendulum: Pendulum
-    scene: Scene
     z: Array  # (nz,)
     variations: Variations
     gradients: Array  # (K, nz), of the free numbers by the search coordinates
@@ -86,7 +84,7 @@ class Bound:
         y[places] = start
         w = self.variations.equations.starts
         states, changes = self.variations.follow(
-            *(y, w, times - self.scene.start.time, TOLERANCE, np.full(w.size, np.inf)),
+            *(y, w, times - self.pendulum.scene.start.time, TOLERANCE, np.full(w.size, np.inf)),
             most=EVALUATIONS * (FEW + (times[-1] - times[0]) / self.pendulum.pace),
         )
         motion = states[:, :nv], self._by_coordinates(changes.transpose(1, 0, 2)[..., :nv])
@@ -110,7 +108,7 @@ class Bound:
             some = (ways == way).all(1)
             if equations.contacts is not None:
                 equations.contacts.enter(Mode(np.zeros(nv, bool), way, np.zeros(nv)))
-            rates[some] = equations.block.evaluated((t - self.scene.start.time)[some], y[some])[0]
+            rates[some] = equations.block.evaluated((t - self.pendulum.scene.start.time)[some], y[some])[0]
         a = rates.reshape(N, -1, 2 * nv)[..., places[n:]].transpose(1, 2, 0)
         return a[0], self._by_coordinates(a[1:])
 
@@ -127,8 +125,7 @@ class Bound:
                 dz[direction], size = 1.0, max(size, 1 / abs(z[direction]) if z[direction] else 1.0)
             h, sides = ASIDE / (size or 1.0), []
             for side in (h, -h):
-                numbers = [float(x) for x in free.values(z + side * dz)]
-                moved = substitute(self.scene, free.keys, numbers, replace_unchecked)
+                moved = substitute(self.pendulum.scene, free.keys, free.values(z + side * dz), checked=False)
                 sides.append(tips_at(build(moved.model), q + side * change))
             of_tips.append((sides[0] - sides[1]) / (2 * h))
         values = values + tips_at(self.variations.equations.model, q) @ sensors.tips.T
@@ -146,12 +143,12 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, ContactEffect) and not isinstance(effect, DryFriction):
             raise InputError(f"effects[{i}]: a fit does not take {effect.kind}: measure swings that do not touch it")
-    scene = substitute(scene, free.keys, [float(x) for x in free.guess], replace_checked)
-    changes = {"start": Start(time=begin), "duration": end - begin, "solver": Solver(samples=2)}
-    model, moved = build(scene.model), replace_checked(scene, changes)
+    scene = substitute(scene, free.keys, free.guess)
+    moved = scene.replace(start=Start(time=begin), duration=end - begin, solver=Solver(samples=2))
+    model = build(scene.model)
     q, v = start_state(model, scene.start)
     resting = [j for j in range(len(q)) if j not in sensors.joints and q[j] == v[j] == 0]
-    present = substitute(moved, free.keys, [float(x) or 1.0 for x in free.guess], replace_unchecked)  # none is 0
+    present = substitute(moved, free.keys, np.where(free.guess == 0, 1.0, free.guess), checked=False)  # none is 0
     effects, some = differentiable(present), build(present.model)
     engine = choose_engine(some, Binding(some, effects, begin).loads, "auto", "angles")
     equations = EquationsOfMotion(engine, effects, begin)
@@ -207,9 +204,10 @@ class Problem:
                 out[count:, :, piece] = out[count - 1, :, piece]
         return out
 
-    def evaluate(self, bound: Bound, x: Array, starts: Array, some: Mask | None = None) -> Residuals:
-        """The residuals at unknowns (nx,) from starts (2n, P), of some pieces (P,) or of all; `bound` has these numbers."""
+    def evaluate(self, x: Array, starts: Array, some: Mask | None = None) -> Residuals:
+        """The residuals at unknowns (nx,) from starts (2n, P), of some pieces (P,) or of all. Raises InputError."""
         z, offsets = self.split(x)
+        bound = self.pendulum.at(z)
         chosen = np.arange(starts.shape[1]) if some is None else np.flatnonzero(some)
         M, columns, _ = self.batch.y.shape
         share = np.broadcast_to(self.share, self.batch.y.shape)
@@ -270,8 +268,7 @@ def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_ST
         Q, R = np.linalg.qr(np.nan_to_num(J))
         return Q, np.linalg.pinv(R, rcond=1e-12)
 
-    bound = problem.pendulum.at(problem.split(x)[0])
-    r, by_start, J = problem.evaluate(bound, x, starts)
+    r, by_start, J = problem.evaluate(x, starts)
     pace, starts = np.ones(starts.shape[1]), starts.copy()
     for _ in range(steps):
         Q, inverse = basis(by_start)
@@ -281,7 +278,7 @@ def solve_starts(problem: Problem, x: Array, starts: Array, steps: int = MOST_ST
         if not some.any():
             break
         tried = starts - pace * (inverse @ seen[:, :, None])[:, :, 0].T
-        new = problem.evaluate(bound, x, tried, some)
+        new = problem.evaluate(x, tried, some)
         better = some.copy()
         better[some] = (new.r**2).sum(1) <= cost[some]
         took = better[some]

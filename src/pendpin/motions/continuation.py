@@ -3,7 +3,6 @@
 Samples show that if positions follow from rates and rates from accelerations; where they do not, resolved takes more.
 """
 
-from copy import copy
 from dataclasses import replace
 from functools import cached_property
 
@@ -45,13 +44,6 @@ class Continuation:
         recall_outputs(self.dynamics.sampled_torques, run, self.scene.duration, self.scene.start.time)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
-
-    def with_run(self, run: RunRecord) -> "Continuation":
-        """The same, from other samples of the run."""
-        other = copy(self)
-        other.run = run
-        vars(other).pop("sides_of_events", None)
-        return other
 
     @cached_property
     def sides_of_events(self) -> RunRecord:
@@ -167,7 +159,8 @@ def resolve(run: RunRecord) -> Continuation:
     events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
     events = events[np.isin(_intervals_of(run, events), find_coarse(run))]
     beside = np.clip(np.concatenate([events - margin, events + margin]), run.t[0], run.t[-1])
-    more = _add_samples(Continuation(run), beside)
+    more = Continuation(run)
+    _add_samples(more, beside)
     for _ in range(LEVELS):
         if not 0 < len(coarse := find_coarse(more.run)) <= most:
             break
@@ -181,12 +174,13 @@ def resolve(run: RunRecord) -> Continuation:
             )
         cuts = np.ones(len(more.run.t) - 1, int)
         cuts[coarse] = parts
-        more, dense = _add_samples(more, subdivided(more.run.t, cuts)), 0.0
+        _add_samples(more, subdivided(more.run.t, cuts))
+        dense = 0.0
     return more
 
 
-def _add_samples(more: Continuation, times: Array) -> Continuation:
-    """The run with samples at some times (k,) as well."""
+def _add_samples(more: Continuation, times: Array) -> None:
+    """Give the run samples at some times (k,) as well."""
     run = more.run
     if (step := more.scene.solver.step) is not None:
         # At the ends of steps, counted from its samples: steps begin anew at a sample, and would change behind it.
@@ -195,10 +189,9 @@ def _add_samples(more: Continuation, times: Array) -> Continuation:
         steps = np.floor((times - begin) / step + NEAR)
         times = np.where(left > NEAR * step, begin + steps * step, times)
     times = np.setdiff1d(times, run.t)
-    if not len(times):
-        return more
-    whole = joined([run, more.at(times)])
-    return more.with_run(replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events))
+    if len(times):
+        whole = joined([run, more.at(times)])
+        more.run = replace(samples_of(whole, np.argsort(whole.t, kind="stable")), events=run.events)
 
 
 def _intervals_of(run: RunRecord, t: Array) -> Indices:

@@ -23,7 +23,7 @@ from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
-from pendpin.motions.special_starts import at_rest
+from pendpin.motions import special_starts
 from pendpin.motions.trajectory import simulate
 from pendpin.motions.variations import Variations, list_state_keys, refuse_contacts
 from pendpin.scene import Chain, Scene, Start, chosen_scene
@@ -253,7 +253,7 @@ def rest_of(scene: Scene) -> Start:
     """The stable rest of a scene near its start; friction and stops are left out. Raises InputError if there is none."""
     acts = expand_as_written(build(scene.model), scene.effects)
     free = tuple(effect for effect in acts if not isinstance(effect, ContactEffect))
-    return at_rest(scene.model_copy(update={"effects": free}))
+    return special_starts.Start.at_rest(scene.model_copy(update={"effects": free}))
 
 
 def small_motions(scene: Scene) -> SmallMotions:

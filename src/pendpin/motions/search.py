@@ -197,7 +197,8 @@ def extreme(run: RunRecord, name: str, sign: float) -> Extreme:
     value, t, *_ = find_largest(more, lambda rows: sign * rows[name][:, None])
     if t in run.t:
         return Extreme(sign * value, t)
-    return Extreme(float(more.with_run(run).at(np.array([t]))[name][0]), t)
+    more.run = run  # from its own samples, as run.at(t) has it
+    return Extreme(float(more.at(np.array([t]))[name][0]), t)
 
 
 def impacts(run: RunRecord) -> int:

@@ -27,46 +27,6 @@ NODDING = 0.01  # of the angle of a cone
 UPRIGHT = 1e-12  # of a field: what it may have across the vertical
 
 
-def at_rest(scene: Scene) -> StartRecord:
-    """The rest of a scene that is nearest to a start (Start.at_rest)."""
-    dynamics, time = bind(scene), scene.start.time
-    q, _ = start_state(dynamics.model, scene.start)
-    loads, chain, along = dynamics.loads, dynamics.model.chain, SIGNS * dynamics.loads.field(0.0)
-    acted_on = loads.torque or loads.wrench or dynamics.contacts or not along.any()
-    rest, hangs = q, chain is not None and (chain.h > 0).all() and not acted_on
-    if hangs:  # along the field; the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
-        x, y, z = along / np.linalg.norm(along)
-        hanging = np.zeros(len(q))
-        hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
-        rest = hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
-        dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
-
-    def pull(q: Array) -> Array:
-        return dynamics.acceleration(time, q, np.zeros_like(q))
-
-    size = max(float(np.abs(pull(x)).max()) for x in (q, q + 0.5))
-    if not hangs:
-        stiffness = _stiffness(scene)
-        rest = _relax(pull, q, dynamics.model, stiffness)
-        for _ in range(AGAIN):  # a small change along which an unstable rest is left
-            if stiffness is None or not np.isfinite(slopes := stiffness(rest)).all():
-                break
-            values, vectors = np.linalg.eig(slopes)
-            first = int(np.argmax(np.real(values)))
-            if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
-                break
-            way = np.real(vectors[:, first])
-            rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
-    lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST  # where levers are so long, nothing turns
-    if lost or not np.abs(pull(rest)).max(initial=0.0) <= REST * size:
-        raise _no_rest_error(dynamics.model, rest - q)
-    contacts, joints = dynamics.contacts, dynamics.model.joints
-    if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
-        raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
-    rest = np.where(np.abs(rest) < TINY, 0.0, rest)
-    return StartRecord(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
-
-
 def _no_rest_error(model: Model, moved: Array) -> InputError:
     """The error that names the slide that moved (nv,) without end, if one did."""
     ways = np.where(model.slides, np.abs(moved), 0.0)
@@ -128,7 +88,44 @@ class Start(StartRecord):
 
         Friction is left out. Raises InputError if there is no equilibrium.
         """
-        return cls(**at_rest(scene).given())
+        dynamics, time = bind(scene), scene.start.time
+        q, _ = start_state(dynamics.model, scene.start)
+        loads, chain, along = dynamics.loads, dynamics.model.chain, SIGNS * dynamics.loads.field(0.0)
+        acted_on = loads.torque or loads.wrench or dynamics.contacts or not along.any()
+        rest, hangs = q, chain is not None and (chain.h > 0).all() and not acted_on
+        if hangs:  # along the field; the chain's own equations need no data of Pinocchio, which take 0.2 s for 100 rods
+            x, y, z = along / np.linalg.norm(along)
+            hanging = np.zeros(len(q))
+            hanging[:2] = np.arctan2(y, z), np.arctan2(x, np.hypot(y, z))
+            rest = hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
+            dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
+
+        def pull(q: Array) -> Array:
+            return dynamics.acceleration(time, q, np.zeros_like(q))
+
+        size = max(float(np.abs(pull(x)).max()) for x in (q, q + 0.5))
+        if not hangs:
+            stiffness = _stiffness(scene)
+            rest = _relax(pull, q, dynamics.model, stiffness)
+            for _ in range(AGAIN):  # a small change along which an unstable rest is left
+                if stiffness is None or not np.isfinite(slopes := stiffness(rest)).all():
+                    break
+                values, vectors = np.linalg.eig(slopes)
+                first = int(np.argmax(np.real(values)))
+                if not np.real(values[first]) > UNSTABLE * np.abs(values).max():
+                    break
+                way = np.real(vectors[:, first])
+                rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
+        lost = (
+            np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST
+        )  # where levers are so long, nothing turns
+        if lost or not np.abs(pull(rest)).max(initial=0.0) <= REST * size:
+            raise _no_rest_error(dynamics.model, rest - q)
+        contacts, joints = dynamics.contacts, dynamics.model.joints
+        if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
+            raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
+        rest = np.where(np.abs(rest) < TINY, 0.0, rest)
+        return cls(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
     @classmethod
     def conical(cls, scene: Scene, angle: float) -> Self:
