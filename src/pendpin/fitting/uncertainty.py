@@ -92,8 +92,7 @@ def certainty(r: Array, J: Array, starts: Array, scale: Array, swing: Array, t: 
     if freedom > 0:
         parts = [x[series.rows] for x in (r, starts, unit)]
         kinds = likely_kinds(series, *parts)
-        meat = sum_covariance(series, kinds, parts[-1])
-        time = float(np.exp(kinds.weights @ np.log(kinds.times)))
+        meat, time = sum_covariance(series, kinds, parts[-1]), kinds.time
         best = int(np.argmax(kinds.weights))  # by the likeliest kind: white if that explains the residuals
         share = kinds.ratios[best] / (1 + kinds.ratios[best])
         decay, gain, fresh = (x[0] for x in _filters(series, kinds.times[best : best + 1], np.array([share])))
@@ -140,6 +139,11 @@ class Kinds(NamedTuple):
     ratios: Array  # (T,) of the variance of the slow part over that of white noise
     variances: Array  # (T,)
     weights: Array  # (T,) how likely each is; their sum is 1
+
+    @property
+    def time(self) -> float:
+        """The typical correlation time in s."""
+        return float(np.exp(self.weights @ np.log(self.times)))
 
 
 def series_of(t: Array, seen: Mask) -> Series:

@@ -4,7 +4,7 @@ An answer is a mapping from the name of a quantity to its values, one column for
 """
 
 from collections.abc import Callable, Mapping
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -15,8 +15,8 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.rod_tree import RodTree
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
-from pendpin.ground.arrays import TINY, Array, applied, cross, skew
-from pendpin.model.bodies import in_mass_unit, pinocchio, tree_of, with_gravity
+from pendpin.ground.arrays import TINY, Array, applied, cross
+from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import SIGNS, Model
 
 Answer = Mapping[str, Array]
@@ -129,7 +129,7 @@ HAND_ROUTES: dict[str, HandRoute] = {
 # --- the rounding scale of a quantity -------------------------------------------------------------------------------
 
 ONE_PRODUCT = 0.01  # of a term: one rounding, where the bound of a comparison allows some hundred
-MOST_PRODUCTS = 300_000  # states times joints squared that are computed at once: about 20 MB
+MOST_PRODUCTS = 400_000  # states times joints squared that are computed at once: about 100 MB
 
 
 class TreeScale(NamedTuple):
@@ -153,36 +153,30 @@ def tree_scale(
     it vanishes but for one rounding. |M^-1| bounds the effect of rounding errors in these terms on the accelerations, and
     |W M^-1| that on a joint's wrench, with W the wrenches for unit accelerations.
     """
-    bodies = with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
     torque = np.zeros_like(q) if torque is None else torque
     external = np.zeros((*q.shape, 6)) if external is None else external
     size, loads = float(np.linalg.norm(field)), np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1)
     parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
-    scales = [_scale(bodies, size, (q[i], v[i], a[i]), torque[i], loads[i]) for i in parts]
+    scales = [_scale(model, size, (q[i], v[i], a[i]), torque[i], loads[i]) for i in parts]
     return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
 
 
-def _scale(bodies: Any, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
+def _scale(model: Model, field: float, states: tuple[Array, Array, Array], torque: Array, loads: Array) -> TreeScale:
     """The sizes (n, k) at some states q, v, a (n, nv), with the norms of the field, and of forces and moments (n, k, 2)."""
-    # Masses (k,), centres of mass in the joints' frames (k, 3), central inertias (k, 3, 3); 1 in `below` (k, k) where body k
-    # hangs on joint j, or is moved by it.
-    tree, inertias = tree_of(bodies), list(bodies.inertias)[1:]
-    mass, lever, inertia = (np.array(x) for x in zip(*((i.mass, i.lever, i.inertia) for i in inertias), strict=True))
-    below = np.eye(len(tree.parents))
-    for child in reversed(range(len(tree.parents))):
+    tree, nv = model.tree, len(model.joints)
+    below = np.eye(nv)  # (k, k), 1 where body k hangs on joint j, or is moved by it
+    for child in reversed(range(nv)):
         if tree.parents[child] >= 0:
             below[tree.parents[child]] += below[child]
     # Where the bodies are in W: poses of the joints (n, k, 4, 4), their twists and the rates of these in the joints'
-    # frames (n, k, 6), linear before angular; the twist of all that a joint moves at unit rate, about W's origin (n, nv, 6).
-    pin, rows, (scaled, mass_unit) = pinocchio(), [], in_mass_unit(bodies)
+    # frames (n, k, 6), linear before angular.
+    pin, rows, bodies = pinocchio(), [], with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
     data = pin.Data(bodies)
     for state in zip(*states, strict=True):
         pin.forwardKinematics(bodies, data, *state)
-        unit = pin.computeJointJacobians(bodies, data, state[0]).reshape(6, -1).T.copy()  # a view of data
-        M = np.triu(pin.crba(scaled, data, state[0])) * mass_unit
         poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
-        rows.append((poses[1:], *(np.array(x[1:]) for x in moving), unit, M + np.triu(M, 1).T))
-    poses, twist, bend, unit_twist, mass_matrix = (np.array(x) for x in zip(*rows, strict=True))
+        rows.append((poses[1:], *(np.array(x[1:]) for x in moving)))
+    poses, twist, bend = (np.array(x) for x in zip(*rows, strict=True))
     position, rotation = poses[..., :3, 3], poses[..., :3, :3]
 
     (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (twist, bend))
@@ -193,34 +187,21 @@ def _scale(bodies: Any, field: float, states: tuple[Array, Array, Array], torque
                 size[:, child] = np.maximum(size[:, child], size[:, parent])
     speed, rate, turning, origin = sizes
     turning = turning + rate**2 + TINY  # 1/s²
-    weight = mass * (field + origin + turning * np.linalg.norm(lever, axis=-1)) + loads[..., 0]
-    centre = position + applied(rotation, lever)
+    weight = tree.masses * (field + origin + turning * np.linalg.norm(tree.coms, axis=-1)) + loads[..., 0]
+    centre = position + applied(rotation, tree.coms)
     reach = np.linalg.norm(centre[:, None] - position[:, :, None], axis=-1)  # (n, joint, body)
-    spin = np.linalg.norm(inertia, axis=(-1, -2)) * turning + ONE_PRODUCT * mass * speed**2 + loads[..., 1]
+    inertia = np.linalg.norm(tree.inertias, axis=(-1, -2))
+    spin = inertia * turning + ONE_PRODUCT * tree.masses * speed**2 + loads[..., 1]
     forces, moments = weight @ below.T, applied(below * reach, weight) + spin @ below.T
     at_joint = np.where([kind == "prismatic" for kind in tree.kinds], forces, moments) + np.abs(torque) + TINY
+
+    # The wrenches (n, nv, k, 6) for a unit acceleration of each joint, at rest and without gravity.
+    wrenches = recursion.wrenches(tree, states[0][:, None], np.zeros(nv), np.eye(nv), np.zeros(3))
+    mass_matrix = recursion.along_axes(tree, wrenches)
     unit = 1 / np.sqrt(np.diagonal(mass_matrix, axis1=-2, axis2=-1))  # by which its diagonal becomes 1
     unit = unit[:, :, None] * unit[:, None, :]
     inverse = unit * np.linalg.inv(unit * mass_matrix)
-    wrenches = _unit_wrenches(below, mass, rotation @ inertia @ rotation.mT, unit_twist, position, centre)
-    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in wrenches)
+    in_world = (applied(rotation[:, None], x).transpose(0, 3, 2, 1) for x in np.split(wrenches, 2, -1))  # (n, 3, k, nv)
+    through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in in_world)
     force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
-
-
-def _unit_wrenches(
-    below: Array, mass: Array, inertia: Array, unit_twist: Array, position: Array, centre: Array
-) -> tuple[Array, Array]:
-    """The joints' forces and moments (n, 3, joints, nv) in W for a unit acceleration of each, at rest, without gravity."""
-    # Of two joints, all that hangs on the lower one moves with the upper one: its inertia is taken about the origin of W,
-    # the moment then moved to the joint of the wrench. Inertias, centres of mass and joints are in W.
-    v, w = np.split(unit_twist[:, None], 2, -1)  # (n, 1, nv, 3)
-    about_origin = inertia - mass[:, None, None] * skew(centre) @ skew(centre)
-    first, second = below @ (mass[:, None] * centre), np.einsum("jk,nkab->njab", below, about_origin)
-    joints = np.arange(len(below))
-    lower = np.where(below > 0, joints, joints[:, None])  # (k, k), of two joints on one branch
-    together = ((below + below.T) > 0)[..., None]
-    force = together * ((below @ mass)[lower][..., None] * v + cross(w, first[:, lower]))
-    moment = together * (cross(first[:, lower], v) + applied(second[:, lower], w))
-    moment = moment - cross(position[:, :, None], force)
-    return np.moveaxis(force, -1, 1), np.moveaxis(moment, -1, 1)
