@@ -108,11 +108,12 @@ def batch(swings: Sequence[Swing], longest: float) -> Batch:
     """The swings in pieces of at most `longest` s, side by side."""
     cut = [(k, piece) for k, s in enumerate(swings) for piece in cut_pieces(s, longest)]
     most = max(len(piece.t) for _, piece in cut)
-    t = np.array([np.pad(piece.t, (0, most - len(piece.t)), mode="edge") for _, piece in cut]).T
-    pads = [((0, most - len(piece.t)), (0, 0)) for _, piece in cut]
-    y = np.array([np.pad(p.y, pad, constant_values=np.nan) for (_, p), pad in zip(cut, pads, strict=True)])
-    columns = np.ascontiguousarray(y.transpose(1, 2, 0))
-    return Batch(np.array([k for k, _ in cut]), np.ascontiguousarray(t), columns, longest)
+    t, y = np.empty((most, len(cut))), np.full((most, swings[0].y.shape[1], len(cut)), np.nan)
+    for place, (_, piece) in enumerate(cut):
+        count = len(piece.t)
+        t[:, place] = np.pad(piece.t, (0, most - count), mode="edge")
+        y[:count, :, place] = piece.y
+    return Batch(np.array([k for k, _ in cut]), t, y, longest)
 
 
 def _pick_columns(names: list[str], table: Data) -> list[str]:
@@ -246,5 +247,4 @@ def sensors_of(table: Data, model: Model) -> Sensors:
 
 def tips_at(model: Model, q: Array) -> Array:
     """The tips (M, 3 bodies) in m of a model at q (M, nv)."""
-    ends = np.array([[*body.tip, 1.0] for body in model.bodies])
-    return (kinematics.poses(model, q) @ ends[:, :, None])[:, :, :3, 0].reshape(len(q), -1)
+    return kinematics.tips(model, kinematics.poses(model, q)).reshape(len(q), -1)

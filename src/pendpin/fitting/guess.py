@@ -10,6 +10,7 @@ from pendpin.fitting.data import Sensors, Swing, tips_at
 from pendpin.fitting.problem import Pendulum, Problem
 from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
+from pendpin.motions.periodic import wrap
 
 INTERPOLATED = 2 / 3  # of the variance of noise, on average, is left between the samples
 # Weight of equal accelerations against nearness: a natural scale that changes them by less than 1e-7 is free.
@@ -107,7 +108,7 @@ def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: 
     angles = q.reshape(m, STARTS, n)[np.arange(m), best]
     angles[np.isnan(swing.y).any(1)] = np.nan
     whole = ~np.isnan(angles).any(1)
-    angles[whole] = np.unwrap((angles[whole] + np.pi) % (2 * np.pi) - np.pi, axis=0)
+    angles[whole] = np.unwrap(wrap(angles[whole]), axis=0)
     return angles
 
 

@@ -16,6 +16,7 @@ from pendpin.equations.rod_tree import RodTree
 from pendpin.errors import InputError, shown
 from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import TINY, Array, applied, cross
+from pendpin.model import kinematics
 from pendpin.model.bodies import pinocchio, with_gravity
 from pendpin.model.build import SIGNS, Model
 
@@ -168,18 +169,14 @@ def _scale(model: Model, field: float, states: tuple[Array, Array, Array], torqu
     for child in reversed(range(nv)):
         if tree.parents[child] >= 0:
             below[tree.parents[child]] += below[child]
-    # Where the bodies are in W: poses of the joints (n, k, 4, 4), their twists and the rates of these in the joints'
-    # frames (n, k, 6), linear before angular.
+    # Twists of the bodies and their rates in the joints' frames (n, k, 6), linear before angular.
     pin, rows, bodies = pinocchio(), [], with_gravity(model.pin, np.zeros(3))  # accelerations carry it, where it enters
     data = pin.Data(bodies)
     for state in zip(*states, strict=True):
         pin.forwardKinematics(bodies, data, *state)
-        poses, *moving = ([x.homogeneous for x in data.oMi], [x.vector for x in data.v], [x.vector for x in data.a])
-        rows.append((poses[1:], *(np.array(x[1:]) for x in moving)))
-    poses, twist, bend = (np.array(x) for x in zip(*rows, strict=True))
-    position, rotation = poses[..., :3, 3], poses[..., :3, :3]
-
-    (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (twist, bend))
+        rows.append([[x.vector for x in each[1:]] for each in (data.v, data.a)])
+    twists, bends = np.array(rows).swapaxes(0, 1)
+    (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (twists, bends))
     sizes = [np.linalg.norm(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
     for child, parent in enumerate(tree.parents):  # of a body and those it hangs on: rounding goes down the tree
         if parent >= 0:
@@ -188,6 +185,8 @@ def _scale(model: Model, field: float, states: tuple[Array, Array, Array], torqu
     speed, rate, turning, origin = sizes
     turning = turning + rate**2 + TINY  # 1/s²
     weight = tree.masses * (field + origin + turning * np.linalg.norm(tree.coms, axis=-1)) + loads[..., 0]
+    poses = kinematics.joint_poses(model, states[0])  # of the joints, in W
+    position, rotation = poses[..., :3, 3], poses[..., :3, :3]
     centre = position + applied(rotation, tree.coms)
     reach = np.linalg.norm(centre[:, None] - position[:, :, None], axis=-1)  # (n, joint, body)
     inertia = np.linalg.norm(tree.inertias, axis=(-1, -2))
