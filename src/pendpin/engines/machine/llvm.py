@@ -214,7 +214,7 @@ class Function:
         with self._lock:  # a second code in the place of the first would free it while another thread runs it
             if self._code is None:
                 text, begin = self.text, time.thread_time()
-                self._code = Code(str(text), len(text.schedule.needed))
+                self._code = Code("\n".join(text.lines()), len(text.schedule.needed))
                 self.compile_seconds += time.thread_time() - begin
             return self._code
 

@@ -114,10 +114,8 @@ class Text:
     def _count(self, places: Iterable[int]) -> int:
         return sum(self.tape.lanes[place] or 1 for place in places)
 
-    def __str__(self) -> str:
-        return "\n".join(self._lines())
-
-    def _lines(self) -> Iterator[str]:
+    def lines(self) -> Iterator[str]:
+        """The lines of the text, without their ends."""
         tape, schedule = self.tape, self.schedule
         yield routines.DECLARED
         yield "define void @rate(ptr noalias %dy, double %t, ptr noalias %y, ptr %blocks, ptr noalias %more) {"
