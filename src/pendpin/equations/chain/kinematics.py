@@ -205,17 +205,16 @@ def place_along(chain: ChainInertia, x: Array) -> tuple[Array, Array]:
 
 def positions(chain: ChainInertia, q: Array) -> Positions:
     """Frames, centres of mass and tips for angles q (..., n, 2) in rad."""
-    return _place_rods(chain, Joints.at(q), q.shape[:-1])
+    return _place_rods(chain, Joints.at(q).frames(), q.shape[:-1])
 
 
 def motion(chain: ChainInertia, q: Array, v: Array) -> ChainMotion:
     """Positions and velocities for angles q and rates v (..., n, 2) in rad and rad/s."""
-    joints = Joints.at(q)
-    w = joints.omega(rods_last(v)).reshape(3, *q.shape[:-1])
-    at = _place_rods(chain, joints, q.shape[:-1])
-    B = np.moveaxis(at.frames, (-2, -1), (0, 1))
-    direction_rates = np.moveaxis(B[:, 0] * w[1] - B[:, 1] * w[0], 0, -1)
-    return ChainMotion(*at, np.moveaxis(w, 0, -1), *place_along(chain, direction_rates))
+    joints, shape = Joints.at(q), q.shape[:-1]
+    frames, omega = joints.frames(), joints.omega(rods_last(v))
+    direction_rates = rods_first(frames[:, 0] * omega[1] - frames[:, 1] * omega[0], shape)
+    velocities = place_along(chain, direction_rates)
+    return ChainMotion(*_place_rods(chain, frames, shape), rods_first(omega, shape), *velocities)
 
 
 def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
@@ -226,7 +225,7 @@ def kinetic_energy(chain: ChainInertia, moving: ChainMotion) -> Array:
     return 0.5 * (translation + np.einsum("ni,...ni,...ni->...n", inertia, omega, omega)).sum(-1)
 
 
-def _place_rods(chain: ChainInertia, joints: Joints, shape: tuple[int, ...]) -> Positions:
-    """Frames (..., n, 3, 3), centres of mass and tips (..., n, 3) in I, m; shape is (..., n)."""
-    frames = joints.frames().transpose(2, 0, 1).reshape(*shape, 3, 3)
+def _place_rods(chain: ChainInertia, frames: Array, shape: tuple[int, ...]) -> Positions:
+    """The positions of rods with frames (3, 3, K); shape is (..., n)."""
+    frames = frames.transpose(2, 0, 1).reshape(*shape, 3, 3)
     return Positions(frames, *place_along(chain, frames[..., 2]))

@@ -30,8 +30,8 @@ def directions(q: Array, v: Array) -> tuple[Array, Array]:
     omega, n = relative.copy(), joints.n
     for i in range(1, n):  # a run asks for one state: a banded solve would import SciPy's for it
         rods, above = slice(i, None, n), slice(i - 1, None, n)
-        turned[..., rods] = np.add.reduce(turned[:, :, None, above] * joints.R[None, ..., rods], 1)
-        omega[:, rods] += np.add.reduce(joints.R[..., rods] * omega[:, None, above], 0)
+        turned[..., rods] = _product(turned[..., above], joints.R[..., rods])
+        omega[:, rods] += into(joints.R[..., rods], omega[:, above])
     rate = turned[:, 0] * omega[1] - turned[:, 1] * omega[0]
     return rods_first(turned[:, 2], q.shape[:-1]), rods_first(rate, q.shape[:-1])
 
