@@ -14,7 +14,7 @@ from pendpin.engines import Engine
 from pendpin.engines.chains import Thin
 from pendpin.engines.machine.tape import Recording, Tape
 from pendpin.equations import recursion
-from pendpin.equations.trees import joints_at, outward, place_joints, prepared, total
+from pendpin.equations.trees import joints_at, outward, place_joints, total
 from pendpin.ground.arrays import Array, applied, cross, dot
 
 PARTS = 3  # of what is given: positions, rates, further torques
@@ -106,8 +106,8 @@ def _equations_of_directions(bound: BoundTree, chain: recursion.ThinRods) -> Equ
     tree, xp = bound.tree, bound.xp
 
     def equations(t: Any, q: Array, v: Array, more: Array, external: Array | None) -> tuple[Array, Array]:
-        placed, signs = prepared(tree, xp)
-        joints, rates, force, moment = joints_at(placed, signs * q, xp), signs * v, None, None
+        _, signs, joints = joints_at(tree, q, xp)
+        rates, force, moment = signs * v, None, None
 
         def turn(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array, Array]]:
             """How the frame of a joint turns: to W, its spin in itself, and what the rates add to its acceleration."""

@@ -17,7 +17,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from pendpin.equations.chain.kinematics import ChainInertia
-from pendpin.equations.trees import Joint, Tree, inward, joints_at, outward, prepared
+from pendpin.equations.trees import Joint, Tree, inward, joints_at, outward
 from pendpin.ground.arrays import (
     Array,
     applied,
@@ -77,8 +77,7 @@ def wrenches(
     field (3,) or (..., 3) is the uniform acceleration field in the base frame, m/s²; external (..., n, 6) acts on the
     links, at the same points and in the same frames as the answer.
     """
-    tree, signs = prepared(tree, xp)
-    joints = joints_at(tree, signs * q, xp)
+    tree, signs, joints = joints_at(tree, q, xp)
     needed = _inertial(tree, joints, signs * v, signs * a, field, external, xp)
 
     def pass_on(i: int, wrench: _Wrench) -> tuple[_Wrench, Array]:
@@ -121,8 +120,7 @@ def accelerate_or_hold(
     held (n,) is 1 for a joint that is held, 0 for one that is free, None for one that is never held: the articulated body
     of a held joint goes to its parent as it is.
     """
-    tree, signs = prepared(tree, xp)
-    joints = joints_at(tree, signs * q, xp)
+    tree, signs, joints = joints_at(tree, q, xp)
     torques = np.zeros(len(joints)) if tau is None else signs * tau
     needed = _inertial(tree, joints, signs * v, np.zeros(len(joints)), field, external, xp)
     bodies = []  # each link as a body, with its wrench at zero joint acceleration

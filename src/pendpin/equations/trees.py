@@ -93,8 +93,10 @@ def prepared(tree: Tree, xp: Any) -> tuple[Tree, Array]:
     return Tree(tree.parents, tree.kinds, axes, R, *others), signs[:, 0]
 
 
-def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
-    """The joints at positions q (..., n) in rad, m for slides."""
+def joints_at(tree: Tree, q: Array, xp: Any) -> tuple[Tree, Array, list[Joint]]:
+    """The tree and the signs as `prepared`, and the joints at positions q (..., n) in rad, m for slides."""
+    tree, signs = prepared(tree, xp)
+    q = signs * q
     sin, cos = xp.sin(q), xp.cos(q)
     joints = []
     for i, kind in enumerate(tree.kinds):
@@ -106,13 +108,13 @@ def joints_at(tree: Tree, q: Array, xp: Any) -> list[Joint]:
         else:
             r = r + q[..., i, None] * (R @ axis)
         joints.append(Joint(turns, axis, across, R, r))
-    return joints
+    return tree, signs, joints
 
 
 def place_joints(tree: Tree, q: Array, xp: Any = np) -> list[tuple[Array, Array]]:
     """The pose of what each joint moves at q (..., n), in the base: axes (..., 3, 3) and origin (..., 3) in m."""
-    tree, signs = prepared(tree, xp)
-    joints, batch = joints_at(tree, signs * q, xp), q.shape[:-1]
+    _, _, joints = joints_at(tree, q, xp)
+    batch = q.shape[:-1]
 
     def pose(i: int, above: tuple[Array, Array]) -> tuple[tuple[Array, Array], tuple[Array, Array]]:
         R, r = above
@@ -138,8 +140,8 @@ def motions_in_links(
     q, v are (..., n). And a function that turns a vector (3,) of the base frame into each of these frames, (n, 3), of one
     state: few operations for each.
     """
-    tree, signs = prepared(tree, xp)
-    joints, rates = joints_at(tree, signs * q, xp), signs * v
+    tree, signs, joints = joints_at(tree, q, xp)
+    rates = signs * v
 
     def move(i: int, parent: tuple[Array, ...]) -> tuple[tuple[Array, ...], tuple[Array, ...]]:
         joint, (origin, velocity, spin) = joints[i], parent
