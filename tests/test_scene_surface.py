@@ -14,11 +14,12 @@ from hypothesis import strategies as st
 
 import pendpin as pp
 from laws import law
+from pendpin import effects as fx
 from pendpin.effects import Effect
 from pendpin.errors import Note, written
 from pendpin.ground.arguments import parsed
 from pendpin.ground.records import Record
-from pendpin.scene import builtin_scene
+from pendpin.scene import builtin_scene, unit_of_key
 from scene_generator import case_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -328,3 +329,20 @@ def test_the_built_in_scene_is_the_one_that_the_readme_runs() -> None:
     scene = pp.Scene(duration=10.0, model=pp.Chain(rods=[rod]), start=start, effects=[pp.effects.Gravity()])
     one, other = (pp.simulate(x, tolerance=1e-12, samples=11) for x in (scene, builtin_scene()))
     np.testing.assert_allclose(other.q, one.q, rtol=0, atol=1e-10)
+
+
+@pytest.mark.parametrize(
+    "key, unit",
+    [
+        *(("duration", "s"), ("start.positions.theta_1", "degrees"), ("start.velocities[1]", "degrees/s")),
+        *(("model.rods[0].com", "m"), ("model.rods[0].payload", "kg"), ("model.rods[0].inertia[2]", "kg m²")),
+        *(("effects[0].acceleration", "m/s²"), ("effects[1].stiffness", "N m²"), ("effects[2].stiffness", "N/m")),
+        *(("effects[2].point[0]", "m"), ("effects[3].coefficient", ""), ("effects[3].linear", "N s/m²")),
+        *(("effects[0].direction[2]", ""), ("effects[4].latitude", "degrees"), ("model.copies", "")),
+    ],
+)
+def test_a_number_has_the_unit_with_which_its_description_begins(key: str, unit: str) -> None:
+    anchor = fx.Anchor(link="rod", point=(0, 0, 0), stiffness=1.0)
+    effects = [fx.Gravity(), fx.Bending(stiffness=1.0), anchor, fx.Drag(), fx.Rotation(latitude=45.0)]
+    rods = [pp.Rod(length=1.0, mass=1.0)]
+    assert unit_of_key(key, pp.Scene(model=pp.Chain(rods=rods), start={"unit": "degrees"}, effects=effects)) == unit

@@ -83,7 +83,7 @@ class Bending(JointEffect):
     parameters: ClassVar[tuple[str, ...]] = ("stiffness",)
     strengths: ClassVar[tuple[str, ...]] = ("stiffness",)
     kind: Literal["bending"] = Field("bending", description="which effect it is")
-    stiffness: NotNegative = Field(description="EI, N m²")
+    stiffness: NotNegative = Field(description="N m², EI")
     clamp: Vector | None = Field(
         None, description="direction in W to which rods on the world are clamped, of any length but 0"
     )

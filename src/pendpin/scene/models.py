@@ -59,11 +59,11 @@ class Rod(Record):
     length: Annotated[Positive, Field(le=LARGEST_SIZE)] = Field(description="m, from the joint to the tip")
     mass: Size = Field(description="kg, without the payload")
     radius: Size = Field(0.0, description="m; 0 is a thin rod")
-    com: Place | None = Field(None, description="centre of mass from the joint along the rod, m; length/2 if absent")
+    com: Place | None = Field(None, description="m, centre of mass from the joint along the rod; length/2 if absent")
     inertia: tuple[Size, Size, Size] | None = Field(
-        None, description="central principal inertia (I1, I2, I3), kg m², without the payload; a uniform rod if absent"
+        None, description="kg m², central principal inertia (I1, I2, I3) without the payload; a uniform rod if absent"
     )
-    payload: Size = Field(0.0, description="mass at the tip, kg")
+    payload: Size = Field(0.0, description="kg, mass at the tip")
     payload_radius: Size = Field(0.0, description="m, of the payload, a sphere about the tip; 0 is a point")
     copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(
         1, description="how many such rods, one hanging on the other"

@@ -289,30 +289,18 @@ def scene_of(run: Any) -> Scene:
 
 # --- the units of a scene's numbers ---------------------------------------------------------------------------------
 
-UNITS = {
-    **dict.fromkeys(("length", "radius", "com", "diameter", "support.amplitude"), "m"),
-    **dict.fromkeys(("mass", "payload"), "kg"),
-    **dict.fromkeys(("duration", "time"), "s"),
-    **dict.fromkeys(("kinetic", "static", "motor.torque", "motor.amplitude"), "N m"),
-    "viscous.coefficient": "N m s/rad",
-    "spring.stiffness": "N m/rad",
-    "bending.stiffness": "N m²",
-    "anchor.stiffness": "N/m",
-    "anchor.damping": "N s/m",
-    "frequency": "rad/s",
-    "latitude": "degrees",
-    "density": "kg/m³",
-    "acceleration": "m/s²",
-}
+# the unit with which the description of a field begins, such as "m" in "m, from the joint to the tip"
+_UNIT = re.compile(r"(?:kg|m|s|N|rad|degrees)[²³]?(?:[ /](?:kg|m|s|N|rad)[²³]?)*(?!\w)")
 
 
 def unit_of_key(key: str, scene: Scene) -> str:
-    """The unit of a number at a key path, "" where its name, with the kind of its effect, does not say it."""
-    if key.startswith("start.positions"):
-        return "degrees" if scene.start.unit == "degrees" else "rad"
-    if key.startswith("start.velocities"):
-        return "degrees/s" if scene.start.unit == "degrees" else "rad/s"
-    place, _, name = re.sub(r"\[\d+\]$", "", key).rpartition(".")
-    effect = re.fullmatch(r"effects\[(\d+)\]", place)
-    kinds = [scene.effects[int(effect[1])].kind] if effect and int(effect[1]) < len(scene.effects) else []
-    return next((UNITS[one] for one in (*(f"{kind}.{name}" for kind in kinds), name) if one in UNITS), "")
+    """The unit of a number at a key path, as the description of its field says it; "" where that has none."""
+    unit, value = "", scene
+    for part in parsed(key):
+        if isinstance(value, Record) and part in type(value).model_fields:
+            given = _UNIT.match(type(value).model_fields[part].description or "")
+            unit, value = given[0] if given else "", getattr(value, part)
+        elif isinstance(value, tuple) and isinstance(part, int) and part < len(value):
+            value = value[part]
+    in_degrees = key.startswith("start.") and scene.start.unit == "degrees"
+    return unit.replace("rad", "degrees") if in_degrees else unit
