@@ -332,7 +332,7 @@ def test_the_built_in_scene_is_the_one_that_the_readme_runs() -> None:
 
 
 @pytest.mark.parametrize(
-    "key, unit",
+    ("key", "unit"),
     [
         *(("duration", "s"), ("start.positions.theta_1", "degrees"), ("start.velocities[1]", "degrees/s")),
         *(("model.rods[0].com", "m"), ("model.rods[0].payload", "kg"), ("model.rods[0].inertia[2]", "kg m²")),

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import asdict, dataclass, fields
+from dataclasses import asdict, dataclass
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -260,7 +260,6 @@ def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
     if not all(isinstance(table, dict) for table in (scene.get("model") or {}, *effects)):
         raise ValueError("meta holds no scene")
     try:
-        recorded = {f.name: meta[f.name] for f in fields(Stats) if f.name in meta}
-        return scene, TypeAdapter(Stats).validate_python(recorded)
+        return scene, TypeAdapter(Stats).validate_python(meta)  # which leaves out what is not of Stats
     except ValidationError as error:
         raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None
