@@ -176,7 +176,7 @@ def refuse_targets(targets: Iterable[Path], sources: Iterable[Path]) -> None:
 
 
 def write_whole(path: Path, write: Callable[[IO[bytes]], object] | None) -> Path:
-    """Write a file, by `write(open binary file)`, whole or not at all, behind symbolic links; None only sees if it could be.
+    """Write a file, by `write(open binary file)`, whole or not at all, behind symbolic links; with None see if that can be.
 
     It is written by way of a neighbour. Raises InputError where that is refused.
     """
