@@ -139,6 +139,14 @@ def command(*arguments: str, monkeypatch: pytest.MonkeyPatch) -> int:
     return int(ended.value.code or 0)
 
 
+@pytest.mark.parametrize("most", [1e-9, np.nan, None])
+def test_the_worst_method_differs_most_or_failed(most: float | None) -> None:
+    """Wherever it stands among others, of which one does not differ at all."""
+    for measured in ((most, 0.0, 1e-12), (0.0, most, 1e-12), (1e-12, 0.0, most)):
+        rows = [module.Comparison("case", "rk4", x, 1.0, None, "source", "angle", "rad") for x in measured]
+        assert [row.measured for row in module.AgreementReport(tuple(rows)).worst] == [most]
+
+
 def test_json_holds_the_six_fields_of_each_comparison(monkeypatch, capfd) -> None:
     """Case, source, quantity, bound, difference, holds."""
     assert command("drake-rod", "--methods", "dop853", "--json", monkeypatch=monkeypatch) == 0

@@ -65,7 +65,7 @@ class Animation:
 
 
 def frame_of(*runs: RunRecord) -> str:
-    """The player of a run, or of several, as a frame for a notebook; what stands in its way, where it cannot be drawn."""
+    """The player of a run, or of several, as a frame for a notebook; the reason where it cannot be drawn."""
     if not len(runs[0].t):
         return ""
     try:

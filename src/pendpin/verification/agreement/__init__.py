@@ -204,12 +204,14 @@ class AgreementReport(Claims):
     @property
     def worst(self) -> tuple[Comparison, ...]:
         """Of each quantity the method that differs most; a run that failed counts as that."""
-        worst: dict[tuple[str, str], Comparison] = {}
+        rows: dict[tuple[str, str], list[Comparison]] = {}
         for row in self.comparisons:
-            before = worst.setdefault((row.case, row.quantity), row)
-            if before.measured is not None and not (row.measured or np.inf) <= before.measured:
-                worst[row.case, row.quantity] = row
-        return tuple(worst.values())
+            rows.setdefault((row.case, row.quantity), []).append(row)
+
+        def difference(row: Comparison) -> float:
+            return np.inf if row.measured is None or np.isnan(row.measured) else row.measured
+
+        return tuple(max(some, key=difference) for some in rows.values())
 
     def report(self) -> Report:
         """Of each published quantity the method that differs most; the runs that failed; what was left out; the counts."""
