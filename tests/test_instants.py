@@ -48,6 +48,28 @@ def close_to(times: np.ndarray, near: list[tuple[int, int]]) -> np.ndarray:
 
 
 @pytest.mark.parametrize("method", SETTINGS)
+@pytest.mark.parametrize(
+    "scene", [swinging(THICK), swinging(THIN), swinging(THICK, STOP)], ids=["thick", "thin", "stop"]
+)
+def test_times_that_were_asked_before_give_the_same_bits(method: str, scene: pp.Scene, monkeypatch) -> None:
+    """Pieces are kept: a time gives what it gave before, as it would alone, and is not integrated again."""
+    if STOP in scene.effects and method not in TOLERANT:
+        pytest.skip("this method meets no stops")
+    if method == "taylor":
+        pytest.importorskip("heyoka")
+    run = pp.simulate(scene, samples=9, **SETTINGS[method])
+    some, others = np.linspace(0.1, 1.9, 17), np.linspace(0.05, 1.95, 12)
+    more, alone = Continuation(run), Continuation(run).at(some)
+    more.at(others)
+    first = more.at(some)
+    monkeypatch.setattr(Continuation, "piece", None)
+    for again in (first, more.at(some)):
+        for name in ("t", "q", "v", "a", "wrench"):
+            np.testing.assert_array_equal(getattr(again, name), getattr(alone, name))
+        assert (again.stats.steps, again.stats.evaluations) == (alone.stats.steps, alone.stats.evaluations)
+
+
+@pytest.mark.parametrize("method", SETTINGS)
 @law(8)
 @given(near=CLOSE, thin=st.booleans(), stops=st.booleans(), begin=st.sampled_from([0.0, -3.7, 11.3]))
 @example(near=[(3, 1)], thin=False, stops=False, begin=0.0)

@@ -31,6 +31,7 @@ STEPS = 2  # parts that an interval is cut into, times the steps that the run to
 PARTS, LEVELS = 4, 8  # into how many it is cut again, how often: a rod that passes its pole turns in any time
 GROWN = 4  # times as many intervals as after the first cut: a passage of a pole has few at any level, rounding has ever more
 MOST = 200_000  # samples after that
+KEPT = 1_000_000  # positions in the pieces that are kept: searches for several extremes look at the same times
 BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
 
 
@@ -44,6 +45,7 @@ class Continuation:
         recall_outputs(self.dynamics.sampled_torques, run, self.scene.duration, self.scene.start.time)
         self._loop.first_segment = ALL  # of a piece: the run has shown what they cost
         self._loop.begin(run.q[0], run.v[0])  # all pieces share the scales of the run
+        self._kept = dict[bytes, Run]()  # pieces, by the end of their interval and their times
 
     @cached_property
     def sides_of_events(self) -> RunRecord:
@@ -89,8 +91,13 @@ class Continuation:
         first = np.flatnonzero(np.diff(before, prepend=-1))  # of the times after each sample
         pieces, places, count = [], list[Array](), 0
         for sample, due in zip(before[first], np.split(t, first[1:]), strict=True):
-            begin = self.run.t[sample]
-            pieces.append(self._piece_with_events(sample, np.concatenate([[begin], due[due > begin]])))
+            begin, end = self.run.t[[sample, min(sample + 1, len(self.run.t) - 1)]]
+            times = np.concatenate([[begin], due[due > begin]])
+            key = np.append(times, end).tobytes()
+            piece = self._kept.get(key) or self._piece_with_events(sample, times)
+            if len(self._kept) * piece.q.size < KEPT:
+                self._kept[key] = piece
+            pieces.append(piece)
             places.append(count + np.arange(len(due)) + (due[0] > begin))
             count += len(pieces[-1].t)
         rows = samples_of(self.fill_pieces(pieces, before[first]), np.concatenate(places))
