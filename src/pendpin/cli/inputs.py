@@ -31,8 +31,9 @@ class SceneInput:
 
     @property
     def files(self) -> list[Path | None]:
-        """The files that are read: none of them may be written."""
-        return [self.path, *files_of(self.scene)]
+        """The files that are read, None for each that is left out: none of them may be written."""
+        tracks = [getattr(effect, "csv", None) for effect in self.scene.effects]
+        return [self.path, getattr(self.scene.model, "path", None), *tracks]
 
     @contextmanager
     def noted(self) -> Iterator["Scene"]:
@@ -161,11 +162,6 @@ def refuse_alone(given: Any, option: str, needed: str) -> None:
 def split_at_commas(texts: Sequence[str] | None) -> list[str]:
     """The names in all texts of an option that may be repeated, each with one name or several between commas."""
     return [name.strip() for text in texts or () for name in text.split(",")]
-
-
-def files_of(scene: "Scene") -> list[Path | None]:
-    """The files that a scene names, None for each that it leaves out."""
-    return [getattr(scene.model, "path", None), *(getattr(effect, "csv", None) for effect in scene.effects)]
 
 
 def print_notes(scene: "Scene", strict: bool) -> None:

@@ -8,7 +8,6 @@ import threading
 import traceback
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager, nullcontext
-from dataclasses import asdict, is_dataclass
 from io import TextIOWrapper
 from math import isfinite
 from pathlib import Path
@@ -82,8 +81,6 @@ def print_json(value: Any) -> None:
     from json import dumps
 
     def plain(value: Any) -> Any:
-        if is_dataclass(value) and not isinstance(value, type):
-            value = asdict(value)
         if isinstance(value, Mapping):
             return {str(key): plain(part) for key, part in value.items()}
         if isinstance(value, list | tuple):

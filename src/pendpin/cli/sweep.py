@@ -170,15 +170,14 @@ def fit(
 
     if hold_out_start is not None and not (hold_out and 0 < hold_out_start < 1):
         raise BadParameter("give --hold-out, and a part between 0 and 1", param_hint="--hold-out-start")
-    chosen = load_scene(scene)
-    refuse_outputs([scene, *data, *(hold_out or []), *inputs.files_of(chosen)], plot=plot, scene=out, csv=csv)
-    with inside(str(scene)):
-        inputs.print_notes(chosen, strict=False)
-        table = data_table(chosen)
+    chosen = inputs.SceneInput(load_scene(scene), scene, urdf=None, strict=False)
+    refuse_outputs([*chosen.files, *data, *(hold_out or [])], plot=plot, scene=out, csv=csv)
+    with chosen.noted() as guesses:
+        table = data_table(guesses)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with working("fitting", limit, json) as progress, inside(str(scene)):
         result = fitted(
-            chosen, swings, free or "physics", others, hold_out_start or 0.1, robust=robust, progress=progress
+            guesses, swings, free or "physics", others, hold_out_start or 0.1, robust=robust, progress=progress
         )
         if explain_residual and result.follows:
             result = explained(result, progress)

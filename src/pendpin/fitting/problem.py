@@ -33,7 +33,7 @@ POLISHED = 0.01  # of the noise of one residual: what another step would gain of
 LONGEST = 3.0  # natural scales: the first step, within which residuals are nearly linear
 TOLERANCE = 1e-10  # of the motions; pieces magnify it a thousandfold at most, and sensors show 1e-5 rad
 EVALUATIONS, FEW = 2000, 10  # at most, for each time scale of the data and some more; good models take 100
-MOST_KEPT = 256  # motions with the same numbers: the last ones of all pieces of most data
+MOST_KEPT = 256  # motions with the same numbers: a quarter is asked for again, of one search by the next
 LOST = 1e6  # a residual that is no number, in units of the weights
 HOLD = 1e-3  # weight of the guess, in units of the noise, for what the data do not determine
 ASIDE = 1e-5  # rad, or of a number: half of a difference of tips
@@ -54,7 +54,8 @@ class Pendulum:
 
     def at(self, z: Array) -> "Bound":
         """The scene with its numbers at search coordinates (nz,), its changes being those with them and with the start."""
-        # One search begins where the one before it ended: numbers that are asked for again are not bound again.
+        # One search begins where the one before it ended: three in five times the numbers are those of the last call, and
+        # binding them takes 10 ms.
         if self.last and np.array_equal(self.last[0].z, z):
             return self.last[0]
         scene = substitute(self.scene, self.free.keys, self.free.values(z))

@@ -1,6 +1,6 @@
 """Continues a run from any of its samples: to other times, beyond its end, and to samples that show how it moved.
 
-Samples show that if positions follow from rates and rates from accelerations; where they do not, resolved takes more.
+Samples show how a run moved where positions follow from rates, and rates from accelerations. Elsewhere `resolve` takes more.
 """
 
 from dataclasses import replace
@@ -160,7 +160,7 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
 
 
 def resolve(run: RunRecord) -> Continuation:
-    """The run; where its samples do not tell how it moved between them, with more. InputError if these would be too many."""
+    """The run, with more samples where its own do not show how it moved. InputError if these would be too many."""
     dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
     most = np.inf
     events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
