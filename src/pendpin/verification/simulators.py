@@ -28,7 +28,6 @@ from pendpin.model.write_models import chain_urdf
 from pendpin.scene import Chain, PinModel, Scene, UrdfModel
 
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
-LIMIT = 60.0  # s of processor time that a run may take
 SAME = 1e-6  # of the largest acceleration, or of 1 rad/s²: what a peer's may differ by
 NOT_FINITE = "its state is not finite"
 
@@ -84,8 +83,8 @@ class Peer:
     task: PeerTask
     start: Callable[[float, Look], Rows]  # with a setting; up to its first row the run is built
 
-    def run(self, setting: float, limit: float = LIMIT) -> PeerRun:
-        """A run over scene.times with a tolerance, or in equal steps up to a step in s.
+    def run(self, setting: float, limit: float = math.inf) -> PeerRun:
+        """A run over scene.times with a tolerance, or in equal steps up to a step in s; `limit` is in s of processor time.
 
         Raises RunError for one that ends before its time, with what it reached as `partial`.
         """
