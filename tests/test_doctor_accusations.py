@@ -200,6 +200,8 @@ $$(l_0+x)\ddot\theta = -g\sin\theta - 2\dot x\dot\theta$$
 $$T = \frac12 m(\dot x^2 + (l_0 + x)^2\dot\theta^2)$$
 """
 
+PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T + m g l\cos\theta$$"
+
 
 @pytest.mark.parametrize(
     ("text", "equation"),
@@ -207,12 +209,29 @@ $$T = \frac12 m(\dot x^2 + (l_0 + x)^2\dot\theta^2)$$
         (BOB, r"$$y = 100 - l\cos\theta$$"),  # from another origin
         (r"A pendulum on a cart: $T = \frac12 M\dot x^2$. ", r"$$\det(m l) = 3 m$$"),
         (SPRING, r"$$V_g = -m g l\cos\theta = -m g (l_0 + x)\cos\theta$$"),
+        (SPRING, r"$$l = l_0$$"),
+        (BOB, "$$\\theta = \\theta + \\pi$$"),
+        (ON_A_CART + PUSHED, r"$$(\frac Mm + 1)\ddot x + l\cos\theta\ddot\theta - l\sin\theta\dot\theta^2 = F$$"),
     ],
-    ids=["a term of another origin", "det of a number", "a chain whose ends agree"],
+    ids=[
+        "a term of another origin",
+        "det of a number",
+        "a chain whose ends agree",
+        "one length and another",
+        "a new value",
+        "a load over a mass",
+    ],
 )
 def test_what_may_be_meant_otherwise_is_not_accused(text, equation):
     """A term too many may be an origin or a load, and a letter within a chain the text's own."""
     assert "fails" not in [finding.verdict for finding in pp.diagnose(f"{text}\n\n{equation}\n").findings]
+
+
+def test_what_is_there_already_is_not_missing_once_more():
+    """A mend of a bracket that holds one term adds none that is a multiple of it."""
+    wrong = pp.diagnose(BOB + r"$$V = 7 m g l (\cos\theta)$$").findings[-1]
+    assert wrong.mends
+    assert not [mend.words for mend in wrong.mends if "is missing" in mend.words]
 
 
 def test_second_derivatives_are_d2_before_a_name():

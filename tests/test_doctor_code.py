@@ -1,5 +1,9 @@
 """The equation doctor on code: names made of words, returned rates, steps in time, matrices of linear models."""
 
+import re
+
+import pytest
+
 import pendpin as pp
 from pendpin.doctor.reading.documents import read_text
 
@@ -57,6 +61,41 @@ def test_a_step_in_time_says_what_the_rate_is():
     assert wrong["der(a2_v)"] != "holds"
     for text in ("T += T_1", "t += dt", "x += 5", "V += m*g*h"):  # a sum, and time itself
         assert not read_text(text).statements
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        (r"\ba([12])", r"angle\1"),
+        (r"let (\w+)", r"qreal \1"),
+        (r"(?<=\d\) )\+ g", r"\\\n  + g"),
+        (r"a1 \+ dt\*a1_v", "a1 + (dt * a1_v)"),
+        (r"(?<!\w)(sin|cos)", r"std::\1"),
+    ],
+    ids=["the rate of angle1 is angle1_v", "a type", "a line that goes on", "a step in brackets", "a library"],
+)
+def test_a_step_may_be_written_otherwise(old, new):
+    """What a language asks for says nothing of mechanics."""
+    assert [*verdicts_of(re.sub(old, new, STEPS)).values()] == [*verdicts_of(STEPS).values()]
+
+
+VECTOR = """# double pendulum
+def f(t, x, m1, m2, L1, L2, g):
+    theta1, omega1, theta2, omega2 = x
+    d = theta1 - theta2
+    dydt[0] = omega1
+    dydt[1] = (m2*g*sin(theta2)*cos(d) - m2*sin(d)*(L1*omega1**2*cos(d) + L2*omega2**2) \\
+               - (m1 + m2)*g*sin(theta1))/(L1*(m1 + m2*sin(d)**2))
+    dydt[2] = omega2
+    return np.array([theta1, omega1])
+"""
+
+
+def test_a_vector_of_rates_may_have_a_name_of_its_own():
+    """As dydt of states that are called x: the first of both is the first, whichever number that is."""
+    right, wrong = verdicts_of(VECTOR), verdicts_of(VECTOR.replace("L2*omega2", "2*L2*omega2"))
+    assert {right[name] for name in ("d", "dydt[0]", "dydt[1]", "dydt[2]")} == {"holds"}
+    assert wrong["dydt[1]"] != "holds"
 
 
 LINEAR = """% inverted pendulum on a cart

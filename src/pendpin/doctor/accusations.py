@@ -18,7 +18,7 @@ from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, random_states
+from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, random_states
 from pendpin.doctor.systems.rod import RODS
 
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
@@ -122,8 +122,12 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
-    if all(side.kind == "symbol" for side in one.sides) and any(side.value in spec.state for side in one.sides):
-        return "it gives a state a name"
+    values = [str(side.value) for side in one.sides]
+    known = not any(value.startswith("?") for value in values)
+    if all(side.kind == "symbol" for side in one.sides) and (known or {*values} & {*spec.state}):
+        return "it gives one quantity the value of another"
+    if case.left and equation.sides[0].value in set().union(*map(symbols, equation.sides[1:])):
+        return f"it gives {plain(case.left)} a new value"
     of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia
     if of_others and case.left and not case.finding.dimensions and case.unit == INERTIA:
         return f"{as_read}; an inertia may be that of another body"
@@ -168,6 +172,11 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; nor do the units of its letters agree"
     if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", mend.words)):
         return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load or an origin"
+    loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
+    if scaled := [
+        load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
+    ]:
+        return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):

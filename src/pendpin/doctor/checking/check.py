@@ -121,9 +121,10 @@ def is_general(equation: Equation, system: System) -> bool:
         meant = {one: spec.momentum(coordinate) if one[:1] == "p" else coordinate for one in letters}
         meanings = {f"{mark}{dot}{one}": dot + meant[one] for one in letters for dot in ("", "d") for mark in ("?", "")}
         sides = tuple(side for side in equation.sides if side.value in meanings or not str(side.value).startswith("?"))
-        here = replace(equation, sides=sides, meanings=equation.meanings | meanings)
         one_coordinate = named and len(sides) == len(equation.sides)  # checked as any other equation
-        if one_coordinate or not sides or not holds(here, unloaded):
+        if one_coordinate or not sides:
+            return False
+        if not holds(replace(equation, sides=sides, meanings=equation.meanings | meanings), unloaded):
             return False
     return True
 
@@ -175,9 +176,8 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
     # a Lagrangian that comes to the energy is wrong, as is a place to another
     usual = {dimensions.get(name) for name in system.spec.words(left.written)} & {(1, 2, -2), (0, 1, 0)}
     called = size >= LONG or ACCELERATION.search(word)
-    names = [name for name in _quantities_of(system) if dimensions.get(name, ()) not in usual and _agrees(word, name)]
-    names = [name for name in names if called or _is_named_like(word, name)]
-    names.sort(key=lambda name: (not _is_named_like(word, name), len(name), name))
+    pairs = (pair for pair in _quantities_of(system, word) if dimensions.get(pair[0], ()) not in usual)
+    names = [name for name, alike in pairs if called or alike]
     for equation in one.meant[:MOST_MEANT] if names else ():
         with suppress(Unread, KeyError), np.errstate(all="ignore"):
             value = evaluate(others[0], equation.context(states))
@@ -190,14 +190,18 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
 
 
 @cache
-def _quantities_of(system: System) -> list[str]:
-    """The quantities of a system that a definition may come to, and their rates, but for those that are 0."""
+def _quantities_of(system: System, word: str) -> list[tuple[str, bool]]:
+    """The quantities of a system, and their rates, that a name may come to, and whether it is like theirs; these first.
+
+    None that is 0.
+    """
     spec, states = system.spec, random_states(system)
     names = [name for name in spec.formulas if not name.endswith("_")]
     moving = [name for name in names if re.match(r"r|[xyz][pG]?\d?$", name)]
     names += [*spec.unknowns, *spec.rates, *(f"d{name}" for name in names if re.fullmatch(r"p(?:\d|x|theta)?", name))]
     names += ["ddq"] * ("q" in spec.formulas) + [d + name for name in moving for d in ("d", "dd")]
-    return [name for name in dict.fromkeys(names) if 0 < np.abs(states[name]).max() < np.inf]
+    every = (name for name in dict.fromkeys(names) if _agrees(word, name) and 0 < np.abs(states[name]).max() < np.inf)
+    return sorted(((n, _is_named_like(word, n)) for n in every), key=lambda pair: (not pair[1], len(pair[0]), pair[0]))
 
 
 def _agrees(word: str, name: str) -> bool:

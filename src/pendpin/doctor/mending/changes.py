@@ -236,7 +236,11 @@ class Patient:
                     yield self._missing(part, found, cost)
         if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
             return
-        terms = reader.read(needed - value, self._extras) if value.ndim == 1 else ()
+        present = [self.numbers.known[id(one)] for one in (node.children if node.kind == "sum" else (node,))]
+        lacking = needed - value
+        with np.errstate(all="ignore"):  # what is there already is not missing once more
+            again = value.ndim > 1 or any(fraction_of(lacking / one) for one in present if one.ndim == 1)
+        terms = reader.read(lacking, self._extras) if not again else ()
         end = node.span[1] if node.kind == "sum" or node.bracketed else node.outer[1]
         for monomial in (term for term in terms if not self._is_odd(term, MOST_EXTRA)):
             steep = sum(power < 0 and name not in self._below for name, power in monomial.powers)

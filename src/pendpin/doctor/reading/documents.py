@@ -55,7 +55,7 @@ _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] "
 )
 _LABEL = re.compile(
-    r"^\s*(?:>\s*|[-*+]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
+    r"^\s*(?:>\s*|[-*+•]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
 )
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
@@ -64,15 +64,17 @@ _NO_EQUATION = re.compile(
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
-_RATES = re.compile(r"\s*return\s+(?:(?:[\w.]+\()?[\[(](.*)[\])]\)?|(.*,.*));?\s*$", re.S)  # of states, in their order
+_RATES = re.compile(  # of states, in their order
+    r"\s*return\s+(?:[\w.]+\([\[(](.*)[\])]\)|[\[(](.*)[\])]|(.*,.*));?\s*$", re.S
+)
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
 _RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
 _CODE = (  # lines of code in plain notation
     (r"^\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$", r"\1\2 = \3"),
     (  # a step in time, omega += alpha*dt, says what the rate is; without dt what is called like a rate is one
-        r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*"
+        r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*\(?"
         rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|((?![dD][tT]\b)[\w.>-]*{_RATE}))"
-        r"\s*;?\s*(?:(?:#|//|%).*)?$",
+        r"\)?\s*;?\s*(?:(?:#|//|%).*)?$",
         r"der(\1) = \2\3\4",
     ),
     (
@@ -81,6 +83,7 @@ _CODE = (  # lines of code in plain notation
         "",
     ),
     (r"^(\s*\w+)\s*:\s*[A-Za-z][\w.\[\], |]*?(?=\s*=)", r"\1"),  # x: float = 1
+    (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
 )
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
@@ -250,7 +253,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if whole.lstrip()[:1] in {"#", "%", "!"} or not (returns or "=" in whole):
             continue
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
-        bare = re.sub(r"(?:#|//|(?<!\\)%).*", "", bare)
+        bare = re.sub(r"(?:#|//|(?<!\\)%).*|\\[ \t]*(?=\n)", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
         divided = re.match(r"[ \t]*/[ \t]*[(\w]", text[end + 1 : end + 99])  # in the next line
         goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
@@ -274,7 +277,10 @@ def _returned(line: str, before: str) -> Iterator[str]:
     if functions and (value := _RETURNED.match(line)):
         yield f"{functions[-1][1]} = {value[1]}"
     elif functions and (rates := _RATES.match(line)) and not re.search(r"[=<>'\"]", line):
-        values, unpacked = _at_commas(rates[1] or rates[2]), [*_UNPACKED.finditer(before, functions[-1].end())]
+        values, unpacked = (
+            _at_commas(next(filter(None, rates.groups()))),
+            [*_UNPACKED.finditer(before, functions[-1].end())],
+        )
         every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
         states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]

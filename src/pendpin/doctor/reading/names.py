@@ -30,9 +30,10 @@ _RATES = tuple(  # how the name of a rate is spelled
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
         rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
+        rf"(?P<name>{_ANGLE}|angle)_?(?P<index>[12]?)_(?P<order>vel|acc|(?<=[12e]_)[va])",  # phi_vel, angle1_a
     )
 )
-_TWICE = re.compile("2|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
+_TWICE = re.compile("2|acc|a|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )

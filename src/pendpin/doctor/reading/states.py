@@ -126,12 +126,13 @@ def _name_states(equations: list[Sides]) -> Rename | None:
         if all(name.dots == 1 for name in named.values()):
             stands |= {(letter, f"[{place - back}]"): replace(name, dots=0) for place, name in named.items()}
     owner_of = lambda name: name.letter if _is_entry(name) else owners.get(name)  # noqa: E731
-    vectors: dict[str, str] = {}  # of rates, and of which vector
+    stated = {name.letter for name in _written(equations) if not name.dots}
+    vectors: dict[str, str] = {}  # of rates, and of which vector; also dydt, where the states are x
     for rate, value in pairs:
-        owner = owner_of(value)
-        if _is_entry(rate) and not rate.dots and _RATES.search(rate.letter) and owner not in (None, rate.letter):
+        owner, of_rates = owner_of(value), rate.letter not in stated if rate.dots else _RATES.search(rate.letter)
+        if _is_entry(rate) and of_rates and owner not in (None, rate.letter):
             vectors.setdefault(rate.letter, owner)
-    of_rate = lambda rate: rate.letter if rate.dots == 1 else vectors.get(rate.letter, "")  # noqa: E731
+    of_rate = lambda rate: vectors.get(rate.letter, rate.letter * (rate.dots == 1))  # noqa: E731
     known = {of_rate(rate) for rate, value in pairs if _is_entry(rate) and owner_of(value) == of_rate(rate)}
     for rate, value in pairs:
         state = replace(rate, dots=rate.dots - 1)
@@ -149,7 +150,7 @@ def _name_states(equations: list[Sides]) -> Rename | None:
     def change(written: Written) -> Written:
         for _ in range(MOST_STEPS):
             if written.letter in vectors and _is_entry(written):
-                written = replace(written, letter=vectors[written.letter], dots=written.dots + 1)
+                written = replace(written, letter=vectors[written.letter], dots=written.dots or 1)
             elif other := stands.get((written.letter, written.index)):
                 written = replace(written, letter=other.letter, index=other.index, dots=written.dots + other.dots)
         return written
@@ -167,7 +168,7 @@ def _equal_names(equations: list[Sides]) -> list[tuple[Written, Written]]:
             names = [one.written for one in column.children if one.written and one.kind == "symbol"]
             whole = column.kind == "matrix" and len(names) == len(column.children) > 1
             if whole and vector.written and vector.kind == "symbol":
-                begin = 0 if (vector.written.letter, "[0]") in used else 1
+                begin = 0 if "[0]" in {index for _, index in used} else 1
                 entries = [replace(vector.written, index=f"[{i}]") for i, _ in enumerate(names, start=begin)]
                 rates = vector is left and (vector.written.dots or _RATES.search(vector.written.letter))
                 found += zip(entries, names, strict=True) if rates else zip(names, entries, strict=True)

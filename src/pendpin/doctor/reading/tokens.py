@@ -121,7 +121,7 @@ Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
         r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{[^{}]*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|numpy|math|Math|sp|sympy|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
+        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|smp?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\bstd::"
         r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$"
         r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
         r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
