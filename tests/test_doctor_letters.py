@@ -462,3 +462,13 @@ def test_a_damper_between_two_rods_pulls_the_slower_one_along(sign, verdict):
     second = r"l_1\cos(\theta_1-\theta_2)\ddot\theta_1 + l_2\ddot\theta_2 - l_1\sin(\theta_1-\theta_2)\dot\theta_1^2"
     texts = [rf"{first} = {sign} b(\dot\theta_2 - \dot\theta_1)", rf"{second} = -g\sin\theta_2"]
     assert [finding.verdict for finding in pp.diagnose(texts, rod="double").findings] == [verdict, "holds"]
+
+
+def test_a_sine_of_time_alone_is_a_drive():
+    """At an instant it is some number, whatever its frequency; a motion that a text gives is no law of them."""
+    driven = r"A driven pendulum: $$\ddot\theta = -\frac{g}{L}\sin\theta - b\dot\theta + A\cos(\Omega t)$$"
+    (law,) = pp.diagnose(driven).findings
+    assert (law.verdict, law.remark) == ("holds", "A is a load and b is a damping")
+    assert pp.diagnose(driven.replace(r"\sin", r"\cos")).findings[0].verdict != "holds"
+    motion = pp.diagnose(r"$$\ddot\theta = -\frac gL\sin\theta$$ $$\theta = \theta_0\cos(\nu t)$$").findings[1]
+    assert (motion.verdict, motion.doubtful) == ("not checked", False)

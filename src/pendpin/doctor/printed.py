@@ -15,13 +15,14 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_rename
 from pendpin.doctor.reading.tokens import tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 DAMPINGS = {*"bcdkf"}  # letters of dampings
+SOME = Fraction(7, 10)  # what a function of time alone is at an instant
 
 
 THIN = System(SPECS["thin"])
@@ -160,7 +161,9 @@ class Text:
             mark = (i, system, *(told[name] for name in self._telling[i]))
             if mark not in self._bound:
                 every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
-                ways = [(tuple(bound(side, words) for side in sides), tight) for sides, tight in every]
+                ways = [
+                    (_with_drives(tuple(bound(side, words) for side in sides), words), tight) for sides, tight in every
+                ]
                 for left in (bound(name, words) for name in self._names[i]):
                     if left.kind == "symbol" and not left.value.startswith("?"):
                         ways = [((left, *sides), tight) for sides, tight in ways] + ways
@@ -213,6 +216,23 @@ class Text:
                 self._bound[mark] = replace(one, definitions=used, defines=own.get(i, ""))
             entries.append(self._bound[mark])
         return entries
+
+
+def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]:
+    """The sides of a law of accelerations, where sines and cosines of time alone, as a drive is, are some number.
+
+    Of a system whose pivot moves in time they are what they are.
+    """
+    spec = words.spec
+    if spec is None or "t" in spec.parameters or not set().union(*map(symbols, sides)) & {*spec.unknowns}:
+        return sides
+
+    def settle(node: Node) -> Node:
+        if node.kind == "function" and any(part.value == "t" for part in walk(node)) and not node.names & words.state:
+            return Node("number", node.span, SOME, bracketed=node.bracketed)
+        return replace(node, children=tuple(map(settle, node.children))) if node.children else node
+
+    return tuple(map(settle, sides))
 
 
 def _read_name(one: Printed) -> tuple[Node, ...]:
