@@ -16,7 +16,16 @@ from pendpin.doctor.reading.tree import TIME, Node, Unread, differentiate, divid
 OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
 ENDS = {"close", "relation", "other relation", "condition", "over", "end", "blank", *SEPARATORS}
 POWERS = {"pow": 0, "power": 0, "square": 2}
-LISTS = {"array", "Matrix", "matrix", "vector"}  # functions of code that only make a matrix of a list
+AS_GIVEN = {
+    "array",
+    "asarray",
+    "Matrix",
+    "matrix",
+    "vector",
+    "simplify",
+    "expand",
+    "trigsimp",
+}  # what they get, as they get it
 PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
 OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
 FRAMES, TRANSPOSED = set("ABINOWG"), {"T", "top", "intercal"}
@@ -333,7 +342,7 @@ class _Parser:
         name, start, span = token.text, token.start, (token.start, self.peek(-1).end)
         parts = inner.children if inner.kind == "matrix" else (inner,)
         inside = parts[0]
-        if name in LISTS:
+        if name in AS_GIVEN:
             return replace(inner, bracketed=span)
         if name == "inv" and len(parts) <= 2:
             return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))

@@ -17,7 +17,7 @@ CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign
 displaymath math cases subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
-_CALLED = "pow power square array Matrix matrix vector inv solve dot cross"
+_CALLED = "pow power square array asarray Matrix matrix vector simplify expand trigsimp inv solve dot cross"
 CALLED = set(_CALLED.split())  # in code
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
