@@ -123,9 +123,11 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
     values = [str(side.value) for side in one.sides]
-    known = not any(value.startswith("?") for value in values)
-    if all(side.kind == "symbol" for side in one.sides) and (known or {*values} & {*spec.state}):
-        return "it gives one quantity the value of another"
+    if all(side.kind == "symbol" for side in one.sides):
+        if {*values} & {*spec.state}:
+            return "it gives a state a name"
+        if not (case.finding.dimensions or any(value.startswith("?") for value in values)):
+            return "it gives one quantity the value of another"
     if case.left and equation.sides[0].value in set().union(*map(symbols, equation.sides[1:])):
         return f"it gives {plain(case.left)} a new value"
     of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia

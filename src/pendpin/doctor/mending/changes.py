@@ -236,7 +236,8 @@ class Patient:
                     yield self._missing(part, found, cost)
         if node.kind != "sum" and (node.kind == "number" or not (part.role in ("side", "entry") or node.bracketed)):
             return
-        present = [self.numbers.known[id(one)] for one in (node.children if node.kind == "sum" else (node,))]
+        known = self.numbers.known if self.numbers else {}
+        present = [known[id(one)] for one in (node.children if node.kind == "sum" else (node,))]
         lacking = needed - value
         with np.errstate(all="ignore"):  # what is there already is not missing once more
             again = value.ndim > 1 or any(fraction_of(lacking / one) for one in present if one.ndim == 1)

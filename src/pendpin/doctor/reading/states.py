@@ -129,10 +129,11 @@ def _name_states(equations: list[Sides]) -> Rename | None:
     stated = {name.letter for name in _written(equations) if not name.dots}
     vectors: dict[str, str] = {}  # of rates, and of which vector; also dydt, where the states are x
     for rate, value in pairs:
-        owner, of_rates = owner_of(value), rate.letter not in stated if rate.dots else _RATES.search(rate.letter)
-        if _is_entry(rate) and of_rates and owner not in (None, rate.letter):
+        owner = owner_of(value)
+        named = rate.letter not in stated if rate.dots else _RATES.search(rate.letter)
+        if _is_entry(rate) and named and owner not in (None, rate.letter):
             vectors.setdefault(rate.letter, owner)
-    of_rate = lambda rate: vectors.get(rate.letter, rate.letter * (rate.dots == 1))  # noqa: E731
+    of_rate = lambda rate: vectors.get(rate.letter, rate.letter if rate.dots == 1 else "")  # noqa: E731
     known = {of_rate(rate) for rate, value in pairs if _is_entry(rate) and owner_of(value) == of_rate(rate)}
     for rate, value in pairs:
         state = replace(rate, dots=rate.dots - 1)
