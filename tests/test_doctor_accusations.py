@@ -200,6 +200,8 @@ $$(l_0+x)\ddot\theta = -g\sin\theta - 2\dot x\dot\theta$$
 $$T = \frac12 m(\dot x^2 + (l_0 + x)^2\dot\theta^2)$$
 """
 
+HOOP = r"""$$\ddot\theta = -\frac gl\sin\theta + \nu^2\sin\theta\cos\theta$$
+$$\nu^2\cos\theta\,l\ddot\theta = g\sin\theta$$"""
 PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T + m g l\cos\theta$$"
 
 
@@ -211,6 +213,9 @@ PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T +
         (SPRING, r"$$V_g = -m g l\cos\theta = -m g (l_0 + x)\cos\theta$$"),
         (SPRING, r"$$l = l_0$$"),
         (BOB, "$$\\theta = \\theta + \\pi$$"),
+        (BOB, r"$$\frac{d}{dt}(m\dot y) - (-m g) = 0$$"),
+        (ON_A_CART + PUSHED, r"$$(M + m)\ddot w + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F$$"),
+        (BOB, HOOP),
         (ON_A_CART + PUSHED, r"$$(\frac Mm + 1)\ddot x + l\cos\theta\ddot\theta - l\sin\theta\dot\theta^2 = F$$"),
     ],
     ids=[
@@ -219,6 +224,9 @@ PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T +
         "a chain whose ends agree",
         "one length and another",
         "a new value",
+        "a body that falls",
+        "a cart at w",
+        "what moves as no load does",
         "a load over a mass",
     ],
 )

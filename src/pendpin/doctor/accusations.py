@@ -13,7 +13,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
-from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
+from pendpin.doctor.checking.residuals import NONE, TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
@@ -130,6 +130,12 @@ def objection_to(case: Case, cases: list[Case]) -> str:
             return "it gives one quantity the value of another"
     if case.left and equation.sides[0].value in set().union(*map(symbols, equation.sides[1:])):
         return f"it gives {plain(case.left)} a new value"
+    if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
+        moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
+        if moves:
+            return f"{as_read}; it has no coordinate, and may be about a body that falls"
+    if fast := [name for name in case.written if name.dots > 1 and _is_rate(case, name)]:
+        return f"{as_read}; {plain(fast[0])}, which is a rate in it, has second derivatives in this text"
     of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia
     if of_others and case.left and not case.finding.dimensions and case.unit == INERTIA:
         return f"{as_read}; an inertia may be that of another body"
@@ -172,8 +178,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
-    if finding.dimensions and (lone := re.fullmatch(r"the term (\S+) is too many", mend.words)):
-        return f"it holds without {lone[1]}, whose unit does not fit: it may stand for a load or an origin"
+    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
+    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
+        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
     loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
     if scaled := [
         load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
@@ -211,6 +218,12 @@ def _brought(case: Case) -> set[str]:
 def plain(name: Written) -> str:
     """A name as it is typed."""
     return name.letter + ("_" + name.index if name.index else "")
+
+
+def _is_rate(case: Case, name: Written) -> bool:
+    """Whether a name without its dots stands for a velocity."""
+    meaning = case.reading.words(replace(name, dots=0))[0]
+    return case.spec.dimensions.get(meaning, NONE)[2] < 0
 
 
 def _is_near(case: Case) -> bool:

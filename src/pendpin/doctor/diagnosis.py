@@ -212,10 +212,15 @@ class _Doctor:
         for equation in one.readings() if len(lacking) <= MOST_LOADS and not one.defines else ():
             if condition := loads_at_zero(equation, self.system, lacking):
                 return self._with_loads(replace(found, kind="equation of motion"), equation, lacking, condition), []
-        # with a load a small change may make it hold where the load is 0, as another of the text holds there
-        others = [o for o in self.reading.equations if o.lacking == lacking and not o.defines]
-        alike = (loads_at_zero(e, self.system, lacking) for o in others for e in o.readings())
-        if not one.defines and lacking and not self.reading.unknown and (condition := next(filter(None, alike), "")):
+        # with a load a small change may make it hold where the load is 0, as another of the text that shows the load does
+        others = (o for o in self.reading.equations if o.lacking == lacking and not o.defines)
+        alike = (
+            condition
+            for equation in (equation for other in others for equation in other.readings())
+            if (condition := loads_at_zero(equation, self.system, lacking))
+            and loads_in_words(equation, self.system, lacking)
+        )
+        if not one.defines and lacking and not self.reading.unknown and (condition := next(alike, "")):
             equation = without(next(one.readings()), lacking)
             with suppress(Unread):
                 remark = f"compared where {condition}, as another equation holds"
