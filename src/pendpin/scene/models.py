@@ -208,6 +208,8 @@ class Chain(Record):
         if self.copies > 1 and any(rod.hangs_on is not None for rod in self.rods):
             reason = "copies: a list with hangs_on is not repeated: list the rods, or give a rod its own copies"
             raise ValueError(reason)
+        if all(rod.hangs_on is None and rod.at is None for rod in self.rods):
+            return self  # a copy with other rods then takes no places along
         rods = self.all_rods
         for entry, parent, at in self._hung:
             if at is not None and parent < 0:
