@@ -1,6 +1,6 @@
 """A browser for tests of pages, and settings of Hypothesis.
 
-`pytest --hypothesis-profile=thorough` runs 100 times the examples of every property test, `few` a seventh.
+`pytest --hypothesis-profile=thorough` runs 100 times the examples of every property test, `few` a sixth.
 """
 
 import gc
@@ -13,8 +13,8 @@ from browser import Browser, chromium
 from pendpin.runs.preparation import known_dynamics, known_runs
 
 # no deadlines, no looks at how fast examples come: nothing here depends on a clock
-settings.register_profile("usual", max_examples=70, deadline=None, suppress_health_check=[HealthCheck.too_slow])
-settings.register_profile("thorough", settings.get_profile("usual"), max_examples=7_000, print_blob=True)
+settings.register_profile("usual", max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
+settings.register_profile("thorough", settings.get_profile("usual"), max_examples=6_000, print_blob=True)
 settings.register_profile("few", parent=settings.get_profile("usual"), max_examples=10)
 settings.load_profile("usual")
 

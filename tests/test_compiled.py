@@ -187,7 +187,7 @@ def test_the_same_motion_with_functions(every: float | None, options: dict) -> N
     """A run with drag and a law of control, its samples and books, on Pinocchio and beside machine code."""
     control = fx.Torque(lambda t, q, v: -3.0 * q - v, joints=["theta_2"], every=every)
     scene = pp.Scene(
-        duration=1.0,
+        duration=0.3,
         model=MODELS["chain of 5"],
         start=pp.Start(positions={"theta_1": 0.7, "phi_2": 0.3}),
         effects=(fx.Gravity(), fx.Drag(density=30.0), control),
