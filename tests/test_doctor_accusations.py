@@ -216,6 +216,7 @@ PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T +
         (BOB, r"$$\frac{d}{dt}(m\dot y) - (-m g) = 0$$"),
         (ON_A_CART + PUSHED, r"$$(M + m)\ddot w + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F$$"),
         (BOB, HOOP),
+        (BOB, "Lg = T - V\n"),
         (ON_A_CART + PUSHED, r"$$(\frac Mm + 1)\ddot x + l\cos\theta\ddot\theta - l\sin\theta\dot\theta^2 = F$$"),
     ],
     ids=[
@@ -227,6 +228,7 @@ PUSHED = r"$$m\cos\theta\ddot x + m l\ddot\theta + m g\sin\theta = 0$$ $$L = T +
         "a body that falls",
         "a cart at w",
         "what moves as no load does",
+        "a letter of a name",
         "a load over a mass",
     ],
 )

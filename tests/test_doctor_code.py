@@ -67,12 +67,20 @@ def test_a_step_in_time_says_what_the_rate_is():
     ("old", "new"),
     [
         (r"\ba([12])", r"angle\1"),
+        (r"\ba([12])(?!_)", r"tht\1"),
         (r"let (\w+)", r"qreal \1"),
         (r"(?<=\d\) )\+ g", r"\\\n  + g"),
         (r"a1 \+ dt\*a1_v", "a1 + (dt * a1_v)"),
         (r"(?<!\w)(sin|cos)", r"std::\1"),
     ],
-    ids=["the rate of angle1 is angle1_v", "a type", "a line that goes on", "a step in brackets", "a library"],
+    ids=[
+        "the rate of angle1 is angle1_v",
+        "tht is no rate of th",
+        "a type",
+        "a line that goes on",
+        "a step in brackets",
+        "a library",
+    ],
 )
 def test_a_step_may_be_written_otherwise(old, new):
     """What a language asks for says nothing of mechanics."""

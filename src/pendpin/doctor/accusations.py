@@ -15,6 +15,7 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import NONE, TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
@@ -178,6 +179,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
+    start, end, new = mend.splices[0]
+    if not (new or is_latex(one.text)) and (one.text[:start][-1:].isalpha() or one.text[end : end + 1].isalpha()):
+        return f"{as_read}, and what helps takes letters from a name"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
         return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"

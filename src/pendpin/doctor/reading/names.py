@@ -29,7 +29,7 @@ _RATES = tuple(  # how the name of a rate is spelled
         r"d_?(?P<name>[A-Za-z]+?\d?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
-        rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
+        rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?<!th)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
         rf"(?P<name>{_ANGLE}|angle)_?(?P<index>[12]?)_(?P<order>vel|acc|(?<=[12e]_)[va])",  # phi_vel, angle1_a
     )
 )
@@ -38,7 +38,7 @@ _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
 _SHORT = _meanings(
-    """theta th Th Theta angle, phi ph Phi, T KE ke, V PE pe, tau Tau, omega angularVelocity angVel angvel,
+    """theta th tht Th Theta angle, phi ph Phi, T KE ke, V PE pe, tau Tau, omega angularVelocity angVel angvel,
     alpha angularAcceleration angAcc angacc acceleration"""
 )
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
