@@ -180,7 +180,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
     start, end, new = mend.splices[0]
-    if not (new or is_latex(one.text)) and (one.text[:start][-1:].isalpha() or one.text[end : end + 1].isalpha()):
+    around = one.text[:start][-1:] + one.text[end : end + 1]
+    if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
         return f"{as_read}, and what helps takes letters from a name"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
