@@ -129,7 +129,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
             return "it gives a state a name"
         if not (case.finding.dimensions or any(value.startswith("?") for value in values)):
             return "it gives one quantity the value of another"
-    if case.left and equation.sides[0].value in set().union(*map(symbols, equation.sides[1:])):
+    again = equation.sides[0].value in set().union(*map(symbols, equation.sides[1:]))
+    if case.left and again and not case.finding.dimensions:
         return f"it gives {plain(case.left)} a new value"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
