@@ -106,6 +106,11 @@ def test_a_vector_of_rates_may_have_a_name_of_its_own():
     assert wrong["dydt[1]"] != "holds"
 
 
+@pytest.mark.parametrize("returned", ["[]", "()", "np.array([])"])
+def test_a_function_may_return_nothing(returned):
+    assert [f.verdict for f in pp.diagnose(f"def f(t, y):\n    v = y[0]\n    return {returned}\n").findings]
+
+
 LINEAR = """% inverted pendulum on a cart
 b = 0.1;  % friction of the cart
 p = I*(M+m) + M*m*l^2;

@@ -277,10 +277,8 @@ def _returned(line: str, before: str) -> Iterator[str]:
     if functions and (value := _RETURNED.match(line)):
         yield f"{functions[-1][1]} = {value[1]}"
     elif functions and (rates := _RATES.match(line)) and not re.search(r"[=<>'\"]", line):
-        values, unpacked = (
-            _at_commas(next(filter(None, rates.groups()))),
-            [*_UNPACKED.finditer(before, functions[-1].end())],
-        )
+        values = _at_commas(next(filter(None, rates.groups()), ""))  # none of an empty list
+        unpacked = [*_UNPACKED.finditer(before, functions[-1].end())]
         every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
         states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
