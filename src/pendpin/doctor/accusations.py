@@ -27,8 +27,9 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
-SEVERAL = 2  # laws that hold, so that a term may be wrong
-INERTIA = (1, 2, 0)  # powers of kg, m, s
+SHORT = 9  # equations: of so few each may be wrong
+SEVERAL = (2, 7)  # laws that hold, so that a term may be wrong, in a short text and in a longer one
+INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
@@ -163,9 +164,17 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     laws = [other for other in true if _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
+    # in a text of some length a letter that moves has its meaning from what holds with it
+    is_long = len(cases) > SHORT and spec.kind not in RODS
+    known = {(name.letter, name.index) for other in true for name in other.written}
+    for part in parts(one.sides) if laws and is_long else ():
+        name, moves = part.written, equation.meaning(str(part.value)) not in {*spec.still, "t"}
+        own = name is None or name == case.left or equation.meaning(str(part.value)).startswith("?")
+        if moves and name and not own and (name.letter, name.index) not in known:
+            return f"{as_read}; nothing that holds has {plain(name)}"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
-    several = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended) >= SEVERAL
+    several = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended) >= SEVERAL[is_long]
     if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and not several:
         return f"{as_read}; all that helps is that {words}"
     return ""
@@ -194,8 +203,10 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
+    if finding.dimensions and brought and (brought - written or sum(_brought(o) == brought for o in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
+    if any(case.spec.dimensions.get(name) == MASS and name.isalpha() for name in brought - written):
+        return f"{as_read}; what helps is about another body, whose mass the text never writes"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
@@ -214,9 +225,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
 
 
 def _brought(case: Case) -> set[str]:
-    """The parameters that a mend writes into an equation whose dimensions do not agree: a text may set them to 1."""
+    """The parameters that a mend writes into an equation: a text may set them to 1, or have no such body."""
     finding = case.finding
-    if finding.verdict != "fails" or not (case.mends_itself and finding.equation and finding.dimensions):
+    if finding.verdict != "fails" or not (case.mends_itself and finding.equation):
         return set()
     return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
 

@@ -11,7 +11,7 @@ from itertools import permutations
 
 import numpy as np
 
-from pendpin.doctor.accusations import INERTIA, Case, find_source, meanings_used, objection_to, plain
+from pendpin.doctor.accusations import INERTIA, SHORT, Case, find_source, meanings_used, objection_to, plain
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
@@ -60,7 +60,18 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             told = {"error": finding.error, "when": finding.when, "remark": f"equation {finding.number} uses it"}
             cases[finding.follows - 1].says(verdict="fails", proved=finding.proved, mends=mends, **told)
             case.doubt(f"it uses a wrong definition, {at}", follows=0)
+    if not found.main.chosen and len(cases) > SHORT and found.main.system.kind not in RODS:
+        _doubt_where_little_holds(cases)
     return [case.finding for case in cases]
+
+
+def _doubt_where_little_holds(cases: list[Case]) -> None:
+    """Take back the accusations of a text of which not even twice as much holds: it is rather read wrongly than wrong."""
+    right = sum(case.confirmed and case.finding.kind != "definition" for case in cases)
+    wrong = [case for case in cases if case.finding.verdict == "fails"]
+    if right < 2 * sum(not case.finding.follows for case in wrong):
+        for case in wrong:
+            case.doubt(f"it does not hold for {case.spec.title}; but too little of this text does", follows=0)
 
 
 def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:

@@ -9,7 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from pendpin.doctor.checking.check import check
-from pendpin.doctor.checking.residuals import Equation, holds, stack_residuals
+from pendpin.doctor.checking.residuals import Equation, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
@@ -166,10 +166,12 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
 def _is_empty(equation: Equation, patient: Patient) -> bool:
     """Whether an equation that holds says little.
 
-    That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, or with
-    one side within another.
+    That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, with
+    one side within another, or of units that no longer agree.
     """
     spec, names = patient.spec, equation.names
+    if of_equation(equation, spec)[1] and not of_equation(patient.equation, spec)[1]:
+        return True
     fewer = names <= spec.still and not patient.equation.names <= spec.still
     derived = any(part.kind == "derivative" for part in parts(equation.sides))
     cancels = names <= {*spec.state, *spec.parameters} and not derived and names & {*spec.parameters}
