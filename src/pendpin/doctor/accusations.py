@@ -13,7 +13,7 @@ import numpy as np
 
 from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
-from pendpin.doctor.checking.residuals import NONE, TOLERANCE, holds, of_equation, stack_residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
@@ -28,8 +28,10 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations: of so few each may be wrong
-SEVERAL = (2, 7)  # laws that hold, so that a term may be wrong, in a short text and in a longer one
-INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
+# laws that hold, so that a letter that moves in none accuses nobody, and so that a term may be wrong, in a short text
+# and in a longer one
+ENOUGH, SEVERAL = (3, 1), (2, 7)
+INERTIA = (1, 2, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
@@ -63,13 +65,6 @@ class Case:
     def written(self) -> set[Written]:
         """The names that stand in it."""
         return {part.written for part in parts(self.one.sides) if part.written}
-
-    @property
-    def constants(self) -> list[Written]:
-        """Those of them that are read as constants."""
-        law = self.finding.equation
-        named = ((part.written, str(part.value)) for part in parts(law.sides if law else ()))
-        return [name for name, value in named if name and law and law.meaning(value) in self.spec.still]
 
     @cached_property
     def motions(self) -> list[Quantities]:
@@ -137,11 +132,6 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
         if moves:
             return f"{as_read}; it has no coordinate, and may be about a body that falls"
-    if fast := [name for name in case.written if name.dots > 1 and _is_rate(case, name)]:
-        return f"{as_read}; {plain(fast[0])}, which is a rate in it, has second derivatives in this text"
-    of_others = {"point", "furuta"} & {*spec.kind.split()}  # systems in which others may have an inertia
-    if of_others and case.left and not case.finding.dimensions and case.unit == INERTIA:
-        return f"{as_read}; an inertia may be that of another body"
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
@@ -153,9 +143,6 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
     if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
         return "its first side is its last one; a letter between them may be the text's own"
-    moving = {(name.letter, name.index) for other in cases for name in other.written if name.dots}
-    if still := [name for name in case.constants if (name.letter, name.index) in moving]:
-        return f"{as_read}; {plain(still[0])}, which is a constant in it, has a rate in this text"
     if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
@@ -164,10 +151,10 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     laws = [other for other in true if _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
-    # in a text of some length a letter that moves has its meaning from what holds with it
+    # where laws hold, a letter that moves has its meaning from what holds with it
     is_long = len(cases) > SHORT and spec.kind not in RODS
     known = {(name.letter, name.index) for other in true for name in other.written}
-    for part in parts(one.sides) if laws and is_long else ():
+    for part in parts(one.sides) if spec.kind not in RODS and len(laws) >= ENOUGH[is_long] else ():
         name, moves = part.written, equation.meaning(str(part.value)) not in {*spec.still, "t"}
         own = name is None or name == case.left or equation.meaning(str(part.value)).startswith("?")
         if moves and name and not own and (name.letter, name.index) not in known:
@@ -189,13 +176,13 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
+    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
+    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
+        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
     start, end, new = mend.splices[0]
     around = one.text[:start][-1:] + one.text[end : end + 1]
     if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
         return f"{as_read}, and what helps takes letters from a name"
-    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
-    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
-        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
     loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
     if scaled := [
         load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
@@ -203,10 +190,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    if finding.dimensions and brought and (brought - written or sum(_brought(o) == brought for o in cases) > 1):
+    if brought and (brought - written or sum(_brought(o) == brought for o in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
-    if any(case.spec.dimensions.get(name) == MASS and name.isalpha() for name in brought - written):
-        return f"{as_read}; what helps is about another body, whose mass the text never writes"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
@@ -225,9 +210,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
 
 
 def _brought(case: Case) -> set[str]:
-    """The parameters that a mend writes into an equation: a text may set them to 1, or have no such body."""
+    """The parameters that a mend writes into an equation whose dimensions do not agree: a text may set them to 1."""
     finding = case.finding
-    if finding.verdict != "fails" or not (case.mends_itself and finding.equation):
+    if finding.verdict != "fails" or not (case.mends_itself and finding.equation and finding.dimensions):
         return set()
     return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
 
@@ -235,12 +220,6 @@ def _brought(case: Case) -> set[str]:
 def plain(name: Written) -> str:
     """A name as it is typed."""
     return name.letter + ("_" + name.index if name.index else "")
-
-
-def _is_rate(case: Case, name: Written) -> bool:
-    """Whether a name without its dots stands for a velocity."""
-    meaning = case.reading.words(replace(name, dots=0))[0]
-    return case.spec.dimensions.get(meaning, NONE)[2] < 0
 
 
 def _is_near(case: Case) -> bool:

@@ -14,7 +14,7 @@ from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_rename
-from pendpin.doctor.reading.tokens import tokens
+from pendpin.doctor.reading.tokens import is_latex, tokens
 from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
@@ -179,10 +179,13 @@ class Text:
         bare, made = self._with_meanings(words), list[tuple[int, str, Node]]()
         for i, one in enumerate(bare):
             old = {name for _, name, _ in made} if one.statement.chained else set[str]()
-            made += [(i, *each) for each in _definitions(one, words.given) if each[0] not in old]
+            before = set() if is_latex(one.text) else {name for _, name, _ in made}
+            made += [(i, *each) for each in _definitions(one, words.given, before) if each[0] not in old]
         # what is computed is no name of what stands before it, as acc in v_dot = acc
         computed = {one.sides[0].value for one in bare if len(one.sides) == 2 and one.sides[1].children}
         made = [one for one in made if bare[one[0]].sides[0].value == one[1] or one[1] not in computed]
+        before = {name: min(at for at, other, _ in made if other == name) for _, name, _ in made}
+        made = [one for one in made if before[one[1]] < one[0] or one[1] not in one[2].names]
         # of what is computed twice, each use means what was computed last before it
         twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
 
@@ -203,6 +206,12 @@ class Text:
         entries, own = list[Printed](), {place: name for place, name, _ in reversed(made)}
         for i in range(len(bare)) if inside is None else np.flatnonzero(inside).tolist():
             one = bare[i]
+            begin, *others = one.sides or (None,)
+            if own.get(i) in twice and begin and begin.value == own[i] and any(own[i] in side.names for side in others):
+                # as x = x/2, from its last value
+                from_last = lambda side, i=i: latest(side, i) if side.children else side  # noqa: E731
+                ways = tuple((tuple(map(from_last, sides)), tight) for sides, tight in one.ways)
+                one = self._bound.setdefault((id(one), "again"), replace(one, ways=ways))
             used, sources, fresh = dict[str, Node](), list[tuple](), [*one.names]
             while fresh:  # through definitions too, and the vectors of components
                 name = fresh.pop()
@@ -342,8 +351,11 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
     return found or [replace(unread, text=text, reason="no equation: it has one side only")]
 
 
-def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]:
-    """The symbols without a meaning that stand alone on a side of an equation, and what they are."""
+def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list[tuple[str, Node]]:
+    """The symbols without a meaning that stand alone on a side of an equation, and what they are.
+
+    What was computed `before` may get another value from its last one.
+    """
     sides = list(one.sides)
     if len(sides) > 1 and sides[0].kind == "power" and sides[0].value == 2:  # v^2 = ... defines v
         base, square = sides[0].children[0], sides[1]
@@ -353,7 +365,8 @@ def _definitions(one: Printed, given: dict[str, Node]) -> list[tuple[str, Node]]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:
-        meanings = [s for s in others if symbol.value not in symbols(s) and s.kind != "number"]
+        new = lambda side, name=symbol.value: name in before or name not in symbols(side)  # noqa: E731
+        meanings = [side for side in others if new(side) and side.kind != "number"]
         meanings.sort(key=lambda side: any(name.startswith("?") for name in symbols(side)))
         if meanings and (symbol is sides[0] or symbol.value not in CONSTANTS or len(sides) > 2):
             return [(other.value, meanings[0]) for other in fresh]

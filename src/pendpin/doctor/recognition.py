@@ -129,6 +129,8 @@ class Reading:
         every = set().union(*names)
         if any(part.kind == "product" and any(factor.value == 0 for factor in part.children) for part in parts(sides)):
             return "it gives a state at an instant, and no law: nothing to check"  # theta(0) = theta_0
+        if len(sides) == 2 and sides[0].kind == "symbol" and sides[0].value in names[1] & {*spec.state}:
+            return "it gives a state a new value: nothing to check"
         entries = [part for side in sides for part in (side.children if side.kind == "matrix" else (side,))]
         vector = "q_i" in every or any(side.kind == "matrix" for side in sides)
         if vector and all(part.kind == "symbol" for part in entries):

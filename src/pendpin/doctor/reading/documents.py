@@ -2,7 +2,8 @@
 
 import re
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections import Counter
+from collections.abc import Callable, Iterable, Iterator
 from dataclasses import dataclass, field, replace
 from functools import cached_property
 from html import unescape
@@ -69,7 +70,8 @@ _RATES = re.compile(  # of states, in their order
 )
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
 _RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
-_CODE = (  # lines of code in plain notation
+_BY_NAME = r"(?:THETA|PHI|OMEGA|ALPHA)_?\d?"
+_CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines of code in plain notation
     (r"^\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$", r"\1\2 = \3"),
     (  # a step in time, omega += alpha*dt, says what the rate is; without dt what is called like a rate is one
         r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*\(?"
@@ -85,7 +87,14 @@ _CODE = (  # lines of code in plain notation
     (r"^(\s*\w+)\s*:\s*[A-Za-z][\w.\[\], |]*?(?=\s*=)", r"\1"),  # x: float = 1
     (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
+    (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
+    # an element by its name: dydx[THETA_1] = y[OMEGA_1]
+    (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
+    (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
 )
+_MEMBER = re.compile(r"\bm_([ml])\d?\b(?!\s*\})")  # of an object in C++: m_m1, m_l1
+_AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
+_STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*)\s*;?\s*$")
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
@@ -96,6 +105,7 @@ _SEVERAL = re.compile(  # x, y = a, b
 )
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
+_GOES_ON = re.compile(r"(?:[ \t]*[-+*/](?![-+*/=])[^\n;]*\n){0,20}?[ \t]*[-+*/](?![-+*/=])[^\n;]*;")
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
 varphi vartheta thetadot phidot ell lambda dtheta dphi ddtheta ddphi frac atan arctan mlg rho sigma eta tau"""
@@ -149,6 +159,8 @@ def read_text(text: str) -> Document:
     text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
     for pattern, by in _PLAIN:
         text = re.sub(pattern, by, text)
+    if {"m", "l"} <= set(_MEMBER.findall(text)):
+        text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
     for start, end, begin, formula in _joined(text, formulas):
         found += [(begin + at, _statement(text, start, end, one, begin + at)) for at, one in equations_in(formula)]
@@ -236,6 +248,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
 
     Each with where it begins and ends. Code goes on in the next line while a bracket is open, or after a sign.
     """
+    steps = {name for name, often in Counter(_STEPPED.findall(text)).items() if often > 1}  # in time, whatever its name
     start, spans, open_from = 0, iter([*covered, (len(text) + 1, len(text) + 1)]), -1
     span = next(spans)
     for number, line in enumerate(text.split("\n"), start=1):
@@ -247,15 +260,21 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if span[0] < end or len(whole) > 20_000:
             continue
         quoted = text.count('"""', 0, begin) % 2  # code that is left out
+        if (step := _STEPPED.match(whole)) and step[1] in steps:
+            whole = f"{whole[: step.start(1)]}dt"
         for pattern, by in () if quoted else _CODE:
             whole = re.sub(pattern, by, whole)
+        again = None if quoted else _AGAIN.match(whole)  # of what was computed
+        if again and re.search(rf"(?m)^[^\n=(]*\b{again[1]}\s*:?=(?!=)", text[:begin]):
+            whole = f"{again[1]} = {again[1]} {again[2]} ({again[3]})"
         returns = not quoted and re.match(r"\s*return\b", whole)
-        if whole.lstrip()[:1] in {"#", "%", "!"} or not (returns or "=" in whole):
+        if whole.lstrip()[:1] in {"#", "%", "!"} or whole.lstrip()[:2] in {"//", "/*"} or not (returns or "=" in whole):
             continue
         bare = re.sub(r"(?<=[(,=\[\s])(['\"])[^'\"\n]*\1", "", whole)  # without strings and comments
         bare = re.sub(r"(?:#|//|(?<!\\)%).*|\\[ \t]*(?=\n)", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
-        divided = re.match(r"[ \t]*/[ \t]*[(\w]", text[end + 1 : end + 99])  # in the next line
+        following = text[end + 1 : end + MOST_OF_A_LINE]  # in C a line goes on until the semicolon
+        divided = re.match(r"[ \t]*/[ \t]*[(\w]", following) or (";" not in bare and _GOES_ON.match(following))
         goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin

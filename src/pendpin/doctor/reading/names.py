@@ -43,7 +43,8 @@ _SHORT = _meanings(
 )
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
 _MEANT = _meanings(
-    """m mass masse masa massa, g gravity grav gravite gravedad gravidade, I inertia inertie inercia moi, F force,
+    """m mass masse masa massa, g gravitationalconstant gravity grav gravite gravedad gravidade,
+    I inertia inertie inercia moi, F force,
     l length len longueur longitud comprimento lunghezza laenge"""
 )
 _MEANT |= _meanings(
@@ -82,10 +83,12 @@ def of_word(word: str) -> Written | None:
     pieces = [_MEANT.get(piece.lower()) or piece for piece in _PHRASE.findall(word) if piece != "_"]
     letters = [piece for piece in pieces if piece in "mgIFl"]
     if len(letters) == 1 and "".join(_PHRASE.findall(word)) == word:  # pole_mass
-        return Written(letters[0], 0, "".join(piece for piece in pieces if piece not in letters))
+        number = "".join(filter(str.isdigit, pieces))  # of massBob1
+        return Written(letters[0], 0, number or "".join(piece for piece in pieces if piece not in letters))
     letter, _, index = word.partition("_")
     if not index and (match := _RUN_ON.fullmatch(word) or _LETTERED.fullmatch(word)):
         letter, index = match[1], match[2]
+    letter = "omega" if letter == "Omega" and index in ("1", "2") else letter
     bare = _STYLED.sub("", index).strip("_").replace("_", ",")
     return Written(_SHORT.get(letter, GREEK.get(letter, letter)), 0, bare, bool(_STYLED.search(index)))
 

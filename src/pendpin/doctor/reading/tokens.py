@@ -121,7 +121,7 @@ Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
         r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{[^{}]*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|smp?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\bstd::"
+        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|smp?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\b(?:[A-Za-z]\w*::)+"
         r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$"
         r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
         r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
@@ -148,6 +148,8 @@ _OF_LATEX: tuple[Rewriting, ...] = (
 _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
+    (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
+    (r"\bPow(?=\()", "pow"),
     (r"\.inv\(\)", "^(-1) "),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
