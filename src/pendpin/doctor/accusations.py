@@ -143,7 +143,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
     if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
         return "its first side is its last one; a letter between them may be the text's own"
-    if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW:
+    if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW and equation.names & {*spec.state}:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
@@ -159,6 +159,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         own = name is None or name == case.left or equation.meaning(str(part.value)).startswith("?")
         if moves and name and not own and (name.letter, name.index) not in known:
             return f"{as_read}; nothing that holds has {plain(name)}"
+    if is_long and len(laws) < FEW and case.mends_itself and case.finding.mends[0].count > 1:
+        return f"{as_read}, and no single change makes it hold"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
     several = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended) >= SEVERAL[is_long]
