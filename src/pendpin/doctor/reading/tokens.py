@@ -149,9 +149,9 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
-    (r"\bPow(?=\()", "pow"),
+    (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
-    (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[A-Za-z])(\w+)\b(\s*\()?", _name_member),
+    (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[^\W\d])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
     # where others are there, it is a step in time
     (_SAMPLE, lambda match: match[0] if len({*re.findall(_SAMPLE, match.string)}) > 1 else ""),
@@ -169,7 +169,7 @@ _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text h
     r"|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?",
     "element": r"[A-Za-z]{1,2}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]"
     r"|(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{1,2}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{1,2}[)\]])",
-    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])",
+    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])",
     "word": r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|[-+][A-Za-z]|\s*[*/=),;]|$))?",
     "sign": r"\*\*|==|:=|%2B|.",
 }
