@@ -143,7 +143,11 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
     if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
         return "its first side is its last one; a letter between them may be the text's own"
-    if spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW and equation.names & {*spec.state}:
+    if (
+        spec.kind in RODS
+        and sum(bool(other.one.ways) for other in cases) < FEW
+        and equation.names & {*spec.state, *spec.unknowns}
+    ):
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
@@ -232,7 +236,8 @@ def _is_near(case: Case) -> bool:
     fits = finding.dimensions and mends[0].cost <= PLAIN and not of_equation(mends[0].equation, case.spec)[1]
     if not case.mends_itself or fits:
         return True
-    return _is_law(mends[0].equation, case.spec)
+    equation = mends[0].equation
+    return _is_law(equation, case.spec) and not equation.names <= case.spec.still
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:
