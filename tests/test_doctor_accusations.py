@@ -1,5 +1,7 @@
 """What the equations of a text say of each other: which are accused, which follow, and which confirm nothing."""
 
+import re
+
 import pytest
 
 import pendpin as pp
@@ -248,3 +250,31 @@ def test_second_derivatives_are_d2_before_a_name():
     """As d2theta in code, where names may end in _ before a sign."""
     text = "d2theta = -g/l*sin(theta)\nd = theta_-phi_\n"
     assert pp.diagnose(text, rod="plane").findings[0].verdict == "holds"
+
+
+LONG = r"""A double pendulum of two bobs.
+$$x_1 = l_1\sin\theta_1$$ $$y_1 = -l_1\cos\theta_1$$ $$x_2 = x_1 + l_2\sin\theta_2$$ $$y_2 = y_1 - l_2\cos\theta_2$$
+$$V = m_1 g y_1 + m_2 g y_2$$ $$T_1 = \frac12 m_1 l_1^2\dot\theta_1^2$$
+"""
+SPEEDS = (
+    r"$$\dot x_1 = l_1\dot\theta_1\cos\theta_1$$",
+    r"$$\dot y_1 = l_1\dot\theta_1\sin\theta_1$$",
+    r"$$\dot x_2 = \dot x_1 + l_2\dot\theta_2\cos\theta_2$$",
+    r"$$\dot y_2 = \dot y_1 + l_2\dot\theta_2\sin\theta_2$$",
+)
+
+
+@pytest.mark.parametrize(("wrong", "accused"), [(1, 1), (2, 2), (4, 0)])
+def test_a_long_text_of_which_little_holds_is_read_wrongly_rather_than_wrong(wrong, accused):
+    """Where four of ten equations lack a rate and six hold, none is accused; where one or two do, these are."""
+    speeds = [re.sub(r"l_(.)\\dot\\theta_.", r"l_\1", one) if i < wrong else one for i, one in enumerate(SPEEDS)]
+    found = findings(LONG + "\n".join(speeds))
+    assert len(found) == 10
+    assert sum(finding.verdict == "fails" for finding in found) == accused
+
+
+def test_a_mend_has_units_that_agree():
+    """Where T may be a tension, whose derivative is 0, no mend empties the other side."""
+    text = r"""A pendulum on a cart: $T = \frac12 M\dot x^2$.
+$$\frac{\partial T}{\partial\dot x} = \frac{\partial}{\partial\dot x}(\frac12 m(\dot x^2 + 2 l\dot x\dot\theta))$$"""
+    assert not any(" is too many" in mend.words for finding in findings(text) for mend in finding.mends)

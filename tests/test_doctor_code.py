@@ -147,3 +147,68 @@ yA = LA*cos(thetaA);
     found = verdicts_of(text)
     assert {found[name] for name in ("PEA", "KEA", "KEB")} == {"holds"}
     assert found["yA"] == "not checked"
+
+
+MEMBERS = """// double pendulum
+void Pendulum::derivs(const double *yin, double *dydx) {
+    const double delta = yin[THETA_2] - yin[THETA_1];
+    const double M = m_m1 + m_m2;
+    double den = M*m_l1 - m_m2*m_l1*std::cos(delta)*cosf(delta);
+    dydx[THETA_1] = yin[OMEGA_1];
+    dydx[OMEGA_1] = (m_m2*m_l1*yin[OMEGA_1]*yin[OMEGA_1]*sin(delta)*cos(delta)
+                  + m_m2*m_g*glm::sin(yin[THETA_2])*cos(delta)
+                  + m_m2*m_l2*yin[OMEGA_2]*yin[OMEGA_2]*sin(delta)
+                  - M*m_g*(float)(sin(yin[THETA_1]))) / den;
+    dydx[THETA_2] = yin[OMEGA_2];
+    // the ratio of the lengths = l2/l1
+    den *= m_l2 / m_l1;
+    dydx[OMEGA_2] = (-m_m2*m_l2*yin[OMEGA_2]*yin[OMEGA_2]*sin(delta)*cos(delta)
+                  + M*m_g*sin(yin[THETA_1])*cos(delta)
+                  - M*m_l1*Pow(yin[OMEGA_1], 2)*sin(delta)
+                  - M*m_g*sin(yin[THETA_2])) / den;
+}
+"""
+
+
+def test_an_object_of_c_is_read_to_the_end_of_each_line():
+    """Lines go on until the semicolon; members, elements by their names and what is computed again are read."""
+    assert [finding.verdict for finding in pp.diagnose(MEMBERS).findings] == ["holds"] * 8
+    for right, wrong in (("den *= m_l2 / m_l1", "den *= m_l1 / m_l2"), ("- M*m_l1*Pow", "+ M*m_l1*Pow")):
+        assert not pp.diagnose(MEMBERS.replace(right, wrong)).ok
+
+
+def test_a_step_in_time_is_what_several_names_are_multiplied_by():
+    """Any name may be the step, if several lines have it; another sum is none."""
+    steps = STEPS_OF_ANY_NAME.format(step="physicalTime")
+    assert [finding.verdict for finding in pp.diagnose(steps).findings] == ["holds"] * 6
+    assert not pp.diagnose(steps.replace("a1 += av1", "a1 += aa1")).ok
+
+
+STEPS_OF_ANY_NAME = """# double pendulum
+denom = 2*m1 + m2 - m2*cos(2*a1 - 2*a2)
+aa1 = (-g*(2*m1 + m2)*sin(a1) - m2*g*sin(a1 - 2*a2) - 2*sin(a1 - a2)*m2*(av2*av2*l2 + av1*av1*l1*cos(a1 - a2)))/(l1*denom)
+aa2 = 2*sin(a1 - a2)*(av1*av1*l1*(m1 + m2) + g*(m1 + m2)*cos(a1) + av2*av2*l2*m2*cos(a1 - a2))/(l2*denom)
+av1 += aa1 * {step}
+a1 += av1 * {step}
+a2 += av2 * {step}
+"""
+
+
+@pytest.mark.parametrize(
+    ("angle", "rate"),
+    [("th", "v"), ("a", "v"), ("θ", "ω"), ("Theta", "Omega")],
+    ids=["th v", "a v", "greek", "capitals"],
+)
+def test_rates_of_two_angles_may_be_called_otherwise(angle, rate):
+    """v1 and v2 beside two angles without rates are theirs; Greek letters and capitals are names too."""
+    code = re.sub(r"\ba(?=[12])", angle, STEPS_OF_ANY_NAME.partition("av1 +=")[0])
+    code = re.sub(r"\bav(?=[12])", rate, code)
+    assert {*verdicts_of(code).values()} == {"holds"}
+    assert verdicts_of(code.replace("- 2*sin(", "- 3*sin("))["aa1"] != "holds"
+
+
+def test_a_new_value_of_a_state_is_no_law():
+    """An angle that is brought back to one turn, and a rate that is damped in each step."""
+    said = pp.diagnose("theta_ddot = -g/l*sin(theta)\ntheta = 0.3\ntheta -= 2*pi\ntheta *= 0.99\n")
+    assert said.ok
+    assert [finding.verdict for finding in said.findings] == ["holds"] + ["not checked"] * 3
