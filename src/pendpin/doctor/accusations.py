@@ -28,8 +28,8 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations: of so few each may be wrong
-# laws that hold, so that a letter that moves in none accuses nobody, and so that a term may be wrong, in a short text
-# and in a longer one
+# laws that hold, in a short text and in a longer one: so many that a moving letter has to stand in what holds, and so many
+# that a term may be too many or missing
 ENOUGH, SEVERAL = (3, 1), (2, 7)
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
@@ -143,11 +143,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
     if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
         return "its first side is its last one; a letter between them may be the text's own"
-    if (
-        spec.kind in RODS
-        and sum(bool(other.one.ways) for other in cases) < FEW
-        and equation.names & {*spec.state, *spec.unknowns}
-    ):
+    few = spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW
+    if few and not equation.names <= spec.still:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
@@ -182,13 +179,13 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
-    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
-    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
-        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
     start, end, new = mend.splices[0]
     around = one.text[:start][-1:] + one.text[end : end + 1]
     if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
         return f"{as_read}, and what helps takes letters from a name"
+    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
+    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
+        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
     loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
     if scaled := [
         load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
@@ -196,7 +193,7 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    if brought and (brought - written or sum(_brought(o) == brought for o in cases) > 1):
+    if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says

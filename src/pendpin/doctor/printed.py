@@ -184,8 +184,8 @@ class Text:
         # what is computed is no name of what stands before it, as acc in v_dot = acc
         computed = {one.sides[0].value for one in bare if len(one.sides) == 2 and one.sides[1].children}
         made = [one for one in made if bare[one[0]].sides[0].value == one[1] or one[1] not in computed]
-        before = {name: min(at for at, other, _ in made if other == name) for _, name, _ in made}
-        made = [one for one in made if before[one[1]] < one[0] or one[1] not in one[2].names]
+        first = {name: place for place, name, _ in reversed(made)}
+        made = [one for one in made if first[one[1]] < one[0] or one[1] not in one[2].names]
         # of what is computed twice, each use means what was computed last before it
         twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
 
@@ -211,7 +211,8 @@ class Text:
                 # as x = x/2, from its last value
                 from_last = lambda side, i=i: latest(side, i) if side.children else side  # noqa: E731
                 ways = tuple((tuple(map(from_last, sides)), tight) for sides, tight in one.ways)
-                one = self._bound.setdefault((id(one), "again"), replace(one, ways=ways))
+                mark = (id(one), *sorted(set().union(*map(symbols, ways[0][0]))))  # @ tells which value it is
+                one = self._bound.setdefault(mark, replace(one, ways=ways))
             used, sources, fresh = dict[str, Node](), list[tuple](), [*one.names]
             while fresh:  # through definitions too, and the vectors of components
                 name = fresh.pop()

@@ -92,9 +92,9 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
 )
-_MEMBER = re.compile(r"\bm_([ml])\d?\b(?!\s*\})")  # of an object in C++: m_m1, m_l1
+_MEMBER = re.compile(r"\bm_([ml])\d?\b")  # of an object in C++: m_m1, m_l1
 _AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
-_STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*)\s*;?\s*$")
+_STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*[A-Za-z])\s*;?\s*$")
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
@@ -105,7 +105,8 @@ _SEVERAL = re.compile(  # x, y = a, b
 )
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
-_GOES_ON = re.compile(r"(?:[ \t]*[-+*/](?![-+*/=])[^\n;]*\n){0,20}?[ \t]*[-+*/](?![-+*/=])[^\n;]*;")
+_INDENTED = r"(?:\t|[ \t]{3,})[-+*/](?![-+*/=])[^\n;]*"
+_GOES_ON = re.compile(rf"(?:{_INDENTED}\n){{0,20}}?{_INDENTED};[ \t]*(?://.*)?$", re.M)
 MOST_OF_A_LINE = 4000  # characters of code that go on over lines
 _NOT_PROSE = """sin cos tan cot sec csc sqrt theta phi omega alpha beta psi gamma delta const constant mgl mgh dot ddot
 varphi vartheta thetadot phidot ell lambda dtheta dphi ddtheta ddphi frac atan arctan mlg rho sigma eta tau"""
@@ -159,7 +160,7 @@ def read_text(text: str) -> Document:
     text = re.sub("&(?!lt;|gt;)[A-Za-z]+;", lambda match: unescape(match[0]), text)
     for pattern, by in _PLAIN:
         text = re.sub(pattern, by, text)
-    if {"m", "l"} <= set(_MEMBER.findall(text)):
+    if {"m", "l"} <= set(_MEMBER.findall(text)) and not re.search(r"\$|\\[a-z]{3}", text):
         text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
     formulas = sorted({*_formulas(text), *_pictures(text)})
     for start, end, begin, formula in _joined(text, formulas):
