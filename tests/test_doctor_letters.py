@@ -332,6 +332,12 @@ def test_a_letter_is_the_lagrangian_on_the_left_and_a_length_on_the_right():
     assert pp.diagnose(ALIKE).ok
 
 
+def test_two_letters_for_a_length_are_read():
+    """L and L_p stand on both sides; each of them may be the length, and reading them ends."""
+    (found,) = pp.diagnose(r"m_p L\ddot\theta\sin\theta = R_x - \frac{1}{L_p \sin\theta} I_p\ddot\theta").findings
+    assert found.verdict == "not checked"
+
+
 @pytest.mark.parametrize(
     ("right", "wrong"), [(r"\frac12 m L^2", "m L^2"), (r"+ m L^2\dot", r"+ m L\dot"), (r"g L\sin", r"g L\cos")]
 )

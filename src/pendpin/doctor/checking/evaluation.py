@@ -71,10 +71,10 @@ class Equation:
         """Its meanings over some quantities."""
         return Context(self, quantities)
 
-    def readings(self, words: Vocabulary) -> Iterator["Equation"]:
+    def readings(self, words: Vocabulary, apart: bool = True) -> Iterator["Equation"]:
         """Itself with every other meaning of its names and columns, the likeliest first.
 
-        At last with L as the Lagrangian on the left and a length on the right.
+        At last, where letters may stand `apart`, with L as the Lagrangian on the left and a length on the right.
         """
         several, writings = dict[str, tuple[str, ...]](), dict[str, Written]()
         used = names_in(self.sides, self.definitions) & self.definitions.keys()
@@ -90,10 +90,10 @@ class Equation:
             yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
         first, *rest = self.sides
         both = symbols(first) & set().union(*map(symbols, rest)) & several.keys()
-        for name in sorted(name for name in both if "L" in several[name]):
+        for name in sorted(name for name in both if apart and "L" in several[name]):
             for other in (other for other in several[name] if other not in ENERGIES):
                 sides = (first, *(with_meaning(side, writings[name], other) for side in rest))
-                yield from replace(self, sides=sides).readings(words)
+                yield from replace(self, sides=sides).readings(words, apart=False)
 
 
 def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
