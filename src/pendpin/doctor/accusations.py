@@ -27,9 +27,9 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
-SHORT = 9  # equations: of so few each may be wrong
-# laws that hold, in a short text and in a longer one: so many that a moving letter has to stand in what holds, and so many
-# that a term may be too many or missing
+SHORT = 9  # equations of a short text, each of which may be wrong
+# how many laws have to hold, in a short text and in a longer one: before a moving letter has to stand in one that holds,
+# and before a term may be called too many or missing
 ENOUGH, SEVERAL = (3, 1), (2, 7)
 INERTIA = (1, 2, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something

@@ -122,8 +122,9 @@ def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
         return renamed
     usual = {(name.letter, name.index): name for name in renamed.values()}
     renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
+    named = any(letter in ("omega", "w") for letter, _ in letters.every)  # the usual names of angular velocities
     speeds = {("v", index): replace(one, dots=1) for (_, index), one in renamed.items() if index.isdigit()}
-    if len(speeds) > 1 and speeds.keys() <= letters.every.keys() - letters.turned and not _names_rates(letters):
+    if len(speeds) > 1 and speeds.keys() <= letters.every.keys() - letters.turned and not named:
         return renamed | speeds
     (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
     if others or not all(re.fullmatch(r"\[\d\]", place) for place in places):
@@ -132,11 +133,6 @@ def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
     rates = [place for place in (f"[{i}]" for i in range(begin, begin + 4)) if place not in places]
     pairs = zip(places, rates, strict=False)
     return renamed | {(vector, rate): replace(renamed[vector, place], dots=1) for place, rate in pairs}
-
-
-def _names_rates(letters: Letters) -> bool:
-    """Whether a text has usual names of angular velocities."""
-    return any(letter in ("omega", "w") for letter, _ in letters.every)
 
 
 def weight(equation: Equation, spec: Spec) -> float:
