@@ -1,14 +1,17 @@
 """A limit is a limit of the whole call: compiling, every run, and completing the samples. No clock is read here."""
 
+import itertools
 import json
 import re
 import subprocess
 import sys
 import time
 from collections import OrderedDict
+from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
 from threading import Event
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
@@ -21,6 +24,10 @@ from pendpin.effects import Gravity
 from pendpin.errors import Halted, Interrupted
 from pendpin.ground import libraries
 from pendpin.runs import limits, run
+from pendpin.runs.integration import SmoothLoop
+from pendpin.runs.motion_with_events import LoopWithEvents
+from pendpin.stability.sections import bifurcation, crossing, portrait, strobe
+from pendpin.sweeps.significance import significance
 from pendpin.verification.hardcases import CASES, run_case
 
 ROD = pp.Rod(length=1.0, mass=1.0, radius=0.05)
@@ -96,6 +103,51 @@ def test_a_run_that_is_stopped_before_its_second_sample_can_be_shown() -> None:
     assert run.summary().remark.startswith("those of the 1 sample: the run ended early")  # nothing more is integrated
 
 
+STOPPED: dict[str, Callable[[pp.Scene], object]] = {
+    "summary": lambda scene: pp.simulate(scene, samples=6).summary(),
+    "crossings": lambda scene: pp.simulate(scene, samples=6).crossings("theta"),
+    "accuracy": lambda scene: pp.simulate(scene.with_solver(tolerance=None), accuracy=1e-4),
+    "significance": lambda scene: significance(scene),
+    "portrait": lambda scene: portrait(
+        scene.with_solver(method="gauss4", step=0.01), crossing("theta", of="phi", count=2, skip=0), 2, -1.0
+    ),
+    "bifurcation": lambda scene: bifurcation(
+        scene, "effects[1].kinetic", [0.1, 0.2], strobe(0.5, of="theta", count=3, skip=0)
+    ),
+    "sweep": lambda scene: pp.sweep(scene, {"start.positions[0]": [0.1, 0.2]}, "swing"),
+    "closely": lambda scene: pp.sweep(scene.with_solver(samples=4), {"start.positions[0]": [0.1, 0.2]}, "R3.max"),
+    "orbit": lambda scene: pp.periodic_orbit(scene),
+}
+
+
+@pytest.mark.parametrize("name", STOPPED)
+def test_ctrl_c_is_no_failure_of_a_run(monkeypatch: pytest.MonkeyPatch, name: str) -> None:
+    """Work of many runs notes a run that fails and goes on to the next; the user's Ctrl-C, in any of them, ends the work."""
+    scene = swing(duration=2.0, effects=(Gravity(), pp.effects.DryFriction(kinetic=0.1)))
+    smooth = {
+        "closely": (Gravity(), pp.effects.Viscous(coefficient=0.1)),
+        "portrait": (Gravity(),),
+        "orbit": (Gravity(),),
+    }
+    scene = scene.replace(effects=smooth.get(name, scene.effects))
+    stop = SimpleNamespace(segments=itertools.count(), at=np.inf)
+    for kind in (SmoothLoop, LoopWithEvents):
+
+        def go_on(*given: Any, go_on: Any = kind.go_on) -> Any:
+            if next(stop.segments) >= stop.at:
+                raise KeyboardInterrupt
+            return go_on(*given)
+
+        monkeypatch.setattr(kind, "go_on", go_on)
+    STOPPED[name](scene)
+    whole = next(stop.segments)
+    assert whole
+    for stop.at in {0, whole // 3, 2 * whole // 3, whole - 1}:
+        stop.segments = itertools.count()
+        with pytest.raises((Interrupted, KeyboardInterrupt)):
+            STOPPED[name](scene)
+
+
 @pytest.mark.parametrize("options", [{"method": "taylor"}, {"solver": pp.Solver(engine="compiled")}])
 def test_compiling_is_in_the_limit(monkeypatch: pytest.MonkeyPatch, options: dict[str, Any]) -> None:
     """Equations that are not compiled at the limit are not waited for; the start is what there is."""
@@ -138,7 +190,8 @@ import os, signal, sys, threading
 from pendpin.ground.libraries import abandoned, wait_for
 
 def compile_for_ever():
-    threading.Timer(0.1, signal.pthread_kill, (threading.main_thread().ident, signal.SIGINT)).start()
+    taker = {"waits": threading.main_thread(), "computes": threading.current_thread()}[sys.argv[1]]
+    threading.Timer(0.1, signal.pthread_kill, (taker.ident, signal.SIGINT)).start()
     threading.Event().wait()
 
 signal.signal(signal.SIGINT, signal.default_int_handler)  # it is off where tests run in the background
@@ -150,15 +203,17 @@ except KeyboardInterrupt:
 """
 
 
-def test_ctrl_c_does_not_wait_for_a_compiler() -> None:
+@pytest.mark.parametrize("taker", ["waits", "computes"])
+def test_ctrl_c_does_not_wait_for_a_compiler(taker: str) -> None:
     """It ends the wait for what heeds no signal, which goes on in its thread; without a signal there is the result.
 
+    So it does whichever thread the system gives the signal to: one that computes does not wake the one that waits.
     In a process of its own: in this one Hypothesis watches the collector, and what is raised in its callback is lost.
     """
     assert libraries.wait_for(lambda: 3) == 3
     with pytest.raises(ZeroDivisionError):
         libraries.wait_for(lambda: 1 / 0)
-    done = subprocess.run([sys.executable, "-c", FOR_EVER], capture_output=True, text=True, timeout=HANG)
+    done = subprocess.run([sys.executable, "-c", FOR_EVER, taker], capture_output=True, text=True, timeout=HANG)
     assert (done.stdout, done.stderr) == ("interrupted True\n", "")
 
 

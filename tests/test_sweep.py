@@ -1,6 +1,8 @@
 """Sweeps: every case is what a single run gives, whoever runs it and however the sweep is cut or broken off."""
 
 import math
+import subprocess
+import sys
 from functools import partial
 from pathlib import Path
 from threading import Event
@@ -11,6 +13,7 @@ import pytest
 from scipy import stats
 
 import pendpin as pp
+from laws import HANG
 from pendpin import effects as fx
 from pendpin.dynamics.compiling import EquationsOfMotion, staying_zero
 from pendpin.errors import Interrupted
@@ -177,6 +180,31 @@ def test_a_sweep_that_is_stopped_does_not_wait_for_its_blocks(monkeypatch: pytes
     assert many.batch is not None
     with pytest.raises(Interrupted):
         run_block(many, 0, 2, stopped)
+
+
+TAKEN = """
+import signal, threading
+from pendpin.sweeps.workers import in_threads
+
+def block(begin, end, stopped):
+    threading.Timer(0.1, signal.pthread_kill, (threading.get_ident(), signal.SIGINT)).start()
+    stopped.wait()
+
+signal.signal(signal.SIGINT, signal.default_int_handler)  # it is off where tests run in the background
+try:
+    next(in_threads(block, [(0, 1)], 1))
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_ctrl_c_ends_a_wait_for_blocks_that_it_does_not_wake() -> None:
+    """A signal that a working thread takes leaves the one that waits asleep; it looks all the same, and ends the others.
+
+    In a process of its own: in this one Hypothesis watches the collector, and what is raised in its callback is lost.
+    """
+    done = subprocess.run([sys.executable, "-c", TAKEN], capture_output=True, text=True, timeout=HANG)
+    assert (done.stdout, done.stderr) == ("interrupted\n", "")
 
 
 def test_flip_times_are_roots() -> None:

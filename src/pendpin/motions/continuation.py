@@ -9,7 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
-from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
 from pendpin.ground.arguments import numbers, refuse_not_finite
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
@@ -58,6 +58,8 @@ class Continuation:
         """The motion from a sample of the run at times (m,) in s since the scene's start, its own first. RunError."""
         self._loop.times = times
         piece = integrate_to_end(self._loop, self.run.q[sample], self.run.v[sample])
+        if isinstance(piece.failure, Interrupted):
+            raise KeyboardInterrupt  # a piece is a part of other work, which it ends
         if piece.failure is not None:
             raise RunError(f"from t = {self.run.t[sample]:.10g} s on: {piece.failure}", self.run)
         return piece

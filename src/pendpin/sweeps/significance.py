@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
-from pendpin.errors import InputError, PendpinError
+from pendpin.errors import InputError, Interrupted, PendpinError
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
@@ -92,6 +92,8 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     for name, listed, effect, other in _list_variants(compared):
         try:
             run = run_within(2 * budget, other.by("auto", tolerance))  # it leaves effects out on purpose: no notes
+        except Interrupted:
+            raise
         except PendpinError as error:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue

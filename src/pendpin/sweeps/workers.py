@@ -8,17 +8,18 @@ import pickle
 import signal
 import warnings
 from collections.abc import Callable, Generator, Iterator, Sequence
-from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor, as_completed
+from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
 from concurrent.futures.process import BrokenProcessPool
 from contextlib import contextmanager, suppress
 from itertools import islice
 from multiprocessing import get_context
 from multiprocessing.connection import Connection
+from queue import Empty, SimpleQueue
 from threading import Event, Thread
 from typing import Any
 
 from pendpin.errors import InputError, Interrupted, RunError
-from pendpin.ground.libraries import is_there, optional
+from pendpin.ground.libraries import TICK, is_there, optional
 from pendpin.runs.checkpoint import versions
 
 AHEAD = 3  # blocks given out for each worker, which bounds the memory
@@ -69,7 +70,7 @@ def in_threads(run: Callable[[int, int, Event], Any], spans: Sequence[Span], wor
     pool, stopped = ThreadPoolExecutor(workers), Event()
     try:
         places = {pool.submit(run, *span, stopped): place for place, span in enumerate(spans)}
-        for done in as_completed(places):
+        for done in _as_completed(list(places)):
             yield places.pop(done), done.result()  # popped, so that a result that was read takes no memory
     finally:
         stopped.set()
@@ -89,7 +90,7 @@ def in_processes(run: Callable[[int, int], Any], spans: Sequence[Span], workers:
             places = {pool.submit(_run_span, *span): place for place, span in enumerate(spans)}
         finally:
             signal.pthread_sigmask(signal.SIG_SETMASK, blocked)
-        for done in as_completed(places):
+        for done in _as_completed(list(places)):
             yield places.pop(done), done.result()
         pool.shutdown()
     except BrokenProcessPool:
@@ -98,6 +99,20 @@ def in_processes(run: Callable[[int, int], Any], spans: Sequence[Span], workers:
     finally:
         open_end.close()  # ends the running processes
         pool.shutdown(cancel_futures=True)
+
+
+def _as_completed(futures: list[Future[Any]]) -> Iterator[Future[Any]]:
+    """As that of concurrent.futures, which a signal does not always wake (libraries.TICK)."""
+    completed = SimpleQueue[Future[Any]]()
+    for future in futures:
+        future.add_done_callback(completed.put)
+    count = len(futures)
+    futures.clear()  # so that a result that was read takes no memory
+    while count:
+        with suppress(Empty):
+            done = completed.get(timeout=TICK)
+            count -= 1
+            yield done
 
 
 _run: Any = None  # of a process: packed until its first span

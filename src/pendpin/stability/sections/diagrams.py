@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.engines import Moving
-from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
 from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, numbers
 from pendpin.ground.arrays import Array, ArrayLike
@@ -118,6 +118,8 @@ def portrait(
     for place in np.flatnonzero(np.isnan(values).any((1, 2))):
         try:
             values[place], _ = section.collect(scene.model_copy(update={"start": drawn[place]}))
+        except Interrupted:
+            raise
         except RunError as error:
             why[place] = str(error)
     return Portrait(section, total, energy is not None, tuple(drawn), values, tuple(why), units)
@@ -253,6 +255,8 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
         for place in order:
             try:
                 rows[place], start = section.collect(scenes[place].model_copy(update={"start": start}))
+            except Interrupted:
+                raise
             except RunError as error:
                 why[f"{key} = {at[place]:g}: {error}"] = None
                 start = scene.start
