@@ -15,6 +15,7 @@ import typer.main
 
 import pendpin as pp
 from bad_input import AtOnce, run_main
+from laws import HANG
 from pendpin.cli.app import app
 from pendpin.cli.outputs import DOING, print_table
 from pendpin.errors import InputError, Interrupted, not_one_of
@@ -149,6 +150,35 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
     monkeypatch.setattr("pendpin.scene.load_scene", interrupted)
     assert run_main("urdf", "chain.toml") == 130
     assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
+
+
+SWALLOWED = """
+import signal, threading
+from importlib.machinery import ExtensionFileLoader
+from pendpin.cli import app, main
+
+class Loader(ExtensionFileLoader):
+    def exec_module(self, module):
+        try:
+            signal.raise_signal(signal.SIGINT)
+        except BaseException:
+            print("swallowed")
+
+def run():
+    Loader("numcodecs", "numcodecs.so").exec_module(None)
+    while True:
+        threading.Event().wait(0.1)
+
+app.main = run
+signal.signal(signal.SIGINT, signal.default_int_handler)  # it is off where tests run in the background
+main()
+"""
+
+
+def test_ctrl_c_is_not_lost_in_an_import() -> None:
+    """A module in C that swallows what is raised while it is imported, as those by Cython do, is imported first."""
+    ended = subprocess.run([sys.executable, "-c", SWALLOWED], capture_output=True, text=True, timeout=HANG)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "pendpin: stopped by the user\n")
 
 
 def test_paragraphs_of_help_have_one_line_each() -> None:

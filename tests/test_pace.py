@@ -15,7 +15,7 @@ import pendpin as pp
 import scenes
 from effect_cases import EFFECTS, MODELS
 from laws import law
-from pendpin.dynamics.timing import declared_pace
+from pendpin.dynamics.pace import declared_pace
 from pendpin.effects import Gravity, JointEffect, Motor, Rotation, Support, Torque
 from pendpin.effects.pace import SIGNS, STEADY, Pace, join_paces, measure_pace
 

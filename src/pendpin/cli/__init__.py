@@ -4,12 +4,17 @@ May import: everything. To add a command: a function in run.py, sweep.py or tool
 Its result says in a report what is printed (ground/report.py); outputs.py prints it.
 """
 
+import signal
 import sys
 
 
 def main() -> None:
     """Run the command line; Ctrl-C ends it in one line, also while it is being imported."""
     try:
+        from pendpin.ground.libraries import interrupt
+
+        if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a shell turns it off in the background
+            signal.signal(signal.SIGINT, interrupt)
         from pendpin.cli.app import main as run
 
         run()

@@ -15,6 +15,7 @@ from types import SimpleNamespace
 from typing import Any
 
 from pendpin.errors import Halted, Interrupted
+from pendpin.ground import libraries
 from pendpin.ground.arguments import seconds
 from pendpin.ground.report import Report, Styled, Table
 
@@ -133,7 +134,7 @@ def limited(limit: float | None) -> Iterator[SimpleNamespace]:
     timer.daemon = True
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as where a shell runs the command in the background
     if ignored:
-        signal.signal(signal.SIGINT, signal.default_int_handler)
+        signal.signal(signal.SIGINT, libraries.interrupt)
     try:
         timer.start()
         yield work

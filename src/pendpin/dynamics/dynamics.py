@@ -57,7 +57,7 @@ class Dynamics:
         self.potentials = [bound and bound.potential() for bound in self.binding.acts]
         self.conservative = all(potential is not None for potential in self.potentials)
         self._engines = dict[Hashable, Engine]()  # others of this model; not Dynamics, which would be a reference cycle
-        self.sampled_effects = dict[tuple[int, float], tuple[Array, Array, Array]]()  # by place and duration: timing.py
+        self.sampled_effects = dict[tuple[int, float], tuple[Array, Array, Array]]()  # by place and duration: pace.py
         self.sampler: Sampler | None = None  # of samples in machine code, where these are used
         if model.make_pin is not None:
             # not `self`: a reference cycle would keep Pinocchio's data until the garbage collector runs

@@ -62,7 +62,7 @@ class Effect(Record):
 
         Changes below `negligible` times the largest value may be left out; `pendpin.effects.pace.STEADY` if time makes no
         difference. None if the effect does not declare it: the run then samples it, and adds a note. Laws of pendpin's own
-        need not: they change with time by their `track`, by their `frequency`, or not at all (dynamics/timing.py).
+        need not: they change with time by their `track`, by their `frequency`, or not at all (dynamics/pace.py).
         """
         return None
 

@@ -2,18 +2,20 @@
 
 import atexit
 import ctypes
+import signal
 import sys
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from contextvars import copy_context
 from functools import cache
 from importlib import import_module
+from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
 from math import inf
 from pathlib import Path
-from threading import Event, Thread, current_thread, local, main_thread
+from threading import Event, Thread, Timer, current_thread, local, main_thread
 from time import monotonic
-from types import SimpleNamespace
+from types import FrameType, SimpleNamespace
 from typing import Any, Generic, TypeVar
 
 from pendpin.errors import MissingLibrary
@@ -61,6 +63,21 @@ def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
     if isinstance(outcome[0], BaseException):
         raise outcome[0]
     return outcome[0]
+
+
+def interrupt(number: int, frame: FrameType | None) -> None:
+    """Raise KeyboardInterrupt after Ctrl-C; while a module in C is imported, once that has ended.
+
+    As such a module begins, Cython swallows what is raised there: 1 of 300 sweeps went on after Ctrl-C.
+    """
+    while frame:
+        if isinstance(frame.f_locals.get("self"), ExtensionFileLoader):
+            again = Timer(TICK / 10, signal.pthread_kill, (main_thread().ident, number))
+            again.daemon = True
+            again.start()
+            return
+        frame = frame.f_back
+    raise KeyboardInterrupt
 
 
 def heyoka() -> Any:

@@ -135,7 +135,7 @@ class Taylor(Integrator):
             begin, (symbols, rates) = time.thread_time(), expressions(self._heyoka, recording)
             series = self._heyoka.taylor_adaptive(
                 list(zip(symbols, rates, strict=True)),
-                np.zeros(recording.size_of()),
+                np.zeros(recording.state_size()),
                 tol=self.tolerance,
                 high_accuracy=self.tolerance < COMPENSATED,
                 compact_mode=joints > SMALL,
@@ -207,7 +207,7 @@ def run_time_parameters(recording: Recording) -> Callable[[Sequence[float]], lis
 
 def expressions(hy: Any, recording: Recording) -> tuple[list[Any], list[Any]]:
     """heyoka's variables of the state, and its rates; what depends on parameters alone as parameters of its own."""
-    tape, symbols = recording.tape, [hy.make_vars(f"y{i}") for i in range(recording.size_of())]
+    tape, symbols = recording.tape, [hy.make_vars(f"y{i}") for i in range(recording.state_size())]
     functions = {"add": add, "sub": sub, "mul": mul, "div": truediv, "neg": neg, "pow": pow}
     terms = {place: hy.par[cell] for cell, place in enumerate(tape.fixed_operands(recording.places))}
     for place in tape.needed(recording.places):

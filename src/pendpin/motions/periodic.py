@@ -16,7 +16,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import expand_as_written
 from pendpin.dynamics.derivatives import Variational, refuse_poles
-from pendpin.dynamics.timing import changes_with_time
+from pendpin.dynamics.pace import changes_with_time
 from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
 from pendpin.effects import ContactEffect
 from pendpin.errors import InputError, RunError, is_number, shown

@@ -15,7 +15,7 @@ from pendpin.dynamics.contacts import Mode, Scales
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.falls import RATE, Guards, guards_of
-from pendpin.dynamics.timing import timing
+from pendpin.dynamics.pace import paces_of
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.effects.pace import Pace
 from pendpin.engines.machine.llvm import Block
@@ -67,7 +67,7 @@ class Variations:
         """How fast what acts changes during the scene."""
         scene, (q, v) = self.scene, np.split(self.start, 2)
         dynamics = Dynamics(self.equations.model, scene.effects, start=scene.start.time)
-        return timing(dynamics, scene.effects, q, v, scene.duration, None).pace
+        return paces_of(dynamics, scene.effects, q, v, scene.duration, None).pace
 
     def integrate(self, y: Array, w: Array, times: Array, tolerance: float) -> tuple[Array, Array]:
         """States (n, 2 nv) and changes (n, K, 2 nv) at times (n,) from y, w, these measured by their sizes. RunError."""

@@ -17,7 +17,7 @@ import numpy as np
 from pendpin.dynamics.acting import acting
 from pendpin.dynamics.compiling import EquationsOfMotion, drop_zeros
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.timing import timing
+from pendpin.dynamics.pace import paces_of
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
 from pendpin.ground.libraries import heyoka, is_there, wait_for
@@ -152,7 +152,7 @@ class Series:
 
     def _case(self, scene: Scene, dynamics: Dynamics, values: Sequence[float]) -> Cases:
         q, v = start_state(dynamics.model, scene.start)
-        pace = timing(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
+        pace = paces_of(dynamics, acting(dynamics.model, scene.effects), q, v, scene.duration, self.tolerance).pace
         longest = 0.0 if len(pace.corners) else LONGEST_STEP * float(pace.shortest[0])
         numbers = np.array([self._numbers(values)])
         energies = np.stack(dynamics.energies(q[None], v[None]), 1)

@@ -9,7 +9,7 @@ from pendpin.dynamics.acting import built_in, in_order, plain_arithmetic
 from pendpin.dynamics.binding import Accounts, State
 from pendpin.dynamics.contacts import check_start
 from pendpin.dynamics.dynamics import Dynamics, bind
-from pendpin.dynamics.timing import Timing, timing
+from pendpin.dynamics.pace import Paces, paces_of
 from pendpin.effects import Idle, Torque
 from pendpin.engines import Engine
 from pendpin.errors import InputError
@@ -111,15 +111,15 @@ class Prepared:
         return Prepared._from_start(scene, self.balance is not None, self.bound, q, v)
 
     @cached_property
-    def timing(self) -> Timing:
+    def paces(self) -> Paces:
         """How fast what acts on the scene changes, and what is known of that."""
         scene, dynamics = self.scene, self.dynamics
-        return timing(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
+        return paces_of(dynamics, dynamics.effects, self.q, self.v, scene.duration, scene.solver.tolerance)
 
     @cached_property
     def notes(self) -> tuple[str, ...]:
         """What a reader of its runs should know."""
-        solver, notes = self.scene.solver, self.timing.notes(self.scene.duration, self.scene.solver.step)
+        solver, notes = self.scene.solver, self.paces.notes(self.scene.duration, self.scene.solver.step)
         if not method_of(solver.method).damps or built_in(self.scene.effects):
             return notes
         # a difference across a jump looks like a fast decay

@@ -95,7 +95,7 @@ def loop_of(
     prepared: Prepared, progress: ProgressCallback, longest: float = np.inf, shifts: Shifts | None = None
 ) -> IntegrationLoop:
     """The loop that integrates a scene, with events where it has contacts. InputError for what its method cannot run."""
-    pace = prepared.timing.pace
+    pace = prepared.paces.pace
     if longest < np.inf:  # s, of a run for comparison: its steps are also shorter than the effects' pace allows
         pace = join_paces([pace._replace(shortest=np.asarray(pace.shortest) / SHORTER), Pace.even(longest)])
     kind = SmoothLoop if prepared.dynamics.contacts is None else LoopWithEvents

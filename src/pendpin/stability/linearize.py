@@ -9,7 +9,7 @@ import numpy as np
 
 from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
-from pendpin.dynamics.timing import NEGLIGIBLE, changes_with_time
+from pendpin.dynamics.pace import NEGLIGIBLE, changes_with_time
 from pendpin.dynamics.vibrations import is_stable, spectrum
 from pendpin.effects import AsWritten, ContactEffect, Drag, Spring
 from pendpin.engines import AngleEngine

@@ -143,7 +143,7 @@ class Modes(Result):
         return figure
 
     def _draw_shape(self, ax: Any, place: int) -> None:
-        rest, moved, extent, size = self._displacement(place)
+        rest, moved, extent, size = self._ends_of_bodies(place)
         axis, moved = int(np.argmax(np.abs(moved).reshape(-1, 3).max(0)[:2])), moved * SWING * extent / (size or 1.0)
         for ends, color, width in ((rest - moved, COLORS[1], 1.0), (rest, PALE, 1.5), (rest + moved, COLORS[0], 1.8)):
             for body in ends:
@@ -155,7 +155,7 @@ class Modes(Result):
         ax.set(aspect="equal", xlim=(middle - half, middle + half))
         ax.locator_params(axis="x", nbins=3)
 
-    def _displacement(self, place: int) -> tuple[Array, Array, float, float]:
+    def _ends_of_bodies(self, place: int) -> tuple[Array, Array, float, float]:
         """Both ends of every body at the rest, how they move to first order with a shape, (bodies, 2, 3) m; the sizes."""
         model, small = self._model, 1e-6
         poses = kinematics.poses(model, self.q + np.array([[0.0], [small], [-small]]) * np.real(self.shapes[place]))
@@ -175,7 +175,7 @@ class Modes(Result):
         """
         place = self.place(k)
         model, omega, shape = self._model, self.omega[place] or 1.0, self.shapes[place]
-        *_, extent, size = self._displacement(place)  # some body moves by a share of the extent, no joint turns far
+        *_, extent, size = self._ends_of_bodies(place)  # some body moves by a share of the extent, no joint turns far
         amplitude = min(SWING * extent / size if size else np.inf, MOST_TURN / float(np.abs(shape).max()))
         phase = np.linspace(0.0, 2 * np.pi * PERIODS, PERIODS * FRAMES + 1)[:, None]
         moving = shape * amplitude * np.exp(1j * phase)

@@ -241,7 +241,7 @@ class Block:
         self.function = function
         (numbers, of_rods), text, recording = fixed, function.text, function.recording
         rods, units = len(of_rods), len(of_rods) if recording.parts else 1
-        self.size = recording.size_of(rods)  # how many numbers a state has
+        self.size = recording.state_size(rods)  # how many numbers a state has
         self.more = len(text.more) + rods * len(text.more_of_rod)  # how many further results there are
         self.operations = len(text.schedule.needed) + (rods - 1) * len(text.schedule.loop)  # of an evaluation
         self._scratch = np.empty(rods * text.scratch_of_rod + 2 * WIDE)

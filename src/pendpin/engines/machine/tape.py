@@ -194,7 +194,7 @@ class Recording(NamedTuple):
     of_rod: Sequence[Any] = ()
     more_of_rod: Sequence[Any] = ()
 
-    def size_of(self, rods: int = 1) -> int:
+    def state_size(self, rods: int = 1) -> int:
         """How many numbers a state has, of a chain of `rods` rods."""
         return rods * self.parts * self.width + len(self.results) if self.parts else self.width
 

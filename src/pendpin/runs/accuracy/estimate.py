@@ -21,7 +21,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from pendpin.dynamics.timing import declared_smooth
+from pendpin.dynamics.pace import declared_smooth
 from pendpin.effects import Effect, Torque
 from pendpin.ground.arrays import EPS, Array
 from pendpin.runs.accuracy.runs import Attempt, Ruler, Runs

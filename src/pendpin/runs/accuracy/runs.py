@@ -5,7 +5,7 @@ from dataclasses import dataclass, field, replace
 
 import numpy as np
 
-from pendpin.dynamics.timing import timing
+from pendpin.dynamics.pace import paces_of
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, RunError
 from pendpin.ground.arrays import TINY, Array, Indices, subdivided
@@ -251,7 +251,7 @@ def choose_refinement(scene: Scene, runs: Runs) -> Refinement:
     if not scene.duration:
         return Refinement(method, 1.0, 0.0)
     run = runs.run(scene.by("dop853", SETTING.loosest))
-    pace_of_run = timing(runs.dynamics, runs.dynamics.effects, *runs.start, scene.duration, None)
+    pace_of_run = paces_of(runs.dynamics, runs.dynamics.effects, *runs.start, scene.duration, None)
     needed = scene.duration / float(pace_of_run.pace.shortest.min())  # equal steps: none jumps over what acts
     if needed * method_of(method).step_price > SETTING.most_steps:
         name, shortest = min(pace_of_run.fastest, key=lambda one: one[1])

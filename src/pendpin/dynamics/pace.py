@@ -24,8 +24,8 @@ WHOLE = 1e-6  # tolerance down to which a step may take all of the shortest time
 ORDER = 8
 
 
-class Timing(NamedTuple):
-    """The pace of a run, in s since its start."""
+class Paces(NamedTuple):
+    """The paces of a scene's effects in a run, in s since its start."""
 
     pace: Pace  # of all effects at once
     fastest: tuple[tuple[str, float], ...]  # each effect, and its shortest time in s
@@ -44,9 +44,9 @@ class Timing(NamedTuple):
         return tuple(notes)
 
 
-def timing(
+def paces_of(
     dynamics: Dynamics, effects: Sequence[Effect], q: Array, v: Array, duration: float, tolerance: float | None
-) -> Timing:
+) -> Paces:
     """The pace of a scene's effects over a run from q, v (nv,), of `duration` s."""
     paces, fastest, sampled = [], [], []
     for i, effect in enumerate(effects if duration else ()):
@@ -64,7 +64,7 @@ def timing(
     joined = join_paces(paces)
     if tolerance is not None and tolerance < WHOLE:  # else two tolerances pass a pulse in the same steps, and agree
         joined = joined._replace(shortest=joined.shortest * (tolerance / WHOLE) ** (1 / ORDER))
-    return Timing(joined, tuple(fastest), tuple(sampled))
+    return Paces(joined, tuple(fastest), tuple(sampled))
 
 
 def _sample(
