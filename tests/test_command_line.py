@@ -152,20 +152,25 @@ def test_ctrl_c_in_a_run_has_its_status(monkeypatch: pytest.MonkeyPatch, capfd: 
     assert capfd.readouterr().err == "pendpin: stopped by the user after 3 of 9 cases\n"
 
 
-SWALLOWED = """
-import signal, threading
+LOST = """
+import signal, sys, threading
 from importlib.machinery import ExtensionFileLoader
 from pendpin.cli import app, main
 
-class Loader(ExtensionFileLoader):
+class Loader(ExtensionFileLoader):  # as Cython's modules
     def exec_module(self, module):
         try:
             signal.raise_signal(signal.SIGINT)
         except BaseException:
-            print("swallowed")
+            pass
+
+class Going:
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
 
 def run():
-    Loader("numcodecs", "numcodecs.so").exec_module(None)
+    Loader("numcodecs", "numcodecs.so").exec_module(None) if sys.argv[1] == "import" else Going()
+    print("goes on", flush=True)
     while True:
         threading.Event().wait(0.1)
 
@@ -175,10 +180,11 @@ main()
 """
 
 
-def test_ctrl_c_is_not_lost_in_an_import() -> None:
-    """A module in C that swallows what is raised while it is imported, as those by Cython do, is imported first."""
-    ended = subprocess.run([sys.executable, "-c", SWALLOWED], capture_output=True, text=True, timeout=HANG)
-    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "", "pendpin: stopped by the user\n")
+@pytest.mark.parametrize("where", ["import", "end of an object"])
+def test_ctrl_c_is_not_lost(where: str) -> None:
+    """Where Python or a library swallows what is raised, it is raised once more."""
+    ended = subprocess.run([sys.executable, "-c", LOST, where], capture_output=True, text=True, timeout=HANG)
+    assert (ended.returncode, ended.stdout, ended.stderr) == (130, "goes on\n", "pendpin: stopped by the user\n")
 
 
 def test_paragraphs_of_help_have_one_line_each() -> None:

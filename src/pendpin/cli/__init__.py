@@ -11,10 +11,10 @@ import sys
 def main() -> None:
     """Run the command line; Ctrl-C ends it in one line, also while it is being imported."""
     try:
-        from pendpin.ground.libraries import interrupt
+        from pendpin.ground.libraries import heed_interrupts
 
         if signal.getsignal(signal.SIGINT) is signal.default_int_handler:  # a shell turns it off in the background
-            signal.signal(signal.SIGINT, interrupt)
+            heed_interrupts()
         from pendpin.cli.app import main as run
 
         run()

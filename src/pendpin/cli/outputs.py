@@ -134,7 +134,7 @@ def limited(limit: float | None) -> Iterator[SimpleNamespace]:
     timer.daemon = True
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as where a shell runs the command in the background
     if ignored:
-        signal.signal(signal.SIGINT, libraries.interrupt)
+        libraries.heed_interrupts()
     try:
         timer.start()
         yield work
