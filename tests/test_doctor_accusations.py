@@ -278,3 +278,35 @@ def test_a_mend_has_units_that_agree():
     text = r"""A pendulum on a cart: $T = \frac12 M\dot x^2$.
 $$\frac{\partial T}{\partial\dot x} = \frac{\partial}{\partial\dot x}(\frac12 m(\dot x^2 + 2 l\dot x\dot\theta))$$"""
     assert not any(" is too many" in mend.words for finding in findings(text) for mend in finding.mends)
+
+
+STRETCHED = r"""The spring of rest length $\ell$ is $l(t) = \ell + z$ long; the angle is measured from the positive x-axis.
+$$x = (\ell + z)\cos\theta$$ $$y = (\ell + z)\sin\theta$$
+$$T = \frac{m}{2}\left(\dot z^2 + (\ell + z)^2\dot\theta^2\right)$$ $$V = \frac{k z^2}{2} + m g (\ell + z)\sin\theta$$
+"""
+
+
+def test_an_angle_may_be_measured_from_the_horizontal():
+    """Of a bob on a spring too; a letter that is set equal to itself and more, as l(t) = l + z, says nothing of itself."""
+    for letter in (r"\ell", "l"):
+        _, *rest = findings(STRETCHED.replace(r"\ell", letter))
+        assert {one.verdict for one in rest} == {"holds"}
+    *_, last = findings(STRETCHED.replace(r"m g (\ell + z)", "m g z"))
+    assert last.verdict != "holds"
+
+
+def test_the_energy_of_one_body_alone_is_not_accused():
+    """The second pendulum's, where the whole is given below; a term of a body that is there is missed."""
+    one = r"$$T = \frac12 m_2 l_1^2\dot\theta_1^2 + m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1 - \theta_2)"
+    other, first = r" + \frac12 m_2 l_2^2\dot\theta_2^2", r" + \frac12 m_1 l_1^2\dot\theta_1^2"
+    said = findings(POINTS + one + other + "$$\n" + FIRST + SECOND)
+    assert said[4].verdict == "not checked"
+    assert "the energy of one body alone" in said[4].remark
+    said = findings(POINTS + one + first + "$$\n" + FIRST + SECOND)
+    assert said[4].verdict == "fails"
+
+
+def test_an_energy_may_be_printed_with_the_place_that_it_depends_on():
+    """U(y) is no product."""
+    text = r"A simple pendulum. $$y = -l\cos\theta$$ $$U(y) = m g y$$ $$T = \frac12 m l^2\dot\theta^2$$"
+    assert {one.verdict for one in findings(text)} == {"holds"}

@@ -15,6 +15,7 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import ENERGY
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
@@ -31,7 +32,7 @@ SHORT = 9  # equations of a short text, each of which may be wrong
 # how many laws have to hold, in a short text and in a longer one: before a moving letter has to stand in one that holds,
 # and before a term may be called too many or missing
 ENOUGH, SEVERAL = (3, 1), (2, 7)
-INERTIA = (1, 2, 0)  # powers of kg, m, s
+INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
@@ -191,6 +192,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
     ]:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
+    bodies = {name for name in case.spec.parameters if case.spec.dimensions.get(name) == MASS}
+    if case.unit == ENERGY and mend.words.endswith(" is missing") and bodies & mend.equation.names - equation.names:
+        return f"{as_read}; it may be the energy of one body alone"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):

@@ -101,6 +101,8 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
     """
     said = [case for case in cases if case.left and len(case.one.sides) == 2 and symbols(case.one.sides[1]) - {"pi"}]
     said = [one for one in said if one.finding.kind not in ("condition", "definition", "unread")]
+    # nor l(t) = l + s
+    said = [one for one in said if not any(part.written == one.left for part in parts(one.one.sides[1:]))]
     said = [one for one in said if one.unit in POINTS or (one.unit == INERTIA and one.meaning() in one.spec.still)]
     for case in cases:
         equation, here = case.finding.equation, dict[Written, Case]()

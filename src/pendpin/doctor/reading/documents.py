@@ -50,6 +50,7 @@ _PICTURE = re.compile(
     r'!?(?:\[[^\n]*?\]\()?(?P<quoted>")?https?://[^\s"\'<>?]*(?:latex|math)[^\s"\'<>?]*\?(?:math=)?'
     r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
 )
+_LOOK = re.compile(r"^(?:\s*\\(?:bg_\w+|fn_\w+|dpi\{\d+\}|inline|(?i:tiny|small|large|huge)\b))+")  # of a picture
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
@@ -162,7 +163,9 @@ def read_text(text: str) -> Document:
         text = re.sub(pattern, by, text)
     if {"m", "l"} <= set(_MEMBER.findall(text)) and not re.search(r"\$|\\[a-z]{3}", text):
         text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
-    formulas = sorted({*_formulas(text), *_pictures(text)})
+    pictures = {*_pictures(text)}  # which may hold the marks of others
+    alone = (one for one in _formulas(text) if not any(start < one[0] < end for start, end, *_ in pictures))
+    formulas = sorted({*alone, *pictures})
     for start, end, begin, formula in _joined(text, formulas):
         found += [(begin + at, _statement(text, start, end, one, begin + at)) for at, one in equations_in(formula)]
     for start, end, one in _lines(text, [formula[:2] for formula in formulas], skipped):
@@ -223,7 +226,7 @@ def _formulas(text: str) -> Iterator[Formula]:
 def _pictures(text: str) -> Iterator[Formula]:
     """The formulas in the addresses of their pictures."""
     for match in _PICTURE.finditer(text):
-        formula = unescape(unquote(match["formula"].replace("&space;", " ")))
+        formula = _LOOK.sub("", unescape(unquote(match["formula"].replace("&space;", " "))))
         while formula.endswith(")") and formula.count("(") < formula.count(")"):
             formula = formula[:-1]
         yield match.start(), match.end(), match.start("formula"), formula

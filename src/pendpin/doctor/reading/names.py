@@ -203,6 +203,7 @@ SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 MOST_DOTS = 6
 FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
+ENERGY = (1, 2, -2)  # powers of kg, m, s
 
 
 def bound(node: Node, words: Vocabulary) -> Node:
@@ -220,7 +221,7 @@ def bound(node: Node, words: Vocabulary) -> Node:
         return replace(node, value=words(node.written)[0] if node.written else "t", children=children)
     if node.kind != "product":
         return replace(node, children=children) if children else node
-    left, factors = [0], [children[0]]
+    left, factors, units = [0], [children[0]], words.spec.dimensions if words.spec else {}
     for i, (before, child) in enumerate(pairwise(children), start=1):
         base = child.children[0] if child.kind == "power" else child
         angle = base.kind == "symbol" and base.value in words.state and base.written and not base.written.dots
@@ -234,10 +235,12 @@ def bound(node: Node, words: Vocabulary) -> Node:
         names = {part.value if part.kind == "symbol" else "" for part in inside}
         is_name = before.kind in ("symbol", "derivative") and not before.bracketed
         of_state = str(before.value).startswith("?") or before.value in FUNCTIONS_OF_STATE
+        of_place = units.get(before.value) == ENERGY and names <= {"x", "y", "z"}  # as U(y)
         in_brackets = child.kind == "matrix" or bool(child.bracketed)
         called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq"}  # L(t, q, dq)
         several = len(inside) > 1 and names <= called and before.written is not None and not before.written.styled
-        if in_brackets and is_name and (several or names <= {"q", "dq"} or (of_state and names <= {*words.state})):
+        only = names <= {"q", "dq"} or (of_state and names <= {*words.state}) or of_place
+        if in_brackets and is_name and (several or only):
             if names <= {"q", "dq", "t"} and names & {"q", "dq"} and left[-1] == i - 1 and before.written is not None:
                 factors[-1] = _named(replace(before.written, styled=True), before.span, words)
         else:

@@ -41,7 +41,7 @@ textnormal textsc"""
 _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand for
     "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
         overrightarrow vb va vu uvec pmb""",
-    "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore",
+    "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore because",
     "space": rf"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
         phantom allowbreak lgroup rgroup thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl
         Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
@@ -50,7 +50,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     ",": "in &",
     "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
     "over": "over",
-    "letter": "top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
+    "letter": "lag→L Lag→L Lagr→L top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
@@ -129,6 +129,8 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
     ),
     (r"(\^\s*(?:\w|\{[^{}]*\}))\s*(_(?:\w|\{[^{}]*\}|\\[a-z]+))", r"\2\1"),  # l^2_1 is l_1^2
     (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
+    # of a whole equation
+    (r"\\(?:boldsymbol|mathbf|textbf|bm|boxed)\s*(?=\{(?:[^{}=]|\{(?:[^{}]|\{[^{}]*\})*\})*=)", ""),
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
     (  # the unit of a parameter: what stands between its number and the end
