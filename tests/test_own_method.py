@@ -67,6 +67,15 @@ def test_costs_are_measured() -> None:
     assert {curve.name for curve in cost.curves} == {"ralston", "rk4"}
 
 
+def test_published_results_are_compared() -> None:
+    """With the step of the method of ours that is nearest below in its order; left out where that is."""
+    report = pp.validate(["conical", "iftomm-a01"], methods=["ralston", "gauss2"])
+    compared = {row.method: row for row in report.comparisons if row.case == "conical"}
+    assert compared.keys() == {"ralston", "gauss2"}
+    assert not any(row.failure for row in compared.values())
+    assert [words.partition(":")[0] for words in report.left_out] == ["iftomm-a01 by ralston", "iftomm-a01 by gauss2"]
+
+
 def test_what_does_not_fit_is_refused() -> None:
     """A name that is taken, a tolerance, effects that need events; each in one line."""
     with pytest.raises(pp.InputError, match="add_method: rk4 is there already"):

@@ -203,7 +203,7 @@ def last_lines(diagnosis: Diagnosis) -> list[str]:
     if diagnosis.wrong:
         answer[-1] += f" The first wrong one is equation {diagnosis.wrong[0].number}, {diagnosis.wrong[0].place}."
     elif diagnosis.doubtful:
-        answer.append("Some does not hold as it is read, so this does not prove that all is right (exit status 1).")
+        answer.append("Not every equation holds as it is read: this does not prove that all is right (exit status 1).")
     if diagnosis.skipped:
         answer.append(f"Not looked at, though it holds an equals sign: {_few(diagnosis.skipped)}.")
     return answer

@@ -35,7 +35,7 @@ class Method:
     state: Form = "any"  # what it can integrate
     library_name: str = ""  # in CyRK and SciPy
     damps: bool = False  # L-stable: what decays fast is damped in one step, and so is what only looks like a decay
-    machine_code: bool = False  # whether its loop runs in machine code on compiled equations
+    machine_code: bool = False  # whether engine = "auto" compiles the equations for it
     least_tolerance: float = 1e-14  # a few times the rounding error of one step
     # Both measured on random scenes by benchmarks/goal.py, with a margin: the search for an accuracy rests on them.
     steepest: float = math.inf  # the highest power of the step with which the error falls between two tolerances
