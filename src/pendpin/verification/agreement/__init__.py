@@ -301,7 +301,7 @@ def _compare(
 
 
 def _alike(added: Method) -> str:
-    """The method of USUAL whose setting one that was added takes: of no higher order, with as small a setting as there is."""
+    """The method of USUAL whose setting an added one takes: the nearest below in its order, with the smallest setting."""
     known = [METHODS[name] for name in USUAL if METHODS[name].setting == added.setting]
     order = lambda method: method.order or 1.0  # noqa: E731
     lower = [method for method in known if order(method) <= order(added)] or known
