@@ -6,6 +6,7 @@ import re
 import signal
 import subprocess
 import sys
+import threading
 from collections.abc import Iterable
 from pathlib import Path
 
@@ -185,6 +186,19 @@ def test_ctrl_c_is_not_lost(where: str) -> None:
     """Where Python or a library swallows what is raised, it is raised once more."""
     ended = subprocess.run([sys.executable, "-c", LOST, where], capture_output=True, text=True, timeout=HANG)
     assert (ended.returncode, ended.stdout, ended.stderr) == (130, "goes on\n", "pendpin: stopped by the user\n")
+
+
+def test_a_command_runs_in_another_thread(capfd: pytest.CaptureFixture) -> None:
+    """Signals are for the main thread alone."""
+    ended, before = [], signal.signal(signal.SIGINT, signal.default_int_handler)  # as where no test ran before
+    try:
+        thread = threading.Thread(target=lambda: ended.append(run_main("schema")))
+        thread.start()
+        thread.join()
+    finally:
+        signal.signal(signal.SIGINT, before)
+    assert ended == [0]
+    assert json.loads(capfd.readouterr().out)
 
 
 def test_paragraphs_of_help_have_one_line_each() -> None:

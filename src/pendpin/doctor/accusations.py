@@ -126,7 +126,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
             return "it gives a state a name"
         if not (case.finding.dimensions or any(value.startswith("?") for value in values)):
             return "it gives one quantity the value of another"
-    if {"derivative", "number"} == {side.kind for side in one.sides} and "t" not in {side.value for side in one.sides}:
+    if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
     again = equation.sides[0].value in set().union(*map(symbols, equation.sides[1:]))
     if case.left and again and not case.finding.dimensions:

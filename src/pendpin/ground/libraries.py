@@ -68,8 +68,11 @@ def wait_for(compute: Callable[[], T], seconds: float | None = None) -> T:
 def heed_interrupts() -> None:
     """Let no Ctrl-C be lost, as 1 of 200 sweeps went on after it: KeyboardInterrupt is raised again where Python ignores it.
 
-    That is in what it calls as an object goes; and as a module in C begins, where Cython swallows what is raised.
+    That is in what it calls as an object goes; and as a module in C begins, where Cython swallows what is raised. Signals
+    belong to the main thread: in another one nothing is done.
     """
+    if current_thread() is not main_thread():
+        return
 
     def again() -> None:
         timer = Timer(TICK / 10, signal.pthread_kill, (main_thread().ident, signal.SIGINT))
