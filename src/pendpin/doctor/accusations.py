@@ -29,9 +29,9 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
-# how many laws have to hold, in a short text and in a longer one: before a moving letter has to stand in one that holds,
-# and before a term may be called too many or missing
-ENOUGH, SEVERAL = (3, 1), (2, 7)
+SHORTEST = {1: 5, 2: 12}  # parts of an equation that one or two changes may accuse
+LONG = 20  # parts of one that a single change accuses, whatever its other letters mean
+SEVERAL = 7  # laws that hold before a term may be called too many or missing
 INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
@@ -155,21 +155,27 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     laws = [other for other in true if _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
-    # where laws hold, a letter that moves has its meaning from what holds with it
-    is_long = len(cases) > SHORT and spec.kind not in RODS
-    known = {(name.letter, name.index) for other in true for name in other.written}
-    for part in parts(one.sides) if spec.kind not in RODS and len(laws) >= ENOUGH[is_long] else ():
-        name, moves = part.written, equation.meaning(str(part.value)) not in {*spec.still, "t"}
-        own = name is None or name == case.left or equation.meaning(str(part.value)).startswith("?")
-        if moves and name and not own and (name.letter, name.index) not in known:
-            return f"{as_read}; nothing that holds has {plain(name)}"
-    if is_long and len(laws) < FEW and case.mends_itself and case.finding.mends[0].count > 1:
-        return f"{as_read}, and no single change makes it hold"
+    change, alone = (case.finding.mends[0] if case.mends_itself else None), {"g", "t", "pi"}
+    if spec.kind not in RODS:
+        size, count = sum(1 for _ in parts(one.sides)), change.count if change else 1
+        if size < SHORTEST[count]:
+            return f"{as_read}; it is so short that it may be meant otherwise"
+        if change and re.search(r"^the factor .*[+-].* is too many", change.words):
+            return f"{as_read}, and no small change makes it hold"
+        known = {(name.letter, name.index) for other in true if says(other.one) for name in other.written}
+        changed = [part for part in parts(equation.sides) if change and id(part) in change.swaps]
+        shows_itself = change and count == 1 and size >= LONG
+        for part in changed if shows_itself else parts(one.sides):
+            name, meaning = part.written, equation.meaning(str(part.value))
+            if not name or name == case.left or part.kind != "symbol" or meaning[:1] == "?" or meaning in alone:
+                continue
+            if (name.letter, name.index) not in known:
+                return f"{as_read}; nothing that holds has {plain(name)}"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
-    several = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended) >= SEVERAL[is_long]
-    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and not several:
-        return f"{as_read}; all that helps is that {words}"
+    shown = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended)
+    if change and OF_TERMS.search(change.words) and shown < (2 if spec.kind in RODS else SEVERAL):
+        return f"{as_read}; all that helps is that {change.words}"
     return ""
 
 
@@ -241,6 +247,11 @@ def _is_near(case: Case) -> bool:
         return True
     equation = mends[0].equation
     return _is_law(equation, case.spec) and not equation.names <= case.spec.still
+
+
+def says(one: Printed) -> bool:
+    """Whether an equation says more than names."""
+    return any(part.kind in ("sum", "product", "power") for part in parts(one.sides))
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:

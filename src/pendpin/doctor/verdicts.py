@@ -11,7 +11,7 @@ from itertools import permutations
 
 import numpy as np
 
-from pendpin.doctor.accusations import INERTIA, SHORT, Case, find_source, meanings_used, objection_to, plain
+from pendpin.doctor.accusations import INERTIA, SHORT, Case, find_source, meanings_used, objection_to, plain, says
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
@@ -67,8 +67,7 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 def _doubt_where_little_holds(cases: list[Case]) -> None:
     """Take back the accusations of a text of which not even twice as much holds: it is rather read wrongly than wrong."""
-    says = lambda case: any(part.kind in ("sum", "product", "power") for part in parts(case.one.sides))  # noqa: E731
-    right = sum(case.confirmed and says(case) for case in cases)  # and is more than names
+    right = sum(case.confirmed and says(case.one) for case in cases)
     wrong = [case for case in cases if case.finding.verdict == "fails"]
     if right < 2 * sum(not case.finding.follows for case in wrong):
         for case in wrong:
