@@ -15,6 +15,7 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.reading.names import ENERGY
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
@@ -29,7 +30,8 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
-SHORTEST = {1: 5, 2: 12}  # parts of an equation that one or two changes may accuse
+SHORTEST = {1: 13, 2: 20}  # parts of an equation whose units agree, that one or two changes may accuse
+TRUSTED = 0.9  # the share of the other equations of a text that hold where a short one may be accused
 LONG = 20  # parts of one that a single change accuses, whatever its other letters mean
 SEVERAL = 7  # laws that hold before a term may be called too many or missing
 INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
@@ -158,7 +160,10 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     change, alone = (case.finding.mends[0] if case.mends_itself else None), {"g", "t", "pi"}
     if spec.kind not in RODS:
         size, count = sum(1 for _ in parts(one.sides)), change.count if change else 1
-        if size < SHORTEST[count]:
+        others = [other for other in cases if other is not case and other.finding.kind != "condition"]
+        trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
+        plainly = count == 1 and (case.finding.dimensions or trusted or (change and _is_of_index(change, equation)))
+        if size < SHORTEST[count] and not plainly:
             return f"{as_read}; it is so short that it may be meant otherwise"
         if change and re.search(r"^the factor .*[+-].* is too many", change.words):
             return f"{as_read}, and no small change makes it hold"
@@ -247,6 +252,13 @@ def _is_near(case: Case) -> bool:
         return True
     equation = mends[0].equation
     return _is_law(equation, case.spec) and not equation.names <= case.spec.still
+
+
+def _is_of_index(change: Mend, equation: Equation) -> bool:
+    """Whether a change writes another index, as l_2 for l_1, which no other convention would."""
+    pairs = [(part, change.swaps[id(part)]) for part in parts(equation.sides) if id(part) in change.swaps]
+    names = [(equation.meaning(str(old.value)), str(new.value)) for old, new in pairs if new.kind == "symbol"]
+    return len(names) == len(pairs) > 0 and all(old[:-1] == new[:-1] and old[-1:].isdigit() for old, new in names)
 
 
 def says(one: Printed) -> bool:

@@ -16,7 +16,7 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import Recognition
+from pendpin.doctor.recognition import FEW, Recognition
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -66,10 +66,10 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 
 def _doubt_where_little_holds(cases: list[Case]) -> None:
-    """Take back the accusations of a text of which not even twice as much holds: it is rather read wrongly than wrong."""
+    """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly than wrong."""
     right = sum(case.confirmed and says(case.one) for case in cases)
     wrong = [case for case in cases if case.finding.verdict == "fails"]
-    if right < 2 * sum(not case.finding.follows for case in wrong):
+    if right < max(FEW, 2 * sum(not case.finding.follows for case in wrong)):
         for case in wrong:
             case.doubt(f"it does not hold for {case.spec.title}; but too little of this text does", follows=0)
 

@@ -93,6 +93,7 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
 )
+_INDEXED = re.compile(r"(?<![A-Za-z\\])(\\[a-z]{2,}|[A-Za-z])_\{?(\d)\}?(?!\w)")
 _MEMBER = re.compile(r"\bm_([ml])\d?\b")  # of an object in C++: m_m1, m_l1
 _AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
 _STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*[A-Za-z])\s*;?\s*$")
@@ -163,6 +164,8 @@ def read_text(text: str) -> Document:
         text = re.sub(pattern, by, text)
     if {"m", "l"} <= set(_MEMBER.findall(text)) and not re.search(r"\$|\\[a-z]{3}", text):
         text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
+    for name, index in {*_INDEXED.findall(text)}:  # m2 beside m_2
+        text = re.sub(rf"(?<![\w\\^]){re.escape(name)}{index}(?!\w)", rf"{name}_{index}".replace("\\", r"\\"), text)
     pictures = {*_pictures(text)}  # which may hold the marks of others
     alone = (one for one in _formulas(text) if not any(start < one[0] < end for start, end, *_ in pictures))
     formulas = sorted({*alone, *pictures})
