@@ -66,7 +66,7 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 
 def _doubt_where_little_holds(cases: list[Case]) -> None:
-    """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly than wrong."""
+    """Take back the accusations of a text of which not even twice as much holds: it is rather read wrongly than wrong."""
     right = sum(case.confirmed and says(case.one) for case in cases)
     wrong = [case for case in cases if case.finding.verdict == "fails"]
     if right < max(FEW, 2 * sum(not case.finding.follows for case in wrong)):
