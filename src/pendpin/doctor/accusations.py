@@ -16,11 +16,12 @@ from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import ENERGY
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import Dimension, Quantities, Spec, System, random_states
+from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, random_states
 from pendpin.doctor.systems.rod import RODS
 
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
@@ -32,7 +33,8 @@ SHORT = 9  # equations of a short text, each of which may be wrong
 SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
 LONG = 20  # parts of one that a single change may accuse, whatever its other letters mean
 TRUSTED = 0.9  # the share of the other equations of a text that hold where a short one may be accused
-SEVERAL = (7, 2)  # laws that hold before a term may be called too many or missing: of any system, of a rod
+ENOUGH = 3  # laws of a short text that hold before a letter that moves has to stand in one of them
+SEVERAL = (2, 7)  # laws that hold before a term may be called too many or missing: in a short text, in a longer one
 CONSTANTS = ("g", "t", "pi")  # that mean the same everywhere
 INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
@@ -127,6 +129,15 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
+    values = [str(side.value) for side in one.sides]
+    if all(side.kind == "symbol" for side in one.sides) and {*values} & {*spec.state}:
+        return "it gives a state a name"
+    if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
+        return "it asks where a slope is 0, as that of a potential at a rest"
+    if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
+        moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
+        if moves:
+            return f"{as_read}; it has no coordinate, and may be about a body that falls"
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
@@ -146,41 +157,42 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
-    if words := "" if spec.kind in RODS else _objection_to_evidence(case, cases):
+    if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS and case.mends_itself else "":
         return f"{as_read}; {words}"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
+    is_long = len(cases) > SHORT and spec.kind not in RODS
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
     shown = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended)
-    if (
-        case.mends_itself
-        and OF_TERMS.search(words := case.finding.mends[0].words)
-        and shown < SEVERAL[spec.kind in RODS]
-    ):
+    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and shown < SEVERAL[is_long]:
         return f"{as_read}; all that helps is that {words}"
     return ""
 
 
-def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
+def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     """Why a text shows too little that an equation means what it is read as; empty where it shows enough.
 
-    A short equation may follow another convention, unless its units disagree, it has another index or all else holds. A
-    letter has its meaning from what holds with it; a long equation that a single change makes hold shows what it means.
+    A letter has its meaning from what holds with it, but a long equation that a single change makes hold shows what it means
+    itself. A short equation may follow another convention, unless its units disagree, another index is meant or all else
+    holds. In a short text each equation may be wrong: only letters that move are asked for, where several laws hold.
     """
-    one, equation = case.one, case.finding.equation or Equation(case.one.sides)
-    change = case.finding.mends[0] if case.mends_itself else None
-    size, count = sum(1 for _ in parts(one.sides)), change.count if change else 1
+    one, change, spec = case.one, case.finding.mends[0], case.spec
+    equation, is_long = case.finding.equation or change.equation, len(cases) > SHORT
+    size = sum(1 for _ in parts(one.sides))
     others = [other for other in cases if other is not case and other.finding.kind != "condition"]
     trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
-    is_plain = case.finding.dimensions or trusted or (change and _is_of_index(change, equation))
-    if size < SHORTEST[count] and not (count == 1 and is_plain):
+    is_plain = change.count == 1 and (case.finding.dimensions or trusted or _is_of_index(change, equation))
+    if is_long and size < SHORTEST[change.count] and not is_plain:
         return "it is so short that it may be meant otherwise"
-    true = (other for other in cases if other.spec.kind == case.spec.kind and other.is_true and says(other.one))
+    true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
     known = {(name.letter, name.index) for other in true for name in other.written}
-    changed = [part for part in parts(equation.sides) if change and id(part) in change.swaps]
-    for part in changed if change and count == 1 and size >= LONG else parts(one.sides):
+    changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
+    asked = [
+        part for part in (changed if change.count == 1 and size >= LONG else parts(one.sides)) if part.kind == "symbol"
+    ]
+    for part in asked if is_long or laws >= ENOUGH else ():
         name, meaning = part.written, equation.meaning(str(part.value))
-        own = part.kind != "symbol" or name in (None, case.left) or meaning[:1] == "?" or meaning in CONSTANTS
-        if name and not own and (name.letter, name.index) not in known:
+        own = name in (None, case.left) or meaning[:1] == "?" or meaning in CONSTANTS
+        if name and not own and (is_long or meaning not in spec.still) and (name.letter, name.index) not in known:
             return f"nothing that holds has {plain(name)}"
     return ""
 
@@ -196,6 +208,17 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     around = one.text[:start][-1:] + one.text[end : end + 1]
     if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
         return f"{as_read}, and what helps takes letters from a name"
+    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
+    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
+        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
+    loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
+    if scaled := [
+        load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
+    ]:
+        return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
+    bodies = {name for name in case.spec.parameters if case.spec.dimensions.get(name) == MASS}
+    if case.unit == ENERGY and mend.words.endswith(" is missing") and bodies & mend.equation.names - equation.names:
+        return f"{as_read}; it may be the energy of one body alone"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
@@ -251,7 +274,7 @@ def _is_of_index(change: Mend, equation: Equation) -> bool:
 
 def says(one: Printed) -> bool:
     """Whether an equation says more than names."""
-    return any(part.kind in ("sum", "product", "power") for part in parts(one.sides))
+    return any(part.kind in ("sum", "product", "power", "derivative") for part in parts(one.sides))
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:

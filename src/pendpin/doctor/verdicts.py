@@ -16,13 +16,14 @@ from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import FEW, Recognition
+from pendpin.doctor.recognition import Recognition
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
+LITTLE = 0.2  # of the equations of a text
 POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
 
 
@@ -66,10 +67,11 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 
 def _doubt_where_little_holds(cases: list[Case]) -> None:
-    """Take back the accusations of a text of which not even twice as much holds: it is rather read wrongly than wrong."""
+    """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly."""
     right = sum(case.confirmed and says(case.one) for case in cases)
     wrong = [case for case in cases if case.finding.verdict == "fails"]
-    if right < max(FEW, 2 * sum(not case.finding.follows for case in wrong)):
+    little = sum(case.confirmed for case in cases) < LITTLE * len(cases)
+    if little or right < 2 * sum(not case.finding.follows for case in wrong):
         for case in wrong:
             case.doubt(f"it does not hold for {case.spec.title}; but too little of this text does", follows=0)
 
