@@ -275,6 +275,37 @@ def test_a_long_text_of_which_little_holds_is_read_wrongly_rather_than_wrong(wro
     assert sum(finding.verdict == "fails" for finding in found) == accused
 
 
+STRANGE = r"$$\xi = \zeta_1 + 3$$ $$\chi = \xi\zeta_2$$ $$\eta = \chi + \xi^2$$"
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong", "accused"),
+    [
+        (r"\dot x_1 = l_1", r"\dot x_1 = -l_1", False),  # as where x is measured the other way
+        (r"l_2\dot\theta_2\cos\theta_2", r"l_2\dot\theta_2\cos\theta_1", True),  # another index
+        (r"l_2\dot\theta_2\cos\theta_2", r"l_2\theta_2\cos\theta_2", True),  # no speed
+        (r"+ m_2 l_2 \dot\theta_2^2 \sin", r"- m_2 l_2 \dot\theta_2^2 \sin", True),  # long
+    ],
+)
+def test_a_short_equation_may_be_meant_otherwise(right, wrong, accused):
+    """In a longer text, unless nearly all else holds, its units disagree or another index makes it hold."""
+    text = LONG + "\n".join(SPEEDS) + FIRST + SECOND
+    assert right in text
+    said = {one.latex: one.verdict for one in findings(text.replace(right, wrong, 1))}
+    assert "fails" in said.values()
+    said = {one.latex: one.verdict for one in findings(STRANGE + text.replace(right, wrong, 1))}
+    assert ("fails" in said.values()) == accused
+
+
+def test_a_letter_that_nothing_confirms_accuses_no_short_equation():
+    """Nor does a text of which hardly anything holds accuse even a long one."""
+    text, own = LONG + "\n".join(SPEEDS) + FIRST, r"$$m_1 \ddot x_1 = -S_1\sin\theta_1 - S_2\sin\theta_2$$"
+    assert "fails" not in [one.verdict for one in findings(STRANGE + text + own)]
+    wrong = FIRST.replace(r"+ m_2 l_2 \dot", r"- m_2 l_2 \dot")
+    assert "fails" in [one.verdict for one in findings(STRANGE + LONG + wrong)]
+    assert "fails" not in [one.verdict for one in findings(9 * STRANGE + LONG + wrong)]
+
+
 def test_a_mend_has_units_that_agree():
     """Where T may be a tension, whose derivative is 0, no mend empties the other side."""
     text = r"""A pendulum on a cart: $T = \frac12 M\dot x^2$.

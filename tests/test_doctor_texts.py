@@ -448,3 +448,11 @@ def test_a_sign_in_braces_is_a_sign():
     braced = plain.replace("+ m)", "{+}m)").replace("- m", "{-} m").replace("= F", "{=} F")
     assert [finding.verdict for finding in pp.diagnose(plain).findings] == ["holds"]
     assert [finding.verdict for finding in pp.diagnose(braced).findings] == ["holds"]
+
+
+def test_a_number_behind_a_letter_is_the_index_that_the_text_writes_elsewhere():
+    """m2 beside m_2, and the word that names a letter before its value is none of it."""
+    text = r"$$y_2 = -L_1\cos\theta_1 - L2\cos\theta_2$$ $$V = -(m1 + m_2) g L_1\cos\theta_1 - m2 g L_2\cos\theta2$$"
+    assert verdicts(text + r" $$x_1 = L_1\sin\theta_1$$ $$m_1 + m_2 > 0$$")[:2] == ["holds", "holds"]
+    value, law = pp.diagnose("length l = 1.0\n\nddtheta = -g/l*sin(theta)\n", rod="plane").findings
+    assert (value.kind, law.verdict) == ("condition", "holds")

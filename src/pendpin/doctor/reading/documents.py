@@ -87,13 +87,14 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     ),
     (r"^(\s*\w+)\s*:\s*[A-Za-z][\w.\[\], |]*?(?=\s*=)", r"\1"),  # x: float = 1
     (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
+    (r"(?i)\b(?:mass|length|angle|radius|force)\s+(?=[^\W\d_]\w{0,2}\s*=)", ""),  # mass m = 0.1 kg
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
     (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
 )
-_INDEXED = re.compile(r"(?<![A-Za-z\\])(\\[a-z]{2,}|[A-Za-z])_\{?(\d)\}?(?!\w)")
+_INDEXED = re.compile(r"(\\[a-z]{2,}|(?<![A-Za-z\\])[A-Za-z])_\{?(\d)\}?(?!\w)")
 _MEMBER = re.compile(r"\bm_([ml])\d?\b")  # of an object in C++: m_m1, m_l1
 _AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
 _STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*[A-Za-z])\s*;?\s*$")
@@ -165,7 +166,8 @@ def read_text(text: str) -> Document:
     if {"m", "l"} <= set(_MEMBER.findall(text)) and not re.search(r"\$|\\[a-z]{3}", text):
         text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
     for name, index in {*_INDEXED.findall(text)}:  # m2 beside m_2
-        text = re.sub(rf"(?<![\w\\^]){re.escape(name)}{index}(?!\w)", rf"{name}_{index}".replace("\\", r"\\"), text)
+        begins = "" if name.startswith("\\") else r"(?<![\w\\^])"
+        text = re.sub(rf"{begins}{re.escape(name)}{index}(?!\w)", re.escape(f"{name}_{index}"), text)
     pictures = {*_pictures(text)}  # which may hold the marks of others
     alone = (one for one in _formulas(text) if not any(start < one[0] < end for start, end, *_ in pictures))
     formulas = sorted({*alone, *pictures})
