@@ -121,6 +121,11 @@ REST = {
     "unknown solver key": (TOLERANCE, "tol = 1e-8", "solver.tol: unknown key"),
     "solver as text": ("[solver]\n" + TOLERANCE, 'x = "y"', "effects[0].x: unknown key"),
     "three faults": (f"{DURATION}\n", "a = 1\nb = 2\nc = 3\n", "start, effects, solver, data; 2 other faults: b, c"),
+    "what is missing then": (
+        ROD,
+        ROD.replace("mass", "mas"),
+        "model.rods[0].mas: unknown key; did you mean 'mass'?; another fault: model.rods[0].mass is missing",
+    ),
     "effects as table": (
         "[[effects]]",
         "[effects]",

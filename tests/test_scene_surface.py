@@ -91,6 +91,16 @@ def test_code_is_not_saved(tmp_path: Path) -> None:
         scene.replace({"effects[0].acceleration": -1.0})
 
 
+def test_a_copy_of_a_record_keeps_nothing_that_was_computed_of_the_old_fields() -> None:
+    """A rod's inertia, and which rods a chain's rods hang on, are those of the new fields."""
+    rod = pp.Rod(length=1.0, mass=1.0)
+    assert rod.properties.m == 1.0
+    assert rod.model_copy(update={"mass": 2.0}).properties == pp.Rod(length=1.0, mass=2.0).properties
+    chain = pp.Chain(rods=[rod, rod, rod])
+    assert len(chain.parents) == 3
+    assert chain.model_copy(update={"rods": (rod, rod)}).parents == pp.Chain(rods=[rod, rod]).parents
+
+
 def test_replace_by_key_path_and_by_field() -> None:
     """The rest stays, and the scene that was there too."""
     scene = pp.load_scene(EXAMPLES / "crane.toml")

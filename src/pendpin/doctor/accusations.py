@@ -157,7 +157,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so"
-    if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS and case.mends_itself else "":
+    if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS else "":
         return f"{as_read}; {words}"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
     is_long = len(cases) > SHORT and spec.kind not in RODS
@@ -175,14 +175,18 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     itself. A short equation may follow another convention, unless its units disagree, another index is meant or all else
     holds. In a short text each equation may be wrong: only letters that move are asked for, where several laws hold.
     """
-    one, change, spec = case.one, case.finding.mends[0], case.spec
-    equation, is_long = case.finding.equation or change.equation, len(cases) > SHORT
-    size = sum(1 for _ in parts(one.sides))
+    is_long, too_short = len(cases) > SHORT, "it is so short that it may be meant otherwise"
+    if not case.mends_itself:  # it uses a wrong definition, which has to be long or used by several
+        number = case.finding.follows
+        used = sum(other.finding.follows == number for other in cases) if number else len(cases)
+        return too_short if is_long and used < 2 and _size(cases[number - 1].one) < SHORTEST[1] else ""
+    one, spec, size, change = case.one, case.spec, _size(case.one), case.finding.mends[0]
+    equation = case.finding.equation or change.equation
     others = [other for other in cases if other is not case and other.finding.kind != "condition"]
     trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
     is_plain = change.count == 1 and (case.finding.dimensions or trusted or _is_of_index(change, equation))
     if is_long and size < SHORTEST[change.count] and not is_plain:
-        return "it is so short that it may be meant otherwise"
+        return too_short
     true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
     known = {(name.letter, name.index) for other in true for name in other.written}
     changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
@@ -270,6 +274,11 @@ def _is_of_index(change: Mend, equation: Equation) -> bool:
     pairs = [(part, change.swaps[id(part)]) for part in parts(equation.sides) if id(part) in change.swaps]
     names = [(equation.meaning(str(old.value)), str(new.value)) for old, new in pairs if new.kind == "symbol"]
     return len(names) == len(pairs) > 0 and all(old[:-1] == new[:-1] and old[-1:].isdigit() for old, new in names)
+
+
+def _size(one: Printed) -> int:
+    """How many numbers, letters, sums, products and the like an equation has."""
+    return sum(1 for _ in parts(one.sides))
 
 
 def says(one: Printed) -> bool:

@@ -4,7 +4,7 @@ import inspect
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, Self, get_args
 
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -100,6 +100,13 @@ class Record(BaseModel, metaclass=RecordType):
         own = type(self).__name__
         raise InputError(f"{own}.{name}: a {own} cannot be changed; scene.replace({name}=...) gives another scene")
 
+    def model_copy(self, **options: Any) -> Self:
+        """As pydantic's; what was computed of the old fields and kept is left behind."""
+        copy = super().model_copy(**options)
+        for name in copy.__dict__.keys() - type(self).model_fields.keys():
+            vars(copy).pop(name)
+        return copy
+
     def given(self) -> dict[str, Any]:
         """The fields that were given, by name, and the record's kind: a record of these is equal."""
         names = type(self).model_fields
@@ -171,7 +178,8 @@ def fault_text(faults: list[Any], record: type) -> str:
     if fault["type"] == "extra_forbidden":
         fault = next(f for f in unknown if f["loc"][:-1] == fault["loc"][:-1])
     path, reason = _path(fault) or record.__name__, _reason(fault, record)
-    others = list(dict.fromkeys(_path(f) for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)))
+    others = [f for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)]
+    others = list(dict.fromkeys(_path(f) + " is missing" * (f["type"] == "missing") for f in others))
     more = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
     count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
     more = f"; {count}: {more}" if others else ""

@@ -9,6 +9,7 @@ from itertools import combinations, pairwise
 import numpy as np
 
 from pendpin.doctor.checking.check import check
+from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import Equation, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part
@@ -167,8 +168,11 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     """Whether an equation that holds says little.
 
     That is one of constants alone unlike the wrong one, of what is given freely and cancels, with two sides alike, with
-    one side within another, or of units that no longer agree.
+    one side within another, whose sides are 0, or of units that no longer agree.
     """
+    context = equation.context(random_states(patient.system))
+    if not any(np.any(evaluate(side, context)) for side in equation.sides):
+        return True
     spec, names = patient.spec, equation.names
     if of_equation(equation, spec)[1] and not of_equation(patient.equation, spec)[1]:
         return True
