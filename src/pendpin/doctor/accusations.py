@@ -129,6 +129,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if equation is None:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
+    else_wrong = f". If it is meant so, {case.finding.mends[0].words}" if case.mends_itself else ""
     values = [str(side.value) for side in one.sides]
     if all(side.kind == "symbol" for side in one.sides) and {*values} & {*spec.state}:
         return "it gives a state a name"
@@ -156,9 +157,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
     laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
-        return f"{as_read}; but no other equation shows that it is meant so"
+        return f"{as_read}; but no other equation shows that it is meant so{else_wrong}"
     if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS else "":
-        return f"{as_read}; {words}"
+        return f"{as_read}; {words}{else_wrong}"
     # a term that is written or left out by mistake is rarer than a load, an origin or another system
     is_long = len(cases) > SHORT and spec.kind not in RODS
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
@@ -190,12 +191,10 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
     known = {(name.letter, name.index) for other in true for name in other.written}
     changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
-    asked = [
-        part for part in (changed if change.count == 1 and size >= LONG else parts(one.sides)) if part.kind == "symbol"
-    ]
+    asked = changed if change.count == 1 and size >= LONG else parts(one.sides)
     for part in asked if is_long or laws >= ENOUGH else ():
         name, meaning = part.written, equation.meaning(str(part.value))
-        own = name in (None, case.left) or meaning[:1] == "?" or meaning in CONSTANTS
+        own = part.kind != "symbol" or name == case.left or meaning[:1] == "?" or meaning in CONSTANTS
         if name and not own and (is_long or meaning not in spec.still) and (name.letter, name.index) not in known:
             return f"nothing that holds has {plain(name)}"
     return ""
