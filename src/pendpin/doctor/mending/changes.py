@@ -30,6 +30,7 @@ PLANAR = FAMILIES.keys() - {"polar", "furuta"}
 INERTIAS = {"I1", "I2", "I3", "J1", "J2", "J3", "h"}  # that a missing term may hold, wherever the page is about them
 MOST_FACTORS = 3  # that are missing at one place: who forgets more has made another mistake
 MOST_EXTRA = 6  # how much a missing term may hold beside a quantity that is no parameter, sine or rate
+MOST_SHOWN = 60  # characters of a product that has a factor too many
 NUMBER = Node("number", (0, 0), Fraction(1))  # that is printed nowhere
 
 
@@ -286,7 +287,8 @@ class Patient:
         """A sum without a term, which leaves 0 of any shape in its place, or a product without a factor."""
         what, old = "term" if part.role == "term" else "factor", self.writer.of(part.node.outer)
         new = times(part.node, Monomial(Fraction(0))) if what == "term" else NUMBER
-        words = f"the {what} {old} is too many"
+        product = self.writer.of(part.parents[-1].outer) if what == "factor" else ""
+        words = f"the {what} {old} is too many" + f" in {product}" * (0 < len(product) <= MOST_SHOWN)
         return Change((self.writer.without(part),), cost, words, old, "", {id(part.node): new})
 
     def _missing(self, part: Part, factor: Monomial, cost: float) -> Change:

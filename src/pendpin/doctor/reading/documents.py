@@ -63,7 +63,7 @@ _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
-    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
+    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(  # of states, in their order
