@@ -4,7 +4,7 @@ import inspect
 import re
 from collections.abc import Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, Self, get_args
+from typing import Annotated, Any, ClassVar, get_args
 
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -99,13 +99,6 @@ class Record(BaseModel, metaclass=RecordType):
             return super().__setattr__(name, value)
         own = type(self).__name__
         raise InputError(f"{own}.{name}: a {own} cannot be changed; scene.replace({name}=...) gives another scene")
-
-    def model_copy(self, **options: Any) -> Self:
-        """As pydantic's; what was computed of the old fields and kept is left behind."""
-        copy = super().model_copy(**options)
-        for name in copy.__dict__.keys() - type(self).model_fields.keys():
-            vars(copy).pop(name)
-        return copy
 
     def given(self) -> dict[str, Any]:
         """The fields that were given, by name, and the record's kind: a record of these is equal."""
