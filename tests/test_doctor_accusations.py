@@ -304,7 +304,25 @@ def test_a_letter_that_nothing_confirms_accuses_no_short_equation():
     assert "fails" not in [one.verdict for one in findings(STRANGE + text + own)]
     wrong = FIRST.replace(r"+ m_2 l_2 \dot", r"- m_2 l_2 \dot")
     assert "fails" in [one.verdict for one in findings(STRANGE + LONG + wrong)]
-    assert "fails" not in [one.verdict for one in findings(9 * STRANGE + LONG + wrong)]
+    assert "fails" not in [one.verdict for one in findings(LONG + wrong + 9 * STRANGE)]
+
+
+def test_a_mend_whose_sides_are_0_is_none():
+    """Lagrange's equation of a wrong Lagrangian is not mended by another letter for L: it would say 0 = 0."""
+    text = r"""The Lagrangian of a double pendulum with the coordinates $\phi_1$ and $\phi_2$ is
+$$\mathcal{L} = \frac12(m_1 + m_2) L_1^2\dot\phi_1 + m_2 L_1 L_2\dot\phi_1\dot\phi_2\cos(\phi_1 - \phi_2)
+ + \frac12 m_2 L_2^2\dot\phi_2^2 - (m_1 + m_2) g L_1(1 - \cos\phi_1) - m_2 g L_2(1 - \cos\phi_2)$$
+$$\frac{d}{dt}\frac{\partial\mathcal{L}}{\partial\dot\phi_1} = \frac{\partial\mathcal L}{\partial\phi_1}$$
+$$\frac{d}{dt}\frac{\partial\mathcal{L}}{\partial\dot\phi_2} = \frac{\partial\mathcal L}{\partial\phi_2}$$
+$$\begin{bmatrix} (m_1 + m_2) L_1^2 & m_2 L_1 L_2\cos(\phi_1 - \phi_2) \\
+m_2 L_1 L_2\cos(\phi_1 - \phi_2) & m_2 L_2^2\end{bmatrix}
+\begin{bmatrix}\ddot\phi_1 \\ \ddot\phi_2\end{bmatrix}
+= \begin{bmatrix} -m_2 L_1 L_2\dot\phi_2^2\sin(\phi_1 - \phi_2) - (m_1 + m_2) g L_1\sin\phi_1 \\
+m_2 L_1 L_2\dot\phi_1^2\sin(\phi_1 - \phi_2) - m_2 g L_2\sin\phi_2\end{bmatrix}$$
+"""
+    law = findings(text)[1]
+    assert law.verdict != "fails"
+    assert not law.mends
 
 
 def test_a_mend_has_units_that_agree():
