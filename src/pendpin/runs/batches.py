@@ -9,6 +9,7 @@ import math
 import time
 from collections.abc import Iterator, Sequence
 from copy import deepcopy
+from dataclasses import dataclass
 from threading import Event, Lock
 from typing import Any, NamedTuple
 
@@ -270,12 +271,12 @@ class Series:
         moving = dict(zip(self._places.tolist(), state, strict=True))
         sums = [[moving[i] for i in joints if i in moving] for joints in self._flips]
         guards = [hy.cos(sum(angles) * 0.5) for angles in sums if angles]
-        noted = [hy.nt_event_batch(guard, _Passage(self._width)) for guard in guards]
+        noted = [hy.nt_event_batch(guard, _Passage(np.full(self._width, np.nan))) for guard in guards]
         if self._level:
             ways = {1: hy.event_direction.positive, -1: hy.event_direction.negative, 0: hy.event_direction.any}
             joint, angle, direction = self._level
             place = self._places.tolist().index(joint)
-            guard, notes = hy.sin(state[place] - angle), _Notes(place, angle, self._width)
+            guard, notes = hy.sin(state[place] - angle), _Notes(place, angle, [[] for _ in range(self._width)])
             noted.append(hy.nt_event_batch(guard, notes, direction=ways[direction]))
         events = {"nt_events": noted} if noted else {}
         series = hy.taylor_adaptive_batch(
@@ -290,21 +291,23 @@ class Series:
         return series, time.thread_time() - begin
 
 
+@dataclass(eq=False)
 class _Passage:
     """Notes the first time at which a guard passes 0 in each place of the vector; copied with the series it belongs to."""
 
-    def __init__(self, width: int) -> None:
-        self.first = np.full(width, np.nan)
+    first: Array  # (width,) s
 
     def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
         self.first[place] = np.fmin(self.first[place], t)
 
 
+@dataclass(eq=False)
 class _Notes:
     """Notes time and state where an angle passes a level, but not half a turn away; copied as `_Passage`."""
 
-    def __init__(self, place: int, level: float, width: int) -> None:
-        self.place, self.level, self.rows = place, level, [list[Array]() for _ in range(width)]
+    place: int  # of the angle in a state
+    level: float  # rad
+    rows: list[list[Array]]  # of each place of the vector
 
     def __call__(self, series: Any, t: float, direction: int, place: int) -> None:
         series.update_d_output(np.full(len(self.rows), t))

@@ -125,11 +125,6 @@ def by_elliptic_functions(scene: Scene, limit: float) -> Solution:
     )
 
 
-def on_any_equations(scene: Scene) -> Scene:
-    """The scene on the equations that its method takes."""
-    return scene.with_solver(engine="auto")
-
-
 def on_recursion(scene: Scene) -> Scene:
     """The scene on the recursion in machine code where it can be compiled, which is fast."""
     compiles = compilable(model := build(scene.model), acting(model, scene.effects))
@@ -144,14 +139,18 @@ def _integrate(
     equations: Callable[[Scene], Scene] = on_recursion,
     most: float = np.inf,
 ) -> Maker:
-    """A method at two tolerances, on a choice of equations, for up to `most` joints."""
+    """A method at two tolerances, on a choice of equations (series have their own), for up to `most` joints."""
 
     def solve(scene: Scene, limit: float) -> Solution:
         model = build(scene.model)
         if len(model.joints) > most:
             raise InputError("too many joints")
-        scene = equations(scene.by(method, fine))
-        on = "of the recursion" if method == "taylor" else f"on {bind(scene).engine.name}"
+        scene = scene.by(method, fine)
+        if method == "taylor":
+            scene, on = scene.with_solver(engine="auto"), "of the recursion"
+        else:
+            scene = equations(scene)
+            on = f"on {bind(scene).engine.name}"
         runs = [run_within(limit, scene.by(method, setting)) for setting in (fine, coarse)]
         n = min(len(run.t) for run in runs)
         one, other = (marks(model, run.tips[:n], run.q[:n]) for run in runs)
@@ -177,13 +176,13 @@ def refuse_other_equations(scene: Scene, run: RunRecord) -> None:
 
 
 # Series of more joints compile long; Pinocchio's accelerations are slower than the recursion, and independent of it.
-by_series = _integrate("power series", "taylor", 1e-18, 1e-16, on_any_equations, MAX_JOINTS)
+by_series = _integrate("power series", "taylor", 1e-18, 1e-16, most=MAX_JOINTS)
 by_runge_kutta = _integrate("Runge-Kutta", "dop853", 1e-14, 1e-13, uncompiled)
 by_collocation = _integrate("collocation", "radau", 1e-11, 1e-10)
 SOLUTIONS: tuple[Maker, ...] = (by_elliptic_functions, by_series, by_runge_kutta, by_collocation)
 QUICK: tuple[Maker, ...] = (  # the same within a limit of time
     by_elliptic_functions,
-    _integrate("power series", "taylor", 1e-18, 1e-16, on_any_equations, FEW_JOINTS),
+    _integrate("power series", "taylor", 1e-18, 1e-16, most=FEW_JOINTS),
     _integrate("Runge-Kutta", "dop853", 1e-14, 1e-13),
     _integrate("multistep", "lsoda", 1e-13, 1e-12, most=LARGE),
     _integrate("order 5", "rk45", 1e-12, 1e-11),  # for scenes that are too large for other families
