@@ -134,3 +134,25 @@ def test_a_rate_that_is_not_a_number_is_refused(tmp_path: Path) -> None:
     (tmp_path / "rate.csv").write_text("t,rate\n0,0\n1,nan\n2,1\n")
     with pytest.raises(pp.InputError, match=r"rate\.csv: line 3: rate: 'nan' is not a finite number"):
         fx.Rotation(csv=tmp_path / "rate.csv", axis=(0, 0, 1))
+
+
+def test_a_copy_with_other_fields_moves_by_these(tmp_path: Path) -> None:
+    """With another file by that one; the old one is not read again, and a copy with other fields does not miss it."""
+    one, other, t = tmp_path / "one.csv", tmp_path / "other.csv", np.linspace(0.0, 3.0, 7)
+    one.write_text("0,0,0,0\n1,0.3,0,0\n2,0.1,0,0\n3,0,0,0\n")
+    other.write_text("0,0,0,0\n1,0,0.2,0\n2,0,0,0.1\n3,0,0,0\n")
+    moved = fx.Support(csv=one)
+    np.testing.assert_array_equal(
+        moved.model_copy(update={"csv": other}).position(t), fx.Support(csv=other).position(t)
+    )
+    rate = tmp_path / "rate.csv"
+    rate.write_text("0,0\n1,0.2\n2,0.2\n3,0.1\n")
+    about_x, about_z = (fx.Rotation(csv=rate, axis=axis) for axis in ((1, 0, 0), (0, 0, 1)))
+    assert about_z.track
+    expected = about_z.track.at(t)
+    rate.unlink()
+    turned = about_x.model_copy(update={"axis": (0, 0, 1)}).track
+    assert turned
+    np.testing.assert_array_equal(turned.at(t), expected)
+    constant = about_x.model_copy(update={"csv": None, "axis": None, "rate": (0.0, 0.0, 0.5)})
+    np.testing.assert_array_equal(constant.vector, [0.0, 0.0, 0.5])

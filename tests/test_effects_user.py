@@ -1,7 +1,8 @@
 """Effects that users write: the example of docs/effects.md runs, is right, and its runs can be drawn without it."""
 
+from functools import cached_property
 from pathlib import Path
-from typing import Any, Literal
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -53,6 +54,35 @@ class Spread(pp.effects.JointEffect):
 
     def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
         return self.law(q)
+
+
+class Square(pp.effects.JointEffect):
+    """A torque of one's own that keeps what it computes from its parameter: -strength² v."""
+
+    parameters: ClassVar[tuple[str, ...]] = ("strength",)
+    kind: Literal["square"] = "square"
+    strength: float
+
+    @cached_property
+    def squared(self) -> Any:
+        return self.strength * self.strength
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return -self.squared * v
+
+
+def test_compiled_equations_take_the_numbers_of_each_scene() -> None:
+    """Two scenes that differ in a parameter share machine code; what an effect kept of the first is no part of it."""
+    compiled = pp.Solver(method="dop853", tolerance=1e-10, engine="compiled")
+    still = pp.Scene(
+        duration=1.0, model=MODELS["chain of 5"], start=pp.Start(positions={"theta_1": 1.0}), solver=compiled
+    )
+    for strength in (0.5, 1.5):
+        square = Square(strength=strength)
+        assert square.squared == strength**2  # kept before the scene is compiled
+        damped = (square, pp.effects.Viscous(coefficient=strength**2))
+        one, other = (pp.simulate(still.replace(effects=(pp.effects.Gravity(), effect))) for effect in damped)
+        assert np.abs(one.q - other.q).max() < 1e-7
 
 
 def test_what_cannot_be_saved_is_said_in_one_line(tmp_path: Path) -> None:

@@ -1,5 +1,6 @@
 """Uniform accelerations of everything: gravity, a support that moves, a frame that turns."""
 
+from collections.abc import Mapping
 from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, Self
 
@@ -64,10 +65,20 @@ class Tracked(Effect):
     @cached_property
     def track(self) -> Track | None:
         """What the csv holds. Raises InputError where it does not hold these columns."""
+        return self._content
+
+    @cached_property
+    def _content(self) -> Track | None:
         if self.csv is None:
             return None
         with inside(shown_path(self.csv)):
             return read_track(self.csv, self.columns)
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """As a record's; the file is read again only if the update names a csv."""
+        if update and "csv" not in update:
+            update = {**update, "_content": self._content}
+        return super().model_copy(update=update, deep=deep)
 
     @property
     def _rows(self) -> Array | None:
@@ -186,7 +197,7 @@ class Rotation(Tracked, BodyEffect):
     @cached_property
     def track(self) -> Track | None:
         """Omega, (3,) rad/s, over time. Raises InputError where the csv does not hold a rate."""
-        track = super().track
+        track = self._content
         return track if track is None or self.axis is None else track.along(unit(self.axis))
 
     def with_numbers(self, numbers: Any) -> Self:

@@ -2,9 +2,9 @@
 
 import inspect
 import re
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import Annotated, Any, ClassVar, get_args
+from typing import Annotated, Any, ClassVar, Self, get_args
 
 import numpy as np
 from pydantic import AfterValidator, AllowInfNan, BaseModel, ConfigDict, Field, Strict, ValidationError
@@ -99,6 +99,15 @@ class Record(BaseModel, metaclass=RecordType):
             return super().__setattr__(name, value)
         own = type(self).__name__
         raise InputError(f"{own}.{name}: a {own} cannot be changed; scene.replace({name}=...) gives another scene")
+
+    def model_copy(self, *, update: Mapping[str, Any] | None = None, deep: bool = False) -> Self:
+        """As pydantic's; what was computed from the old fields and kept is left behind, unless the update holds it."""
+        copy = super().model_copy(update=update, deep=deep)
+        if update:
+            known = type(self).model_fields
+            for name in [name for name in vars(copy) if name not in known and name not in update]:
+                del vars(copy)[name]
+        return copy
 
     def given(self) -> dict[str, Any]:
         """The fields that were given, by name, and the record's kind: a record of these is equal."""

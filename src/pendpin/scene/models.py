@@ -49,18 +49,7 @@ def _offered_joint(value: Any) -> Any:
     return value
 
 
-class Computing(Record):
-    """A record that keeps what it computes of its fields."""
-
-    def model_copy(self, **options: Any) -> Self:
-        """As pydantic's; what was computed of the old fields is left behind."""
-        copy = super().model_copy(**options)
-        for name in copy.__dict__.keys() - type(self).model_fields.keys():
-            vars(copy).pop(name)
-        return copy
-
-
-class Rod(Computing):
+class Rod(Record):
     """A rod in its body frame B: b3 runs along it, from its joint to its tip.
 
     A uniform cylinder unless `com` or `inertia` say otherwise. Radius 0 is a thin rod; mass 0 with a payload is a
@@ -137,7 +126,7 @@ class Rod(Computing):
         return self
 
 
-class Chain(Computing):
+class Chain(Record):
     """Rods that hang one on the other, each on a universal joint at the tip of the one before unless it says otherwise.
 
     Where some `hangs_on` says so they are a tree, and where some joint is a hinge it has one angle. A closed loop is not
@@ -231,7 +220,7 @@ class Chain(Computing):
         return self
 
 
-class UrdfModel(Computing):
+class UrdfModel(Record):
     """Any URDF tree of revolute, continuous, prismatic and fixed joints: a file, or a robot of example-robot-data.
 
     UrdfModel("ur5") and UrdfModel("rod.urdf") are short for a name and a path.
