@@ -18,6 +18,7 @@ from contextlib import ExitStack, contextmanager, suppress
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import pytest
 
 import pendpin
@@ -126,6 +127,54 @@ def test_reader_that_is_gone(name: str, folder: Path) -> None:
     done = command(*PRINTING[name], stdout=writing)
     os.close(writing)
     assert (done.returncode, done.stderr) == (1, b"")
+
+
+MEASURED = """
+[data]
+unit = "degrees"
+columns = { theta = ["theta_1"] }
+"""
+WRITING = {  # their files are the arguments with a suffix, behind the first file
+    "doctor": ("doctor", "page.md", "--html", "new.html"),
+    "fit": ("fit", "scene.toml", "swing.csv", "--free", "model.rods[0].com", "--out", "new.toml", "--csv", "new.csv"),
+    "modes": ("modes", "scene.toml", "--html", "new.html", "--plot", "new.svg"),
+    "section": ("section", "scene.toml", *("--at", "theta_1 = 0", "--of", "theta_1,phi_1"), "--plot", "new.svg"),
+    "cost": ("cost", "scene.toml", "--methods", "dop853,rk4", "--plot", "new.svg"),
+    "validate": ("validate", "conical", "--methods", "dop853", "--html", "new.html"),
+}
+
+
+@pytest.fixture
+def papers(folder: Path) -> Path:
+    """The folder, with equations that fail and a measured swing beside them."""
+    shutil.copy(Path(__file__).parent / "printed_derivation.md", folder / "page.md")
+    (folder / "scene.toml").write_text(
+        SCENE.replace("0.1\n", "20.0\n", 1).replace("phi_1 = 0.4", "phi_1 = 0") + MEASURED
+    )
+    t = np.linspace(0.0, 2.0, 201)
+    np.savetxt("swing.csv", np.stack([t, 20 * np.cos(3.8 * t)], 1), delimiter=",", header="t,theta", comments="")
+    return folder
+
+
+@pytest.mark.parametrize(
+    "name", [pytest.param(name, marks=[pytest.mark.slow] * (name not in ("doctor", "fit"))) for name in WRITING]
+)
+def test_files_are_written_though_the_reader_is_gone(name: str, papers: Path) -> None:
+    """`pendpin doctor page.md --html new.html | head -1`: the page is there, whatever becomes of the table."""
+    before, arguments = contents(papers), WRITING[name]
+    reading, writing = os.pipe()
+    os.close(reading)
+    done = command(*arguments, stdout=writing, env=PLAIN | {"PYTHONUNBUFFERED": "1"})
+    os.close(writing)
+    assert (done.returncode, done.stderr) == (1, b"")
+    assert set(contents(papers)) - set(before) == {argument for argument in arguments if argument.startswith("new.")}
+
+
+def test_a_report_is_printed_though_its_page_cannot_be_written(papers: Path) -> None:
+    """A disk that is full as the page comes takes no report with it."""
+    done = command(*WRITING["doctor"], before=lambda: resource.setrlimit(resource.RLIMIT_FSIZE, (1_000, 1_000)))
+    assert_refused(done, "new.html: cannot be written: File too large")
+    assert b"fails" in done.stdout
 
 
 def test_errors_that_nobody_can_hear(folder: Path) -> None:

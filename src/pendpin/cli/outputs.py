@@ -55,6 +55,17 @@ def print_report(report: Report, as_json: bool) -> None:
             print(part) if isinstance(part, str) else print_table(part)
 
 
+@contextmanager
+def reported(report: Report, as_json: bool) -> Iterator[list[Path]]:
+    """Print a report after the files that are written inside, and their names: the terminal may be closed meanwhile."""
+    files = list[Path]()
+    try:
+        yield files
+    finally:  # a file that cannot be written takes no report with it
+        print_report(report, as_json)
+    print_files(files, as_json)
+
+
 def print_table(table: Table) -> None:
     """A table on the terminal: numbers and names stay in one piece, and no letter is cut."""
     from rich import box, console

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.outputs import limited, print_files, print_report, progress_bar, refuse_outputs, say, working
+from pendpin.cli.outputs import limited, print_report, progress_bar, refuse_outputs, reported, say, working
 from pendpin.errors import InputError, PendpinError, inside
 from pendpin.ground.report import Report
 
@@ -181,9 +181,9 @@ def fit(
         )
         if explain_residual and result.follows:
             result = explained(result, progress)
-    report = result.report()
-    print_report(report, json)
+    with reported(report := result.report(), json) as files:
+        if not report.fault:
+            written = (out and result.scene.save(out), plot and result.plot(plot), csv and result.to_csv(csv))
+            files += [file for file in written if file]
     if report.fault:
         raise InputError(f"{scene}: {report.fault}" + "; no file is written" * bool(out or plot or csv))
-    files = (out and result.scene.save(out), plot and result.plot(plot), csv and result.to_csv(csv))
-    print_files([file for file in files if file], json)

@@ -8,7 +8,7 @@ from typing import Annotated, Any
 from typer import Argument, BadParameter, Exit, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.outputs import limited, print_files, print_report, refuse_outputs, waiting, working
+from pendpin.cli.outputs import limited, print_report, refuse_outputs, reported, waiting, working
 from pendpin.errors import InputError, PendpinError
 from pendpin.ground.files import write_whole
 
@@ -84,9 +84,9 @@ def validate(
     with limited(limit) as work:
         with waiting("the published cases", json, work) as progress:
             report = compare(cases or (), chosen, progress)
-        print_report(report.report(), json)
-    if html is not None:
-        print_files([write_whole(html, lambda file: file.write(agreement_page(report).encode()))], json)
+        with reported(report.report(), json) as files:
+            if html is not None:
+                files.append(write_whole(html, lambda file: file.write(agreement_page(report).encode())))
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:
@@ -126,9 +126,9 @@ def cost(
         asked = inputs.naming_options("methods", "accuracy")
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
             report = measure(scene, methods=inputs.split_at_commas(methods) or None, **options, progress=progress)
-        print_report(report.report(), json)
-        if plot:
-            print_files([report.plot(plot, short)], json)
+        with reported(report.report(), json) as files:
+            if plot:
+                files.append(report.plot(plot, short))
     if report.interrupted:
         raise KeyboardInterrupt
 
@@ -173,10 +173,10 @@ def doctor(
         check_choices(rod, differences)
     with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
-    print_report(diagnosis.report(), json)
-    if html:
-        page = diagnosis.page().encode(errors="replace")
-        print_files([write_whole(html, lambda file: file.write(page))], json)
+    with reported(diagnosis.report(), json) as files:
+        if html:
+            page = diagnosis.page().encode(errors="replace")
+            files.append(write_whole(html, lambda file: file.write(page)))
     if not diagnosis.ok:
         raise Exit(1)
 
@@ -213,14 +213,14 @@ def stability(
 
 
 def _conclude(result: Any, plot: Path | None, json: bool) -> None:
-    """Print a result and write its figure, if one is asked for. Raises PendpinError for its fault."""
+    """Print a result and write its figure, if one is asked for. Raises PendpinError for its fault: then there is none."""
     from pendpin.graphics.style import write_figure
 
-    print_report(report := result.report(), json)
+    with reported(report := result.report(), json) as files:
+        if plot and not report.fault:
+            files.append(write_figure(plot, lambda: result.plot().figure))
     if report.fault:
         raise PendpinError(report.fault)
-    if plot:
-        print_files([write_figure(plot, lambda: result.plot().figure)], json)
 
 
 @inputs.on_scene
@@ -246,10 +246,11 @@ def modes(
         with working("the modes", limit, json):
             result = modes_of(scene)
         result.place(mode := mode or 1)
-        print_report(result.report(None if every else MOST_ROWS), json)
-        files = [result.save_plot(plot)] if plot else []
-        files += [result.animate(mode).save(html)] if html else []
-    print_files(files, json)
+        with reported(result.report(None if every else MOST_ROWS), json) as files:
+            if plot:
+                files.append(result.save_plot(plot))
+            if html:
+                files.append(result.animate(mode).save(html))
 
 
 @inputs.on_scene
