@@ -7,6 +7,7 @@ scene's list changes no bit.
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from functools import cached_property, partial
 from typing import Any, NamedTuple, Self
 
@@ -51,6 +52,7 @@ class Accounts(NamedTuple):
         return cls(kinds, tuple(kinds.index(kind) if potential is None else None for kind, potential in pairs))
 
 
+@dataclass(eq=False)
 class Binding:
     """The effects of a scene on a model, on one kind of number; times count from `start` in s.
 
@@ -58,8 +60,10 @@ class Binding:
     link that the model lacks, and for a second effect of a kind of which a scene takes one.
     """
 
-    def __init__(self, model: Model, effects: Sequence[Effect], start: float = 0.0, numbers: Numbers = GIVEN) -> None:
-        self.model, self.effects, self.start, self.numbers, self.xp = model, effects, start, numbers, numbers.xp
+    model: Model
+    effects: Sequence[Effect]
+    start: float = 0.0
+    numbers: Numbers = GIVEN
 
     @cached_property
     def bodies(self) -> Bodies:
@@ -164,17 +168,17 @@ def _total(functions: list[Any]) -> Any:
     return lambda *args: sum((function(*args) for function in others), first(*args))
 
 
+@dataclass(eq=False)
 class Bound(ABC):
     """One effect on a model; `where` is its key path. A child says by `at` what it exerts through one interface."""
 
+    binding: Binding
     effect: Any
-
-    def __init__(self, binding: Binding, effect: Any, where: str) -> None:
-        self.effect, self._where, self._binding = effect, where, binding
+    where: str
 
     def _named(self, function: Any) -> Any:
         """A law whose errors on numbers other than NumPy's floats are one line that names the effect."""
-        if self._binding.xp is np:
+        if self.binding.numbers.xp is np:
             return function
 
         def named(*state: Any) -> Any:
@@ -184,7 +188,7 @@ class Bound(ABC):
                 raise
             except Exception as error:
                 raise InputError(
-                    f"{self._where}: {self.effect.kind} does not run on symbols ({error}): write it with + - * / ** and "
+                    f"{self.where}: {self.effect.kind} does not run on symbols ({error}): write it with + - * / ** and "
                     "the functions of xp, or let its property `smooth` be False"
                 ) from None
 
@@ -200,7 +204,7 @@ class Bound(ABC):
 
     def _where_offered(self, potential: Potential) -> Potential | None:
         """The potential, or None if its value is None."""
-        model = self._binding.model
+        model = self.binding.model
         q = np.zeros((1, len(model.joints)))
         with np.errstate(all="ignore"):
             return None if potential(q, kinematics.poses(model, q)) is None else potential
@@ -214,11 +218,11 @@ class BoundField(Bound):
     @cached_property
     def at(self) -> Callable[[Any], Array]:
         """The field (3,) in m/s² in W at a time."""
-        return self._named(self._binding.law(self.effect, "field"))
+        return self._named(self.binding.law(self.effect, "field"))
 
     def power(self) -> Power:
         """The sum of m v . field over the bodies, W."""
-        field, bodies, xp = self.at, self._binding.bodies, self._binding.xp
+        field, bodies, xp = self.at, self.binding.bodies, self.binding.numbers.xp
 
         def power(state: State) -> Any:
             motion = state.motion()
@@ -231,7 +235,7 @@ class BoundField(Bound):
         """The potential of a constant field, J."""
         if not self.effect.constant:
             return None
-        model, field = self._binding.model, self.effect.field(0.0)
+        model, field = self.binding.model, self.effect.field(0.0)
         return lambda q, poses: kinematics.field_potential(model, poses, field)
 
 
@@ -243,8 +247,8 @@ class BoundTorque(Bound):
     @cached_property
     def at(self) -> GivenTorque:
         """The torques (nv,) in N m at a time and q, v (nv,)."""
-        model, numbers, each = self._binding.model, self._binding.numbers, self._each
-        torques: Any = self._binding.law(self.effect, "torques")
+        model, numbers, each = self.binding.model, self.binding.numbers, self._each
+        torques: Any = self.binding.law(self.effect, "torques")
         nv = len(model.joints)
         if each is not None:
             torques = partial(torques, each=numbers.per_rod(each))
@@ -253,7 +257,7 @@ class BoundTorque(Bound):
             return self._named(lambda t, *state: torques(t, *(_spread(x, angles, len(angles)) for x in state))[angles])
         if self.effect.on is None:
             return self._named(torques)
-        chosen = chosen_joints(model, self.effect.on, self._where)
+        chosen = chosen_joints(model, self.effect.on, self.where)
         if numbers.by_rod:
             share = numbers.per_rod(np.isin(np.arange(nv), chosen))
             return self._named(lambda t, q, v: share * torques(t, q, v))
@@ -262,36 +266,38 @@ class BoundTorque(Bound):
     @cached_property
     def _each(self) -> Array | None:
         """What the law takes from the rods' lengths, a row for each angle; None if it takes nothing. Raises InputError."""
-        model = self._binding.model
+        model = self.binding.model
         if model.rod_tree is not None:
             return self.effect.of_joints(model.lengths, model.rod_tree.parents)
         if self.effect.of_joints(np.ones(1)) is not None:
-            raise InputError(f"{self._where}: {self.effect.kind} acts between rods: it needs a chain")
+            raise InputError(f"{self.where}: {self.effect.kind} acts between rods: it needs a chain")
         return None
 
     @property
     def _angles(self) -> Any:
         """Which of theta and phi every rod has, (2 n,), where the law is of both and some rod has one; else None."""
-        tree = self._binding.model.rod_tree
+        tree = self.binding.model.rod_tree
         return None if self._each is None or tree is None or tree.angles.all() else tree.angles.ravel()
 
     def power(self) -> Power:
         """torque . v, W."""
-        torque, xp = self.at, self._binding.xp
+        torque, xp = self.at, self.binding.numbers.xp
         return lambda state: total(torque(state.t, state.q, state.v) * state.v, xp)
 
     def potential(self) -> Potential | None:
         """The potential that the effect offers, J."""
-        chosen, angles = chosen_joints(self._binding.model, self.effect.on, self._where), self._angles
+        chosen, angles = chosen_joints(self.binding.model, self.effect.on, self.where), self._angles
         given: Any = {} if self._each is None else {"each": self._each}
         of_law = (lambda q: q[:, chosen]) if angles is None else (lambda q: _spread(q, angles, len(angles)))
         return self._where_offered(lambda q, poses: self.effect.potential(of_law(q), **given))
 
 
-def _spread(x: Array, places: Array, size: int) -> Array:
-    """Numbers (..., k) at their places among (..., size), 0 elsewhere: as the angle that a hinge lacks."""
-    out = np.zeros((*x.shape[:-1], size), x.dtype)
-    out[..., places] = x
+def _spread(x: Array, places: Array, size: int, axis: int = -1) -> Array:
+    """Numbers at their places along an axis of this size, 0 elsewhere: as the angle that a hinge lacks."""
+    shape = list(x.shape)
+    shape[axis] = size
+    out = np.zeros(shape, x.dtype)
+    out.swapaxes(axis, -1)[..., places] = x.swapaxes(axis, -1)
     return out
 
 
@@ -303,32 +309,28 @@ class BoundWrench(Bound):
     @cached_property
     def at(self) -> Wrench:
         """Force (n, 3) in N and moment (n, 3) in N m on all n bodies, in W, at a time and a motion."""
-        model, numbers = self._binding.model, self._binding.numbers
+        model, numbers = self.binding.model, self.binding.numbers
         if isinstance(self.effect, Push) and self.effect.point is not None:
-            body = model.bodies[chosen_bodies(model, self.effect.on, self._where)[0]]
+            body = model.bodies[chosen_bodies(model, self.effect.on, self.where)[0]]
             if not body.tip.any():
                 raise InputError(
-                    f"{self._where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
+                    f"{self.where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
                 )
-        bodies, wrench = self._binding.bodies, self._binding.law(self.effect, "wrench")
+        bodies, wrench = self.binding.bodies, self.binding.law(self.effect, "wrench")
         if self.effect.on is None:
             return self._named(lambda t, motion: wrench(t, bodies, motion))
-        chosen = chosen_bodies(model, self.effect.on, self._where)
+        chosen = chosen_bodies(model, self.effect.on, self.where)
         if numbers.by_rod:
             share = numbers.per_rod(np.isin(np.arange(len(model.bodies)), chosen)[:, None])
             return self._named(lambda t, motion: tuple(share * part for part in wrench(t, bodies, motion)))
         some, n = bodies.of(chosen), len(bodies.mass)
-
-        def scattered(rows: Array) -> Array:
-            out = np.zeros((*rows.shape[:-2], n, 3), rows.dtype)
-            out[..., chosen, :] = rows
-            return out
-
-        return self._named(lambda t, motion: tuple(map(scattered, wrench(t, some, motion.of(chosen)))))
+        return self._named(
+            lambda t, motion: tuple(_spread(x, chosen, n, -2) for x in wrench(t, some, motion.of(chosen)))
+        )
 
     def power(self) -> Power:
         """The sum of F . v + M . omega over the bodies, W."""
-        complete, bodies, xp, wrench = self._binding.complete, self._binding.bodies, self._binding.xp, self.at
+        complete, bodies, xp, wrench = self.binding.complete, self.binding.bodies, self.binding.numbers.xp, self.at
 
         def power(state: State) -> Any:
             motion = state.motion()
@@ -339,15 +341,15 @@ class BoundWrench(Bound):
 
     def potential(self) -> Potential | None:
         """The potential that the effect offers, J. It may depend on gravity and on where W is: None where these change."""
-        if not all(effect.constant for effect in self._binding.effects if isinstance(effect, FieldEffect)):
+        if not all(effect.constant for effect in self.binding.effects if isinstance(effect, FieldEffect)):
             return None
-        chosen = chosen_bodies(self._binding.model, self.effect.on, self._where)
-        bodies, rest = self._binding.model.body_arrays.of(chosen), np.zeros((len(chosen), 3))
+        chosen = chosen_bodies(self.binding.model, self.effect.on, self.where)
+        bodies, rest = self.binding.model.body_arrays.of(chosen), np.zeros((len(chosen), 3))
 
         def at(poses: Array) -> Any:
             poses = poses[..., chosen, :, :]
             motion = Motion(poses[..., :3, 3], poses[..., :3, :3], rest, rest)
-            return self.effect.potential(bodies, self._binding.complete(0.0, motion))
+            return self.effect.potential(bodies, self.binding.complete(0.0, motion))
 
         def potential(q: Array, poses: Array) -> Any:
             if plain_arithmetic([self.effect]):

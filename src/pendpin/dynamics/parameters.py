@@ -5,6 +5,7 @@ effects.
 """
 
 from collections.abc import Callable, Hashable, Sequence
+from dataclasses import dataclass
 from typing import Any, TypeVar
 
 import numpy as np
@@ -20,13 +21,12 @@ from pendpin.model.build import Model
 AnEffect = TypeVar("AnEffect", bound=Effect)
 
 
+@dataclass(eq=False)
 class Numbers:
     """Passes numbers on unchanged: for equations on floats, or on what the functions xp take (pendpin.equations.base)."""
 
     by_rod = False  # whether the equations see one rod of a chain that may have any number of them
-
-    def __init__(self, xp: Any = np) -> None:
-        self.xp = xp
+    xp: Any = np
 
     def __call__(self, x: Any) -> Any:
         """A number or an array of numbers as the equations see it; None stays None."""

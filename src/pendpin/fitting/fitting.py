@@ -71,7 +71,8 @@ class Setting:
             parts.append((t, *guess.fit_cubics(swing, t, rows)))
         t, *states = (np.concatenate(part) for part in zip(*parts, strict=True))
         some = np.isfinite(states[-1]).all(1)
-        return guess.Regression(self.pendulum, self.shift, t[some], *(x[some] for x in states))
+        y, rate, a = (x[some] for x in states)
+        return guess.Regression(self.pendulum, self.shift, t[some], y, rate, a.T.reshape(-1))
 
     @cached_property
     def slowness(self) -> float:
@@ -140,7 +141,8 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     p = _rescale(setting, problem, problem.prior)
     if not 1 / OTHER_UNIT < setting.slowness < OTHER_UNIT:
         x = problem.prior
-        return _finish(setting, problem, x, solve_starts(problem, x, _guess_starts(setting, problem, x), 0), 0)
+        starts = start_states(setting, problem, x, setting.angles)
+        return _finish(setting, problem, x, solve_starts(problem, x, starts, 0), 0)
     x = guess.regress(setting.regression, p)
     whole, starts, misfit = _try_whole_swings(setting, problem, x)
     if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior))[2] < misfit:
@@ -148,7 +150,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     if not misfit < 1:
         progress("short pieces")
         problem = _rescale(setting, problem, x)
-        x, _, _ = search(problem, x, _guess_starts(setting, problem, x), FAR, COARSE)
+        x, _, _ = search(problem, x, start_states(setting, problem, x, setting.angles), FAR, COARSE)
         whole, starts, _ = _try_whole_swings(setting, problem, x)
     progress("whole swings")
     problem = _rescale(setting, replace(problem, batch=whole.batch), x)
@@ -167,11 +169,11 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     return _finish(setting, p, x, solved)
 
 
-def start_states(setting: Setting, offsets: Array, swings: Sequence[Swing], longest: float) -> Array:
-    """First guesses of the starts (2n, P) of all pieces of swings of joint angles, from the samples at their beginnings."""
-    shift, first_moments, starts = setting.shift @ offsets, 2 * (SMOOTHING * setting.pendulum.pace), []
+def start_states(setting: Setting, problem: Problem, x: Array, swings: Sequence[Swing]) -> Array:
+    """First guesses of the starts (2n, P) at unknowns x (nx,): of each piece of swings of joint angles, from its samples."""
+    shift, first_moments, starts = setting.shift @ problem.split(x)[1], 2 * (SMOOTHING * setting.pendulum.pace), []
     for swing in swings:
-        for piece in cut_pieces(swing, longest):
+        for piece in cut_pieces(swing, problem.batch.longest):
             count = int(np.clip((piece.t <= piece.t[0] + first_moments).sum(), 5, len(piece.t)))
             q, rate, _ = guess.fit_cubics(piece, piece.t[:1], np.arange(count)[None])
             starts.append(np.concatenate([q[0] - shift, rate[0]]))
@@ -194,11 +196,6 @@ def _pose_problem(setting: Setting) -> Problem:
         fixed_offsets(setting),
         np.pad(free.is_stribeck_speed, (0, many)),
     )
-
-
-def _guess_starts(setting: Setting, problem: Problem, x: Array) -> Array:
-    """First guesses of the starts (2n, P) at unknowns x (nx,): rad, rad/s."""
-    return start_states(setting, problem.split(x)[1], setting.angles, problem.batch.longest)
 
 
 def with_scene(setting: Setting, p: Problem, scene: Scene, free: Sequence[str]) -> tuple[Setting, Problem]:
@@ -230,14 +227,15 @@ def _try_whole_swings(setting: Setting, problem: Problem, x: Array) -> tuple[Pro
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
-        J = whole.evaluate(x, _guess_starts(setting, whole, x)).by_start
+        starts = start_states(setting, whole, x, setting.angles)
+        J = whole.evaluate(x, starts).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pendulum.pace
         if growth.max() <= MOST_GROWTH or longest <= SHORT * setting.pendulum.pace:
             break
         longest /= 2
     whole = replace(whole, weights=1 / np.sqrt(NEAR**2 * spread**2 + setting.noise**2))
-    solved = solve_starts(whole, x, _guess_starts(setting, whole, x))
+    solved = solve_starts(whole, x, starts)
     return whole, solved.starts, float((solved.r**2).sum() / (~np.isnan(whole.batch.y)).sum())
 
 

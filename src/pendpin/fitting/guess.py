@@ -57,9 +57,9 @@ class Regression(NamedTuple):
     pendulum: Pendulum
     shift: Array  # (n, columns): joint angles are those of the points less shift times the offsets
     t: Array  # (N,) s
-    y: Array  # (N, n) joint angles, their rates and accelerations
+    y: Array  # (N, n) joint angles and their rates
     rate: Array
-    acceleration: Array
+    measured: Array  # (n N,) their accelerations
 
     def accelerations(self, x: Array) -> tuple[Array, Array]:
         """What the equations say, (n N,), at unknowns (nx,), and its derivatives (n N, nx)."""
@@ -71,11 +71,6 @@ class Regression(NamedTuple):
         of_offsets = -np.einsum("jnN,jc->cnN", by[nz : nz + len(q)], self.shift)
         J = np.concatenate([by[:nz], of_offsets[: len(x) - nz]])
         return a.reshape(-1), J.reshape(len(x), -1).T
-
-    @property
-    def measured(self) -> Array:
-        """The accelerations (n N,) by local polynomials."""
-        return self.acceleration.T.reshape(-1)
 
 
 def joint_angles(pendulum: Pendulum, swings: Sequence[Swing], z: Array) -> tuple[Swing, ...]:

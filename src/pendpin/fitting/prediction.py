@@ -127,7 +127,7 @@ def predict(
     heads = [swing.part(~late) for swing, late in zip(swings, compared, strict=True)]
     problem = replace(solution.problem, batch=batch(heads, np.inf), share=1.0)
     angles = joint_angles(setting.pendulum, heads, solution.z)
-    solved = solve_starts(problem, x, start_states(setting, solution.offsets, angles, np.inf), 20)
+    solved = solve_starts(problem, x, start_states(setting, problem, x, angles), 20)
     full = batch(swings, np.inf)
     columns = problem.show(x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))

@@ -48,24 +48,20 @@ def seconds(name: str, value: Any) -> float:
     return number
 
 
-def numbers(name: str, values: Any) -> Array:
-    """Numbers as an array of floats of any shape, finite or not; not text, complex numbers or bools."""
+def numbers(name: str, values: Any, finite: bool = False) -> Array:
+    """Numbers as an array of floats of any shape, if asked for all finite; not text, complex numbers or bools."""
     try:
         array = np.asarray(values)
-        if array.dtype.char == "d":
-            return array
         if array.dtype.kind not in "iufO":
             raise TypeError
-        return array.astype(float, copy=False)
+        array = array.astype(float, copy=False)
     except (TypeError, ValueError):
         raise InputError(f"{name}: {shown(values)} are not numbers") from None
-
-
-def refuse_not_finite(name: str, array: Array) -> None:
-    """Raise InputError that names the first number of an array that is not finite, and its place."""
-    for place in np.argwhere(~np.isfinite(array))[:1].tolist():
+    if finite and not np.isfinite(array).all():
+        place = np.argwhere(~np.isfinite(array))[0].tolist()
         where = "".join(f"[{i}]" for i in place)
         raise InputError(f"{name}{where}: {array[tuple(place)]} is not a finite number")
+    return array
 
 
 # --- key paths: the one notation for places in a scene, as model.rods[0].mass ---------------------------------------

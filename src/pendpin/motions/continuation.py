@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
 from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
-from pendpin.ground.arguments import numbers, refuse_not_finite
+from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
 from pendpin.integrators.fixed import NEAR
@@ -121,9 +121,7 @@ class Continuation:
 
 def at(run: RunRecord, times: ArrayLike) -> RunRecord:
     """The run at any times within it, integrated to there from the samples before (Trajectory.at)."""
-    given = numbers("times", times)
-    refuse_not_finite("times", given)
-    t = np.atleast_1d(given)
+    t = np.atleast_1d(numbers("times", times, finite=True))
     if t.ndim != 1 or not len(t) or (np.diff(t) <= 0).any():
         raise InputError(f"times: {shown(times)} are not numbers in rising order, at least one")
     for moment in t[[0, -1]]:

@@ -28,7 +28,7 @@ from pendpin.runs.limits import Deadline
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene
 from pendpin.trajectory import HingeReactions, RunRecord, samples_of, with_samples
-from pendpin.trajectory.columns import EFFORTS, TABLES, place_of, to_xarray, unit_of
+from pendpin.trajectory.columns import AXES, EFFORTS, TABLES, UNITS, WRENCH, is_chain, place_of, unit_of
 
 ROWS_AT_ONCE = 4096  # turned into text: bounds the memory that a long run takes
 
@@ -149,7 +149,31 @@ class Trajectory(RunRecord):
 
         Raises MissingLibrary without xarray.
         """
-        return to_xarray(self)
+        xarray = optional("xarray", "to_xarray", "xarray")
+        units = {name: f"{UNITS[name]}, of slides {UNITS[name].replace('rad', 'm')}" for name in "qva"}
+        per_joint = {name: (("t", "joint"), getattr(self, name), {"units": unit}) for name, unit in units.items()}
+        rods, count = 0 if self.rod_reactions is None else self.rod_reactions.R1.shape[1], self.tips.shape[1]
+        bodies = {"rod": range(1, rods + 1)} if rods else {}
+        bodies |= {} if rods == count else {"link": self.links or range(1, count + 1)}
+        fixed = {
+            "wrench": (("t", "joint", "component"), self.wrench, {"units": "N, of moments N m"}),
+            "tips": (("t", list(bodies)[-1], "axis"), self.tips, {"units": "m"}),
+            "kinetic": (("t",), self.kinetic, {"units": "J"}),
+            "potential": (("t",), self.potential, {"units": "J"}),
+        }
+        reactions = {} if self.rod_reactions is None else self.rod_reactions._asdict()
+        fixed |= {name: (("t", "rod"), values, {"units": UNITS[name]}) for name, values in reactions.items()}
+        if is_chain(self):
+            fixed |= {"tension": (("t", "rod"), reactions["R3"], {"units": "N"})}
+            fixed |= {f"omega{k + 1}": (("t", "rod"), self.omega[..., k], {"units": UNITS["omega"]}) for k in range(3)}
+            fixed["swing"] = (("t",), self["swing"], {"units": UNITS["swing"]})
+            fixed["angular_momentum"] = (("t", "axis"), self.angular_momentum, {"units": UNITS["angular_momentum"]})
+        fixed |= {f"work_{kind}": (("t",), work, {"units": "J"}) for kind, work in self.work.items()}
+        coordinates: dict[str, Any] = {"t": ("t", self.t, {"units": "s"}), "joint": list(self.joints)}
+        coordinates |= {name: list(labels) for name, labels in bodies.items()}
+        coordinates |= {"axis": list(AXES), "component": list(WRENCH)}
+        dataset = xarray.Dataset(per_joint | fixed, coordinates, {"title": self.title, "method": self.stats.method})
+        return dataset.copy(deep=True)  # the arrays of the run are read-only
 
     def efforts(self) -> dict[str, Array]:
         """The generalised force of each kind of effect on each joint, (n, nv) in N m, N for slides; dry friction and stops

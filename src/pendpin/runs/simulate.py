@@ -6,7 +6,7 @@ from typing import Any
 
 from pendpin.engines import ProgressCallback
 from pendpin.errors import Halted, InputError, Interrupted
-from pendpin.ground.arguments import numbers, refuse_not_finite
+from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import ArrayLike
 from pendpin.runs.accuracy.target import run_to_accuracy
 from pendpin.runs.checkpoint import Checkpoint
@@ -46,8 +46,7 @@ def varied(
     """A scene, or that of a file, with other settings and times (n,) in s. Raises InputError where they do not fit."""
     chosen, rising = chosen_scene(scene), None
     if times is not None:
-        array = numbers("times", times)
-        refuse_not_finite("times", array)
+        array = numbers("times", times, finite=True)
         if array.ndim != 1 or not len(array):
             raise InputError(f"times: shape {array.shape}, where (n,) numbers are wanted, with at least one")
         rising = tuple(array.tolist())

@@ -6,7 +6,6 @@ import numpy as np
 
 from pendpin.errors import InputError, nearest_or_all, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.libraries import optional
 from pendpin.trajectory.parts import HingeReactions
 
 Place = tuple[str, Any]  # the array of a run, and the index of the column in it
@@ -133,32 +132,3 @@ def column(run: Any, name: Any) -> Array:
 
 
 TABLES = (".csv", ".txt")
-
-
-def to_xarray(run: Any) -> Any:
-    """A Dataset over time t, joint, rod or link, axis and component, with units. Raises MissingLibrary."""
-    xarray = optional("xarray", "to_xarray", "xarray")
-    units = {name: f"{UNITS[name]}, of slides {UNITS[name].replace('rad', 'm')}" for name in "qva"}
-    per_joint = {name: (("t", "joint"), getattr(run, name), {"units": unit}) for name, unit in units.items()}
-    rods, count = 0 if run.rod_reactions is None else run.rod_reactions.R1.shape[1], run.tips.shape[1]
-    bodies = {"rod": range(1, rods + 1)} if rods else {}
-    bodies |= {} if rods == count else {"link": run.links or range(1, count + 1)}
-    fixed = {
-        "wrench": (("t", "joint", "component"), run.wrench, {"units": "N, of moments N m"}),
-        "tips": (("t", list(bodies)[-1], "axis"), run.tips, {"units": "m"}),
-        "kinetic": (("t",), run.kinetic, {"units": "J"}),
-        "potential": (("t",), run.potential, {"units": "J"}),
-    }
-    reactions = {} if run.rod_reactions is None else run.rod_reactions._asdict()
-    fixed |= {name: (("t", "rod"), values, {"units": UNITS[name]}) for name, values in reactions.items()}
-    if is_chain(run):
-        fixed |= {"tension": (("t", "rod"), reactions["R3"], {"units": "N"})}
-        fixed |= {f"omega{k + 1}": (("t", "rod"), run.omega[..., k], {"units": UNITS["omega"]}) for k in range(3)}
-        fixed["swing"] = (("t",), run["swing"], {"units": UNITS["swing"]})
-        fixed["angular_momentum"] = (("t", "axis"), run.angular_momentum, {"units": UNITS["angular_momentum"]})
-    fixed |= {f"work_{kind}": (("t",), work, {"units": "J"}) for kind, work in run.work.items()}
-    coordinates: dict[str, Any] = {"t": ("t", run.t, {"units": "s"}), "joint": list(run.joints)}
-    coordinates |= {name: list(labels) for name, labels in bodies.items()}
-    coordinates |= {"axis": list(AXES), "component": list(WRENCH)}
-    dataset = xarray.Dataset(per_joint | fixed, coordinates, {"title": run.title, "method": run.stats.method})
-    return dataset.copy(deep=True)  # the arrays of the run are read-only

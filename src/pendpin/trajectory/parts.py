@@ -65,12 +65,6 @@ class HingeReactions(NamedTuple):
 AnyReactions = Reactions | HingeReactions
 
 
-def reactions_of(arrays: Mapping[str, Array]) -> AnyReactions | None:
-    """The reactions among arrays by their names; None where there are none."""
-    kind = HingeReactions if "M1" in arrays else Reactions
-    return kind(**{name: arrays[name] for name in kind._fields}) if "R1" in arrays else None
-
-
 class Derived(NamedTuple):
     """What follows from the states at the samples."""
 
@@ -84,7 +78,9 @@ class Derived(NamedTuple):
     @classmethod
     def of_arrays(cls, arrays: Mapping[str, Array]) -> "Derived":
         """From the arrays of a file or of `RunRecord.arrays`, by their names."""
-        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=reactions_of(arrays))
+        kind = HingeReactions if "M1" in arrays else Reactions
+        rods = kind(**{name: arrays[name] for name in kind._fields}) if "R1" in arrays else None
+        return cls(**{name: arrays[name] for name in cls._fields[:-1]}, rod_reactions=rods)
 
 
 class Energy(NamedTuple):

@@ -4,6 +4,7 @@ These routines belong to no scene: a process compiles them once (llvm.py).
 """
 
 import struct
+from dataclasses import dataclass, field
 
 WIDE = 4  # numbers in a vector of the processor
 VECTOR = f"<{WIDE} x double>"
@@ -181,11 +182,11 @@ def _all(x: float | int) -> str:
     return "<" + ", ".join([one] * WIDE) + ">"
 
 
+@dataclass(eq=False)
 class _Lines:
     """Lines of code, each with a new name for its result."""
 
-    def __init__(self) -> None:
-        self.lines: list[str] = []
+    lines: list[str] = field(default_factory=list)
 
     def __call__(self, text: str) -> str:
         name = f"%w{len(self.lines)}"

@@ -10,6 +10,7 @@ and inputs, and from what passes along the chain carry from rod to rod (passes.p
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 from functools import cache, reduce
 from operator import mul
 from types import SimpleNamespace
@@ -42,17 +43,17 @@ _ON_FLOATS: dict[str, Callable[..., Any]] = {
 }
 
 
+@dataclass(eq=False, repr=False)
 class Tape:
     """The operations, each a name and the places of its operands (or what it stands for), in an order of computing."""
 
-    def __init__(self) -> None:
-        self.operations: list[tuple[Any, ...]] = []
-        self.operands: list[tuple[int, ...]] = []  # the places of what each is computed from
-        self.fixed: list[bool] = []  # whether an operation depends on parameters alone
-        self.by_rod: list[bool] = []  # whether it has a value for each rod
-        self.lanes: list[int] = []  # how many numbers it is at once; 0 for a single one
-        self.passes: list[Pass] = []
-        self._places: dict[tuple[Any, ...], int] = {}
+    operations: list[tuple[Any, ...]] = field(default_factory=list)
+    operands: list[tuple[int, ...]] = field(default_factory=list)  # the places of what each is computed from
+    fixed: list[bool] = field(default_factory=list)  # whether an operation depends on parameters alone
+    by_rod: list[bool] = field(default_factory=list)  # whether it has a value for each rod
+    lanes: list[int] = field(default_factory=list)  # how many numbers it is at once; 0 for a single one
+    passes: list["Pass"] = field(default_factory=list)
+    _places: dict[tuple[Any, ...], int] = field(default_factory=dict)
 
     def term(self, *operation: Any, fixed: bool = False, by_rod: bool = False, lanes: int = 0) -> "Term":
         """An operation, by its name and what it is computed from or stands for (LEAVES)."""
