@@ -11,6 +11,7 @@ import time
 import warnings
 from collections.abc import Callable
 from pathlib import Path
+from typing import Any, Literal
 
 import numpy as np
 import pytest
@@ -110,6 +111,38 @@ def test_a_store_broken_off_goes_on_with_the_same_bits(tmp_path: Path, monkeypat
     np.testing.assert_array_equal(partial.swing.values[done], whole.swing.values[done])
     assert_same(stopped.value.partial, partial)
     assert_same(small(tmp_path / "map.zarr"), whole)
+
+
+class CtrlC(pp.effects.JointEffect):
+    """The user stops the run that gets beyond this time."""
+
+    kind: Literal["ctrl_c"] = "ctrl_c"
+    after: float
+
+    @property
+    def smooth(self) -> bool:
+        return False
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        if np.max(t) > self.after:
+            raise KeyboardInterrupt
+        return 0.0 * q
+
+
+def interrupt(run: pp.Trajectory) -> float:
+    """A measure in which the user stops."""
+    raise KeyboardInterrupt
+
+
+@pytest.mark.parametrize(("effects", "measure"), [((CtrlC(after=0.05),), "swing"), ((), interrupt)])
+def test_a_sweep_that_is_stopped_while_a_case_is_timed_says_so(effects: tuple, measure: Any, tmp_path: Path) -> None:
+    """In a run or beside one: not that this run ended, but that the sweep did, and that there is no result yet."""
+    store = tmp_path / "map.zarr"
+    says = "stopped by the user before the first of 3 cases; nothing is kept"
+    with pytest.raises(Interrupted, match=f"^{says}$") as stopped:
+        pp.sweep(scene(*effects, duration=0.1), {KEYS[0]: [0.1, 0.2, 0.3]}, measure, out=store)
+    assert (stopped.value.partial.why.values == "not run").all()
+    assert not store.exists()
 
 
 def test_a_store_shows_what_is_not_run(

@@ -66,6 +66,7 @@ def sweep(
             work.doing = f"{done} of {count} cases" + "; the same sweep resumes from there" * bool(out)
             bar(done)
 
+        work.doing = f"the first of {plan.count} cases"
         where: dict[str, Any] = {"out": out, "workers": workers, "dask": dask, "progress": progress}
         dataset = run(chosen.scene, plan, tuple(measure or ("swing",)), **where, **settings)
     files = [*([out] if out else []), *_write_files(dataset, csv, plot, None)]

@@ -6,7 +6,7 @@ from functools import partial
 from pathlib import Path
 from typing import Any
 
-from pendpin.errors import InputError, RunError, shown
+from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arrays import ArrayLike
 from pendpin.ground.files import refuse_targets
 from pendpin.ground.libraries import optional
@@ -88,8 +88,14 @@ def sweep(
     new = out is None or not Path(out).exists()
     if out is not None and new:
         refuse_targets([Path(out)], [])
-    results = Store(task, None if out is None else Path(out), _block_size(task, workers or cores()) if new else 1)
-    left, count = blocks_left(results.data), plan.count
+    count = plan.count
+    try:
+        size = _block_size(task, workers or cores()) if new else 1
+    except (KeyboardInterrupt, Interrupted):  # of a single run, which knows nothing of the sweep
+        reason = f"stopped by the user before the first of {count} cases; nothing is kept"
+        raise Interrupted(reason, finished(Store(task, None, count).data)) from None
+    results = Store(task, None if out is None else Path(out), size)
+    left = blocks_left(results.data)
     spans = [results.blocks.span(block) for block in left]
     if dask is not None and spans:
         blocks = run_on_cluster(run_block, Task, (task.scene, plan, measures), spans, dask)
