@@ -40,11 +40,13 @@ def axes(name: str, value: Any) -> Any:
     return value
 
 
-def seconds(name: str, value: Any) -> float:
-    """A number of seconds, 0 or above, or infinity."""
+def seconds(name: str, value: Any, lasting: bool = False) -> float:
+    """A number of seconds, 0 or above, or infinity; if `lasting`, a finite one above 0."""
     number = value.item() if isinstance(value, np.generic) else value
-    if not is_number(number) or not number >= 0:
-        raise InputError(f"{name}: {shown(value)} is not a number of seconds, 0 or above")
+    if not is_number(number) or not (0 < number < np.inf if lasting else number >= 0):
+        raise InputError(
+            f"{name}: {shown(value)} is not a number of seconds{' above 0' if lasting else ', 0 or above'}"
+        )
     return number
 
 

@@ -9,8 +9,8 @@ from functools import cached_property
 import numpy as np
 
 from pendpin.dynamics.acting import recall_outputs
-from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
-from pendpin.ground.arguments import numbers
+from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.ground.arguments import numbers, seconds
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
 from pendpin.integrators.fixed import NEAR
@@ -132,8 +132,7 @@ def at(run: RunRecord, times: ArrayLike) -> RunRecord:
 
 def extend(run: RunRecord, duration: float) -> RunRecord:
     """The run and its continuation for `duration` s (Trajectory.extend)."""
-    if not is_number(duration) or not 0 < duration < np.inf:
-        raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
+    duration = seconds("duration", duration, lasting=True)
     scene = scene_of(run)
     total, samples, even = scene.duration + float(duration), scene.solver.samples, scene.solver.times is None
     if even and (samples is None or scene.duration == 0):  # the start alone has no density

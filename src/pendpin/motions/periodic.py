@@ -19,7 +19,8 @@ from pendpin.dynamics.derivatives import Variational, refuse_poles
 from pendpin.dynamics.pace import changes_with_time
 from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
 from pendpin.effects import ContactEffect
-from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.errors import InputError, RunError, shown
+from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
@@ -106,9 +107,7 @@ def periodic_orbit(
         size = 2 * len(model.joints)
         if state.shape != (size,) or not np.isfinite(state).all():
             raise InputError(f"guess: {shown(guess)} is neither a Start nor {size} finite numbers, q then v")
-    if period is not None and (not is_number(period) or not 0 < period < np.inf):
-        raise InputError(f"period: {shown(period)} is not a number of seconds above 0")
-    first = period_of(scene) if period is None else period
+    first = period_of(scene) if period is None else seconds("period", period, lasting=True)
     free = first is None
     if first is None:  # the time at which a run first comes near its start again
         run = simulate(

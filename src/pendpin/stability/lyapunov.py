@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.dynamics.compiling import staying_zero
 from pendpin.errors import InputError, shown
 from pendpin.graphics.style import BESIDE, PALE, new_figure, styled
-from pendpin.ground.arguments import axes, flag
+from pendpin.ground.arguments import axes, flag, seconds
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import joint_poses
@@ -81,9 +81,7 @@ def lyapunov(
     """
     scene = chosen_scene(scene)
     if duration is not None:
-        if isinstance(duration, bool) or not isinstance(duration, int | float) or not 0 < duration < np.inf:
-            raise InputError(f"duration: {shown(duration)} is not a number of seconds above 0")
-        scene = scene.replace(duration=float(duration))
+        scene = scene.replace(duration=float(seconds("duration", duration, lasting=True)))
     if not (duration := scene.duration):
         raise InputError("duration: a motion of 0 s has no exponents; give it a duration in s")
     refuse_contacts(scene)

@@ -9,6 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.ground.arguments import seconds
 from pendpin.ground.arrays import Array
 from pendpin.motions.periodic import period_of
 from pendpin.motions.search import crossings
@@ -135,8 +136,8 @@ class Strobe(Section):
 
     def __post_init__(self) -> None:
         super().__post_init__()
-        if self.period is not None and not (is_number(self.period) and 0 < self.period < np.inf):
-            raise InputError(f"period: {shown(self.period)} is not a number of seconds above 0")
+        if self.period is not None:
+            seconds("period", self.period, lasting=True)
 
     def collect(self, scene: Scene) -> tuple[Array, Start]:
         """The values (count, len(of)) once a period, and the state at the last."""

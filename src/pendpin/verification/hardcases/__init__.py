@@ -154,7 +154,7 @@ NOT_FOR_PEERS = (  # other effects than gravity; figures that need rates or pend
     *("late", "late-driven", "chaos-methods", "chaos-back", "reversed"),
 )
 COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pendpin's
-    **{f"cone-{rate:g}": partial(scene, f"cone-{rate:g}", chains.turns(rate, 50)) for rate in (1e2, 1e3, 1e4)},
+    **{f"cone-{rate:g}": partial(scene, f"cone-{rate:g}", chains.turns(rate)) for rate in (1e2, 1e3, 1e4)},
     "swings-in-space": partial(scene, "swings-in-space", {"duration": 40.0, "solver.samples": 41}),
     "triple-1e4": partial(scene, "triple-1e4", {"duration": 3.0}),
     "chain-100": partial(chains.tumbling, "chain-100", {"duration": 0.1}),

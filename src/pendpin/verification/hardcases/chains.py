@@ -250,14 +250,14 @@ GROWTH = 100  # of a small difference within 4 s in the regular motion
 # --- many turns in conical motion, and many swings ------------------------------------------------------------------
 
 
-def turns(rate: float, count: int) -> dict[str, float]:
-    """The duration of some turns in conical motion at a rate in rad/s: cos(phi) = g / (reduced length rate²)."""
-    return {"duration": 2 * np.pi * count / rate}
+def turns(rate: float) -> dict[str, float]:
+    """The duration of 50 turns in conical motion at a rate in rad/s: cos(phi) = g / (reduced length rate²)."""
+    return {"duration": 2 * np.pi * 50 / rate}
 
 
 def _cone(rate: float) -> Case:
     bound, fastest = 1e-10 * 10_000 * 10 * 2, rate / (G / (REDUCED * rate**2))
-    return case("cone", bound, drift, turns(rate, 50), rate=rate, fastest=fastest)
+    return case("cone", bound, drift, turns(rate), rate=rate, fastest=fastest)
 
 
 ANGLE = 0.7  # rad

@@ -100,20 +100,14 @@ def _fall(reduced: float) -> Figure:
     return lambda run: tip_errors(run, run.q[:, 1], planar(POLE, 0.0, reduced, G, run.t))
 
 
-def _spinning(run: Trajectory) -> float:
-    """The error in s of the time at which the rod leaves the pole; exact: OFF_POLE cosh(rate t) = far."""
-    rate, far = SPIN * np.sqrt(1 - I3 / J), 1e-3
-    return abs(departure(run, run.q[:, 1] - POLE, far) - float(np.arccosh(far / OFF_POLE)) / rate)
-
-
 def _upright(solve: Solve, full: bool) -> float:
     others = ({"model.rods[0].radius": 0.0}, {"model.copies": 3}) if full else ()
     return max(largest(solve(scene("upright-exact", changes)).q) for changes in ({}, *others))
 
 
-def _leaving(off: float, upright: float) -> Figure:
-    """The error in s of the time at which a thin rod that starts `off` rad from upright is 1e-2 rad from it."""
-    return lambda run: abs(departure(run, run.q[:, 0] - upright, 1e-2) - float(np.arccosh(1e-2 / off)) / SWING)
+def _leaving(off: float, place: float, angle: int = 0, far: float = 1e-2, rate: float = SWING) -> Figure:
+    """The error in s of the time at which a rod that starts `off` rad from a place is `far` from it: off cosh(rate t)."""
+    return lambda run: abs(departure(run, run.q[:, angle] - place, far) - float(np.arccosh(far / off)) / rate)
 
 
 # --- springs, dampers and supports ten thousand times faster than the motion ----------------------------------------
@@ -217,7 +211,11 @@ CASES = (
     case("pole-rest-thin", FALLING, _fall(REDUCED), SHORT_FALL),
     case("pole-spin-thin", FALLING, _fall(REDUCED), SHORT_FALL),
     case("pole-rest-thick", FALLING, _fall(HANG), SHORT_FALL),
-    case("pole-spin-thick", float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J), _spinning),
+    case(
+        "pole-spin-thick",
+        float(np.log1p(FINEST / OFF_POLE)) / SPIN / np.sqrt(1 - I3 / J),
+        _leaving(OFF_POLE, POLE, angle=1, far=1e-3, rate=SPIN * np.sqrt(1 - I3 / J)),
+    ),
     case(
         "pole-torque-thick",  # up to 20 rad, before the growth exp(20) of OFF_POLE is seen; in the short form to 10 rad
         1e-12 * 500 * 20 + (OFF_POLE * np.exp(20)) ** 2 * J / I3 * 20,
@@ -227,11 +225,11 @@ CASES = (
     case("pole-phi-torque-thin", 1e-12 * 500 * 13.5, lambda run: largest(run.q[:, 1] - POLE - 1.5 * run.t**2)),
     case("pole-torque-thin", 0.0, measure=refused("pole-torque-thin", "rod", "radius")),
     case("upright-exact", 0.0, measure=_upright),
-    case("upright-1e-15", float(np.log1p(FINEST / 1e-15)) / SWING, _leaving(1e-15, upright=0.0)),
+    case("upright-1e-15", float(np.log1p(FINEST / 1e-15)) / SWING, _leaving(1e-15, 0.0)),
     case(
         "upright-pi",
         float(np.log1p((FINEST * np.pi + 20 * EPS) / (2 * OFF_POLE))) / SWING,
-        _leaving(2 * OFF_POLE, upright=np.pi),
+        _leaving(2 * OFF_POLE, np.pi),
     ),
     case(
         "spring-1e8",  # the error of the angle, divided by the first angle; exact: a cosine
