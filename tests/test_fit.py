@@ -3,9 +3,10 @@
 import json
 import re
 import warnings
+from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 import pytest
@@ -14,12 +15,13 @@ from scipy.signal import lfilter
 import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
 from pendpin.cli import main
-from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.effects import Anchor, Drag, DryFriction, Effect, Gravity, OnJoints, Viscous
 from pendpin.fitting import explain_residual
 from pendpin.fitting.data import batch, read_swings, sensors_of
 from pendpin.fitting.fitting import fixed_offsets, prepare
 from pendpin.fitting.parameters import free_parameters, substitute
 from pendpin.fitting.problem import LOST, Bound, bind_pendulum
+from pendpin.ground.records import NotNegative
 from pendpin.model.build import build
 from pendpin.scene import Data
 
@@ -230,6 +232,34 @@ def needed(scene: pp.Scene, table: dict[str, np.ndarray]) -> set[str]:
     return {part.name for part in parts if part.needed}
 
 
+class Cubic(OnJoints):
+    """A brake of one's own: -strength v³."""
+
+    parameters: ClassVar[tuple[str, ...]] = ("strength",)
+    strengths: ClassVar[tuple[str, ...]] = ("strength",)
+    kind: Literal["cubic"] = "cubic"
+    strength: NotNegative
+
+    @property
+    def resistances(self) -> tuple[str, ...]:
+        return ("strength",)
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return -self.strength * v**3
+
+
+@pytest.mark.parametrize(("strength", "damping"), [(2e-6, 0.0), pytest.param(0.0, 5e-4, marks=pytest.mark.slow)])
+def test_every_effect_that_brakes_is_tried(strength: float, damping: float) -> None:
+    """One of a user's own, and a damper that is part of a spring, which stays: each is needed where the data have it."""
+    anchor = {"link": "rod", "point": (0.0, 0.0, -0.3), "stiffness": 0.2}
+    truth = scene_of(1, Cubic(strength=strength), Anchor(**anchor, damping=damping), data=ANGLE)
+    guess = scene_of(1, Cubic(strength=1e-6), Anchor(**anchor, damping=1e-4), data=ANGLE)
+    parts = explain_residual(pp.fit(guess, swings_of(truth, [0.7], [1.1]), "friction")).parts
+    needed = {part.name: part.needed for part in parts}
+    assert needed["effects[1], cubic"] == (strength > 0)
+    assert needed["effects[2], anchor: damping"] == (damping > 0)
+
+
 @pytest.mark.slow
 def test_parts_are_held_against_held_out_swings(single) -> None:
     """A part changes how many numbers are free, and how well other swings are predicted: both are said of every part."""
@@ -254,14 +284,19 @@ def test_what_is_missing_is_needed(single) -> None:
 
 
 @pytest.mark.slow
-def test_a_friction_for_each_joint_is_needed() -> None:
-    """Of a model with one viscous friction for two joints that have their own."""
-    own = [Viscous(coefficient=c, joints=(joint,)) for c, joint in ((5e-5, "theta_1"), (1e-5, "theta_2"))]
+@pytest.mark.parametrize(
+    "brake",
+    [lambda c, **on: Viscous(coefficient=c, **on), lambda c, **on: Cubic(strength=c / 10, **on)],
+    ids=["viscous", "a user's own"],
+)
+def test_a_friction_for_each_joint_is_needed(brake: Callable[..., Effect]) -> None:
+    """Of a model with one friction for two joints that have their own: a viscous one, and one of a user's own."""
+    own = [brake(c, joints=(joint,)) for c, joint in ((5e-5, "theta_1"), (1e-5, "theta_2"))]
     truth = scene_of(2, *own, DryFriction(kinetic=1e-4), data=ANGLES, duration=3.0)
     table = swings_of(truth, [1.0, 0.5], [0.6, -0.2], [0.5, 0.5])
-    one = pp.Scene(**truth.given() | {"effects": [Gravity(), Viscous(coefficient=3e-5), truth.effects[-1]]})
-    found = {"effects[1], viscous", "effects[2], dry_friction", "effects[1], viscous: one for each joint"}
-    assert needed(one, table) == found
+    one = pp.Scene(**truth.given() | {"effects": [Gravity(), brake(3e-5), truth.effects[-1]]})
+    here = f"effects[1], {own[0].kind}"
+    assert needed(one, table) == {here, "effects[2], dry_friction", f"{here}: one for each joint"}
 
 
 def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> None:

@@ -1,13 +1,14 @@
-"""What each part of a model is worth: fits without each friction and drag, and with parts that the scene lacks."""
+"""What each part of a model is worth: fits without each effect that brakes, and with parts that the scene lacks."""
 
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from contextlib import suppress
 from dataclasses import dataclass, replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
+from pendpin.effects.base import JointNames
 from pendpin.errors import InputError
 from pendpin.fitting.fitting import Setting, Solution, with_scene
 from pendpin.fitting.parameters import substitute
@@ -118,13 +119,19 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
 def _omissions(now: _Model) -> Iterator[_Other]:
     scene, keys = now.scene, now.keys
     for i, effect in enumerate(scene.effects):
-        here = f"effects[{i}]"
+        here, where = f"effects[{i}]", f"effects[{i}], {effect.kind}"
         rest = [key for key in keys if not key.startswith(f"{here}.")]
-        where = f"{here}, {effect.kind}"
-        if isinstance(effect, Viscous) or (isinstance(effect, Drag) and effect.coefficient):
-            yield where, True, scene.replace({f"{here}.coefficient": 0.0}), rest
+        zeros: dict[str, Any] = {f"{here}.{name}": 0.0 for name in effect.resistances}
         if isinstance(effect, DryFriction):
-            yield where, True, scene.replace({here: DryFriction(kinetic=0.0, joints=effect.joints)}), rest
+            zeros |= {f"{here}.static": None, f"{here}.stribeck": None}
+        if any(getattr(effect, name) or f"{here}.{name}" in keys for name in effect.resistances):
+            with suppress(InputError):  # a number of a user's own effect that cannot be 0
+                without = scene.replace(zeros)
+                if without.effects[i].idle:
+                    yield where, True, without, rest
+                else:  # it does more than to brake, and that stays
+                    names = ", ".join(effect.resistances)
+                    yield f"{where}: {names}", True, without, [key for key in keys if key not in zeros]
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
             plain = DryFriction(kinetic=effect.static or effect.kinetic, joints=effect.joints)
             kinetic = [key for key in keys if key == f"{here}.kinetic"]
@@ -138,10 +145,10 @@ def _additions(now: _Model) -> Iterator[_Other]:
     size = SMALL * sum(weights)
     length = min(rod.length for rod in model.rods) if isinstance(model, Chain) else 1.0
     drag = Drag(diameter=length / SLENDER, coefficient=0.01)
-    for effect in (Viscous(coefficient=size / SLOW), DryFriction(kinetic=size), drag):
+    for effect in (Viscous(coefficient=size / SLOW), DryFriction(kinetic=size), drag):  # of others no guess is known
         if effect.kind not in kinds:
-            key = f"effects[{many}].{'kinetic' if isinstance(effect, DryFriction) else 'coefficient'}"
-            yield effect.kind, False, scene.replace(effects=(*scene.effects, effect)), [*keys, key]
+            more = [f"effects[{many}].{name}" for name in effect.resistances]
+            yield effect.kind, False, scene.replace(effects=(*scene.effects, effect)), [*keys, *more]
     for i, effect in enumerate(scene.effects):
         if isinstance(effect, DryFriction) and effect.stribeck is None:
             low, high = 0.98 * effect.kinetic, 1.02 * effect.kinetic + size
@@ -160,7 +167,7 @@ def _additions(now: _Model) -> Iterator[_Other]:
     pendulum = now.setting.pendulum  # a friction for each of the joints that move, in place of one for several
     moving = [pendulum.model.joints[joint] for joint in pendulum.moving]
     for i, effect in enumerate(scene.effects):
-        if not isinstance(effect, Viscous | DryFriction):
+        if not (isinstance(effect, JointNames) and effect.resistances):
             continue
         first, *rest = [name for name in moving if effect.joints is None or name in effect.joints] or [None]
         names = [key.rpartition(".")[2] for key in keys if key.startswith(f"effects[{i}].")]
