@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, amount, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import read_whole, text_of
+from pendpin.ground.files import number_in, read_whole, text_of
 from pendpin.ground.records import LARGEST
 
 MAX_BYTES = 5_000_000  # more takes seconds
@@ -188,10 +188,7 @@ def _value(where: str, cell: str) -> float:
     """The number in a cell. Raises InputError for one that is missing, not finite or too large."""
     if not cell:
         raise InputError(f"{where} is missing")
-    try:
-        value = math.nan if "_" in cell else float(cell)
-    except ValueError:
-        raise InputError(f"{where}: {shown(cell)} is not a number") from None
+    value = math.nan if "_" in cell else number_in(where, cell)
     if not abs(value) <= LARGEST:
         why = f"beyond {LARGEST:g}" if math.isfinite(value) else "not a finite number"
         raise InputError(f"{where}: {shown(cell)} is {why}")

@@ -10,7 +10,7 @@ import numpy as np
 
 from pendpin.errors import InputError, amount, choices, did_you_mean, inside, shown
 from pendpin.ground.arrays import Array
-from pendpin.ground.files import csv_table, read_whole
+from pendpin.ground.files import csv_table, number_in, read_whole
 from pendpin.model import kinematics
 from pendpin.model.build import Model, find
 from pendpin.scene import Data
@@ -137,10 +137,7 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
         return text.strip()
     if not text.strip() and name != table.time:
         return math.nan
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"line {line}, column {name}: {shown(text)} is not a number") from None
+    return number_in(f"line {line}, column {name}", text)
 
 
 def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:

@@ -85,6 +85,14 @@ def csv_table(data: bytes) -> tuple[list[str], list[tuple[int, list[str]]]]:
     return names, rows[1:]
 
 
+def number_in(where: str, text: str) -> float:
+    """The number that a cell, or a text of the command line, holds. Raises InputError."""
+    try:
+        return float(text)
+    except ValueError:
+        raise InputError(f"{where}: {shown(text.strip())} is not a number") from None
+
+
 def write_csv(path: Path, names: Iterable[str], rows: Iterable[Iterable[object]]) -> Path:
     """Write a table with the names of its columns in the first line, whole or not at all; every digit is kept."""
 

@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.errors import InputError, inside, not_one_of, say_note, shown
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array, ArrayLike, Indices
-from pendpin.ground.files import csv_table, read_whole
+from pendpin.ground.files import csv_table, number_in, read_whole
 from pendpin.ground.report import Report, Table
 
 CASE = "case"  # the dimension of cases that are not a grid
@@ -155,7 +155,7 @@ def cases_of(path: Path) -> Plan:
         keys, rows = csv_table(read_whole(path, MAX_CSV_BYTES, "a CSV of cases"))
         if not rows:
             raise InputError("it has no cases: rows of numbers are wanted behind the first line")
-        cells = [[_number(f"line {n}: {key}", x) for key, x in zip(keys, row, strict=True)] for n, row in rows]
+        cells = [[number_in(f"line {n}: {key}", x) for key, x in zip(keys, row, strict=True)] for n, row in rows]
         return pairs({key: [row[i] for row in cells] for i, key in enumerate(keys)})
 
 
@@ -168,12 +168,12 @@ def read_axes(texts: Sequence[str]) -> dict[str, Array]:
     for key, where, text in _split(texts):
         parts = text.split(":")
         if len(parts) == 1:
-            axes[key] = np.array([_number(where, part) for part in text.split(",")])
+            axes[key] = np.array([number_in(where, part) for part in text.split(",")])
             continue
         if len(parts) != 3 or not parts[2].strip().isdecimal() or not 1 <= int(parts[2]) <= MOST_CASES:
             raise InputError(f"{where}: {shown(text)} is not FROM:TO:COUNT with a count from 1 to {MOST_CASES}")
         with np.errstate(all="ignore"):  # what is not finite is refused with its key
-            axes[key] = np.linspace(_number(where, parts[0]), _number(where, parts[1]), int(parts[2]))
+            axes[key] = np.linspace(number_in(where, parts[0]), number_in(where, parts[1]), int(parts[2]))
     return axes
 
 
@@ -185,7 +185,7 @@ def read_spreads(texts: Sequence[str]) -> dict[str, Spread]:
         parts = normal.groups() if normal else text.split(":")
         if len(parts) != 2:
             raise InputError(f"{where}: {shown(text)} is not LOW:HIGH or normal(MEAN,DEVIATION), as --sample takes")
-        spreads[key] = ("normal" if normal else "uniform"), _number(where, parts[0]), _number(where, parts[1])
+        spreads[key] = ("normal" if normal else "uniform"), number_in(where, parts[0]), number_in(where, parts[1])
     return spreads
 
 
@@ -200,13 +200,6 @@ def _split(texts: Sequence[str]) -> Iterator[tuple[str, str, str]]:
             raise InputError(f"--vary: {key} is given twice")
         keys.add(key)
         yield key, f"--vary: {key}", rest
-
-
-def _number(where: str, text: str) -> float:
-    try:
-        return float(text)
-    except ValueError:
-        raise InputError(f"{where}: {shown(text.strip())} is not a number") from None
 
 
 # --- what is refused ------------------------------------------------------------------------------------------------
