@@ -1,11 +1,16 @@
 """The Python surface, line by line as docs/python.md shows it; and that everything public shows itself briefly."""
 
 import copy
+import importlib
+import inspect
 import pickle
+import pkgutil
 import pydoc
 import re
 import shutil
+from functools import cached_property
 from pathlib import Path
+from types import FunctionType, MethodType
 
 import numpy as np
 import pytest
@@ -59,6 +64,23 @@ def test_every_public_name_explains_itself(name: str) -> None:
     assert thing.__doc__
     assert thing.__doc__[0].isupper()
     assert "Annotated[" not in shown
+
+
+def test_every_public_function_is_documented() -> None:
+    """By a docstring of its own, or by that of the method that it overrides, as help() and the reference show it."""
+    names = [module.name for module in pkgutil.walk_packages(pp.__path__, "pendpin.")]
+    modules = [importlib.import_module(name) for name in names if not name.endswith("__main__")]
+    things = {thing for home in modules for thing in vars(home).values() if isinstance(thing, FunctionType | type)}
+    silent = []
+    for thing in things:
+        if thing.__qualname__.startswith("_") or not thing.__module__.startswith("pendpin."):
+            continue
+        members = vars(thing) if isinstance(thing, type) else ()
+        public = [thing, *(getattr(thing, name) for name in members if not name.startswith("_"))]
+        called = [x for x in public if isinstance(x, FunctionType | MethodType | property | cached_property | type)]
+        called = [x for x in called if not getattr(x, "__name__", "").startswith("_")]  # FrozenDict.pop = _refuse
+        silent += [f"{thing.__qualname__}: {x}" for x in called if not inspect.getdoc(x)]
+    assert not silent
 
 
 def test_every_function_takes_the_path_of_a_scene() -> None:

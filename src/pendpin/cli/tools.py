@@ -85,8 +85,7 @@ def validate(
         with waiting("the published cases", json, work) as progress:
             report = compare(cases or (), chosen, progress)
         with reported(report.report(), json) as files:
-            if html is not None:
-                files.append(write_whole(html, lambda file: file.write(agreement_page(report).encode())))
+            files += [write_whole(html, lambda file: file.write(agreement_page(report).encode()))] if html else []
     if report.stopped:
         raise KeyboardInterrupt
     if report.fault:
@@ -127,8 +126,7 @@ def cost(
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
             report = measure(scene, methods=inputs.split_at_commas(methods) or None, **options, progress=progress)
         with reported(report.report(), json) as files:
-            if plot:
-                files.append(report.plot(plot, short))
+            files += [report.plot(plot, short)] if plot else []
     if report.interrupted:
         raise KeyboardInterrupt
 
@@ -174,9 +172,7 @@ def doctor(
     with working("reading", limit, json) as progress:
         diagnosis = diagnose_file(file, rod, differences, progress, own, scene)
     with reported(diagnosis.report(), json) as files:
-        if html:
-            page = diagnosis.page().encode(errors="replace")
-            files.append(write_whole(html, lambda file: file.write(page)))
+        files += [write_whole(html, lambda file: file.write(diagnosis.page().encode(errors="replace")))] if html else []
     if not diagnosis.ok:
         raise Exit(1)
 
@@ -217,8 +213,7 @@ def _conclude(result: Any, plot: Path | None, json: bool) -> None:
     from pendpin.graphics.style import write_figure
 
     with reported(report := result.report(), json) as files:
-        if plot and not report.fault:
-            files.append(write_figure(plot, lambda: result.plot().figure))
+        files += [write_figure(plot, lambda: result.plot().figure)] if plot and not report.fault else []
     if report.fault:
         raise PendpinError(report.fault)
 
@@ -247,10 +242,8 @@ def modes(
             result = modes_of(scene)
         result.place(mode := mode or 1)
         with reported(result.report(None if every else MOST_ROWS), json) as files:
-            if plot:
-                files.append(result.save_plot(plot))
-            if html:
-                files.append(result.animate(mode).save(html))
+            files += [result.save_plot(plot)] if plot else []
+            files += [result.animate(mode).save(html)] if html else []
 
 
 @inputs.on_scene

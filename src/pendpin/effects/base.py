@@ -68,10 +68,7 @@ class Effect(Record):
 
     @property
     def resistances(self) -> tuple[str, ...]:
-        """Its numbers by which it brakes a motion, and nothing else: at 0 it does not brake.
-
-        A fit may free those of a scene together ("friction"), and tries what they are worth (`explain_residual`).
-        """
+        """Its numbers by which it brakes a motion, and nothing else: a fit may free them, and tries it with all at 0."""
         return ()
 
     @property

@@ -127,11 +127,9 @@ def _omissions(now: _Model) -> Iterator[_Other]:
         if any(getattr(effect, name) or f"{here}.{name}" in keys for name in effect.resistances):
             with suppress(InputError):  # a number of a user's own effect that cannot be 0
                 without = scene.replace(zeros)
-                if without.effects[i].idle:
-                    yield where, True, without, rest
-                else:  # it does more than to brake, and that stays
-                    names = ", ".join(effect.resistances)
-                    yield f"{where}: {names}", True, without, [key for key in keys if key not in zeros]
+                if not without.effects[i].idle:  # it does more than to brake, and that stays
+                    where, rest = f"{where}: {', '.join(effect.resistances)}", [key for key in keys if key not in zeros]
+                yield where, True, without, rest
         if isinstance(effect, DryFriction) and effect.stribeck is not None:
             plain = DryFriction(kinetic=effect.static or effect.kinetic, joints=effect.joints)
             kinetic = [key for key in keys if key == f"{here}.kinetic"]
