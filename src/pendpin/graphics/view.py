@@ -271,16 +271,13 @@ def show(run: RunRecord, viewer: Any) -> Any:
 
 def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     """As an animation of meshcat: the solids of the run, and their poses over time."""
-
-    def name_of(body: int) -> str:
-        return "world" if body < 0 else f"body_{body}"
-
     animation = optional("meshcat.animation", "show", "meshcat")
     drawing = drawing_of(run)
     group = viewer[GROUP]
     group.delete()
     for place, shape in enumerate(drawing.shapes):  # as the page has them
-        one, path = replace(drawing, shapes=(shape,)), group[name_of(shape.body)][f"shape_{place}"].path.lower()
+        carrier = "world" if shape.body < 0 else f"body_{shape.body}"
+        one, path = replace(drawing, shapes=(shape,)), group[carrier][f"shape_{place}"].path.lower()
         command = {"type": "set_object", "path": path, "object": solids(one, [max(shape.body, 0)])}
         viewer.window.send(SimpleNamespace(lower=lambda command=command: command))
     farthest = np.linalg.norm(np.concatenate([drawing.trail, drawing.poses[:, 0, :3, 3]]), axis=-1).max()
@@ -291,6 +288,6 @@ def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
     for row in pick(drawing.t, PAGE_RATE / 2, KEYS):
         with film.at_frame(viewer, round(float(drawing.t[row] - drawing.t[0]) * PAGE_RATE)) as frame:
             for body in {shape.body for shape in drawing.shapes if shape.body >= 0}:
-                frame[GROUP][name_of(body)].set_transform(drawing.poses[row, body])
+                frame[GROUP][f"body_{body}"].set_transform(drawing.poses[row, body])
     viewer.set_animation(film, play=True, repetitions=1)
     return viewer
