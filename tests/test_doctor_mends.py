@@ -246,3 +246,28 @@ def test_a_missing_factor_is_one_change():
     mends = [pp.diagnose([wrong], rod="thin").findings[0].mends[0] for wrong, _ in missing]
     assert [mend.latex for mend in mends] == [right for _, right in missing]
     assert mends[0].cost < mends[1].cost < mends[2].cost < ONE_CHANGE
+
+
+@pytest.mark.parametrize(
+    ("wrong", "right", "words"),
+    [
+        (
+            r"\ddot\theta = -\frac{l}{g}\sin\theta",
+            r"\ddot\theta = -\frac{g}{l}\sin\theta",
+            r"the quotient \frac{l}{g} is upside down",
+        ),
+        ("theta'' = -l/g*sin(theta)", "theta'' = -g/l*sin(theta)", "the quotient l/g is upside down"),
+    ],
+)
+def test_a_quotient_may_be_upside_down(wrong, right, words):
+    (finding,) = pp.diagnose([wrong], rod="plane").findings
+    assert finding.mends[0].words == words
+    assert finding.mends[0].latex == right
+
+
+def test_a_mass_may_stand_where_it_moves_another_one_with_it():
+    """The first of two bobs carries the second: m_1 + m_2."""
+    law = r"{} l_1\ddot\theta_1 + m_2 l_2\ddot\theta_2\cos(\theta_1 - \theta_2)"
+    law += r" = -m_2 l_2\dot\theta_2^2\sin(\theta_1 - \theta_2) - (m_1 + m_2) g\sin\theta_1"
+    assert first_mend(law.format("m_1"), rod="double") == law.format("(m_1 + m_2)")
+    assert verdicts(pp.diagnose([law.format("(m_1 + m_2)")], rod="double")) == ["holds"]

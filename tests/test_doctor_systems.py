@@ -7,6 +7,7 @@ import pytest
 
 import pendpin as pp
 from pendpin.doctor.systems.base import System, random_states
+from pendpin.doctor.systems.rod import RODS
 from pendpin.doctor.systems.tables import FAMILIES
 
 
@@ -89,3 +90,19 @@ def test_pivots_springs_chains_and_arms(text, fault):
         one.latex for one in wrong if fault[1] in one.latex
     ]
     assert len([one for one in wrong if one.verdict == "holds"]) == len(wrong) - 1
+
+
+@pytest.mark.parametrize("rod", [*FAMILIES, *RODS])
+def test_a_system_that_the_user_names_is_taken_though_no_coordinate_or_word_of_the_text_shows_it(rod):
+    for text in (
+        "a = b",
+        "L = T - V",
+        r"$\frac d{dt}\frac{\partial L}{\partial\dot q} = \frac{\partial L}{\partial q}$",
+    ):
+        assert pp.diagnose(text, rod=rod).system.kind.split()[0] in (rod, "double")  # acrobots are double pendulums
+    own = {
+        "plane": r"T=\frac12 m l^2\dot\theta^2",
+        "elastic": r"m\ddot r - m r\dot\theta^2 - m g\cos\theta + k(r-l_0)=0",
+    }
+    if rod in own:  # no spring is named
+        assert [one.verdict for one in pp.diagnose(f"${own[rod]}$", rod=rod).findings] == ["holds"]

@@ -32,6 +32,7 @@ ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of
 SHORT = 9  # equations of a short text, each of which may be wrong
 SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
 LONG = 20  # parts of one that a single change may accuse, whatever its other letters mean
+VERY_LONG = 30  # parts of one that a single change may accuse, whatever else the text holds
 TRUSTED = 0.9  # the share of the other equations of a text that hold where a short one may be accused
 ENOUGH = 3  # laws of a short text that hold before a letter that moves has to stand in one of them
 SEVERAL = (2, 7)  # laws that hold before a term may be called too many or missing: in a short text, in a longer one
@@ -185,7 +186,12 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     equation = case.finding.equation or change.equation
     others = [other for other in cases if other is not case and other.finding.kind != "condition"]
     trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
-    is_plain = change.count == 1 and (case.finding.dimensions or trusted or _is_of_index(change, equation))
+    is_rate = case.left is not None and any(
+        other.is_true and says(other.one) and other.left == replace(case.left, dots=case.left.dots - 1)
+        for other in cases
+    )
+    shown = case.finding.dimensions or trusted or is_rate or _is_of_index(change, equation)
+    is_plain = change.count == 1 and shown
     if is_long and size < SHORTEST[change.count] and not is_plain:
         return too_short
     true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
@@ -220,8 +226,11 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     ]:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     bodies = {name for name in case.spec.parameters if case.spec.dimensions.get(name) == MASS}
-    if case.unit == ENERGY and mend.words.endswith(" is missing") and bodies & mend.equation.names - equation.names:
-        return f"{as_read}; it may be the energy of one body alone"
+    new_bodies = bodies & mend.equation.names - equation.names
+    known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
+    is_more = mend.words.endswith(" is missing") or any(new.kind == "sum" for new in mend.swaps.values())
+    if new_bodies and is_more and (case.unit == ENERGY or new_bodies - known):
+        return f"{as_read}; it may be about one body alone"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
@@ -238,7 +247,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         if part.written and part.written in doubted:
             return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
     new = mend.equation.sides[0].written
-    if left and new and new.letter != left.letter and left not in lefts:
+    known = {(name.letter, name.dots) for name in lefts if name}  # beside a_1, which is an acceleration, a_2 is one
+    if left and new and new.letter != left.letter and (left.letter, left.dots) not in known:
         return f"nothing shows what {plain(left)} means here"
     return ""
 
@@ -278,6 +288,12 @@ def _is_of_index(change: Mend, equation: Equation) -> bool:
 def _size(one: Printed) -> int:
     """How many numbers, letters, sums, products and the like an equation has."""
     return sum(1 for _ in parts(one.sides))
+
+
+def shows_itself(case: Case) -> bool:
+    """Whether an equation is so long that what one small change makes hold is what it means; no term more or less."""
+    change = case.finding.mends[0] if case.mends_itself else None
+    return bool(change and change.count == 1 and not OF_TERMS.search(change.words) and _size(case.one) >= VERY_LONG)
 
 
 def says(one: Printed) -> bool:

@@ -267,10 +267,10 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
-        usual = name in words.chosen or left.written.dots or "".join(name) in meanings or moves
+        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
+        usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
         if usual or not symbols(right) or not fixed:
             continue
-        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
         if number or not one.sound:
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
     own = {name: "" for name, used in found.items() if not used & found.keys()}

@@ -354,18 +354,16 @@ def _others(page: _Page) -> Iterator[Reading]:
         "elastic": "spring" in said,
         "furuta": bool(said & {"furuta", "arm"}),
         "triple": points and any(name[1] == "3" for name in page.letters[0].turned),
-        "polar": page.kind == "polar" or "rod" not in said or "polar" in said,
+        "polar": "rod" not in said or "polar" in said,
     }
     for family, specs in FAMILIES.items():
-        if page.kind not in (None, family) or not may.get(family, True):
+        if page.kind != family and (page.kind or not may.get(family, True)):
             continue
         # simple ones unless it says so
         bodies = sorted(specs, key=lambda spec: (" any" in spec.kind) != bool(inertias))
-        seen = list[Renamed]()
-        for renamed in (one for letters in page.letters for one in renamings(family, letters)):
-            if renamed in seen:
-                continue
-            seen.append(renamed)
+        every_way = [one for letters in page.letters for one in renamings(family, letters)]
+        ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
+        for renamed in ways or [Renamed()] * (page.kind == family):  # the user says it, though no coordinate is in it
             alike: dict[str, list[Spec]] = defaultdict(list)  # by the body: the same names
             for spec in bodies:
                 sideways = " horizontal" in spec.kind and "horizontal" not in said

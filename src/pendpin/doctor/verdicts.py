@@ -11,7 +11,17 @@ from itertools import permutations
 
 import numpy as np
 
-from pendpin.doctor.accusations import INERTIA, SHORT, Case, find_source, meanings_used, objection_to, plain, says
+from pendpin.doctor.accusations import (
+    INERTIA,
+    SHORT,
+    Case,
+    find_source,
+    meanings_used,
+    objection_to,
+    plain,
+    says,
+    shows_itself,
+)
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
 from pendpin.doctor.printed import Printed
@@ -67,9 +77,12 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 
 
 def _doubt_where_little_holds(cases: list[Case]) -> None:
-    """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly."""
+    """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly.
+
+    A very long equation that one change makes hold is read rightly, whatever else the text holds.
+    """
     right = sum(case.confirmed and says(case.one) for case in cases)
-    wrong = [case for case in cases if case.finding.verdict == "fails"]
+    wrong = [case for case in cases if case.finding.verdict == "fails" and not shows_itself(case)]
     little = sum(case.confirmed for case in cases) < LITTLE * len(cases)
     if little or right < 2 * sum(not case.finding.follows for case in wrong):
         for case in wrong:

@@ -10,6 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
+from itertools import combinations, pairwise
 
 import numpy as np
 
@@ -128,6 +129,8 @@ class Patient:
             yield self._removed(part, 1.25 if part.role == "term" else 1.2)
         if part.whole or part.role == "factor":
             yield from self._brackets(part)
+        if node.kind == "product":
+            yield from self._upside_down(node)
         for new, text, cost in self._replacements(part):
             yield self._in_place(part, new, text, cost + 0.5 * part.lone)
         exponents: set[int] = {1, 2, 3, 4} - {node.value} if node.kind == "power" else set()
@@ -137,6 +140,17 @@ class Patient:
             base, cost = (node.children[0], 1.1) if node.kind == "power" else (node, 1.15 + 0.5 * part.lone)
             raised = Node("power", node.span, Fraction(exponent), (base,), (node.span,))
             yield self._replaced(part, writer.exponent(node, exponent), cost, raised)
+
+    def _upside_down(self, node: Node) -> Iterator[Change]:
+        """Quotients of a product the other way round, as l/g for g/l."""
+        for i, (above, below) in enumerate(pairwise(node.children)):
+            if node.value[i : i + 2] == ("*", "/") and symbols(above) and symbols(below):
+                children = (*node.children[:i], below, above, *node.children[i + 2 :])
+                first, second = (self.writer.text[slice(*one.outer)] for one in (above, below))
+                splices = (*above.outer, second), (*below.outer, first)
+                old = self.writer.of(node.span if node.fraction else (above.outer[0], below.outer[1]))
+                words = f"the quotient {old} is upside down" if len(old) <= MOST_SHOWN else "a quotient is upside down"
+                yield Change(splices, 1.15, words, old, "", {id(node): replace(node, children=children)})
 
     def _brackets(self, part: Part) -> Iterator[Change]:
         """A bracket that ends too late, as in m (a + b), or that is missing, as in m a + b."""
@@ -180,6 +194,9 @@ class Patient:
                 rate = Node("derivative", node.span, "t", (node,))
                 if writer.latex:
                     yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1
+            for several in self._sums_of_masses(name):
+                total = Node("sum", node.span, (1,) * len(several), several, ((0, 0),) * len(several), node.span)
+                yield total, f"({' + '.join(writer.symbol(str(one.value)) for one in several)})", 1.2
             for other in self._alternatives(name):
                 cost = 1.05 if units.get(other) == units.get(name) else 1.3
                 cost += 0.1 * bool(writer.styles and other not in writer.styles)
@@ -203,6 +220,13 @@ class Patient:
         return [
             one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q and q[one].any()
         ]
+
+    def _sums_of_masses(self, name: str) -> Iterator[tuple[Node, ...]]:
+        """What could stand in place of a mass that moves others with it."""
+        masses = [one for one in self.spec.parameters if self.spec.dimensions.get(one) == (1, 0, 0)]
+        for count in range(2, len(masses) + 1) if name in masses else ():
+            for several in (some for some in combinations(masses, count) if name in some):
+                yield tuple(Node("symbol", (0, 0), one) for one in several)
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:

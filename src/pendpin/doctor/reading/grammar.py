@@ -300,8 +300,10 @@ class _Parser:
 
     def differential(self, braced: bool) -> tuple[str, Node | None, int] | None:
         """d or the sign of partial derivatives, what it is put before, and the order; None for anything else."""
-        if (braced and not self.took("{")) or self.peek().text not in ("d", "partial"):
+        if self.peek(braced and self.peek().text == "{").text not in ("d", "partial"):
             return None
+        if braced and not self.took("{"):  # \frac d{dt}
+            return (self.take().text, None, 1)
         sign, order, inside = self.take().text, 1, None
         for _ in range(2):
             if self.peek().kind == "^" and re.fullmatch("[1-9]", self.peek().text):

@@ -8,7 +8,7 @@ from typing import Any
 
 from pendpin.doctor.reading.tree import Node, Span, Written, unknown
 
-FUNCTIONS = {"sin", "cos", "tan", "sec", "csc", "cot", "sqrt"}
+FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "sec", "csc", "cot", "sqrt")} | {"sen": "sin"}
 
 
 def _meanings(table: str) -> dict[str, str]:
@@ -58,11 +58,11 @@ _RUN_ON = re.compile(
 )
 _STYLED = re.compile(r"(?:^|_)(?:hat|vec)(?=_|\d|$)")
 # what is multiplied without a sign in plain text, such as mglsin
-_PRODUCT = re.compile(r"(?:sin|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+[xyz]?")
+_PRODUCT = re.compile(r"(?:sin|sen|cos|tan|sqrt|theta|phi|omega|[mMglLhrIJFTV]\d?)+[xyz]?")
 _PIECES = re.compile(
     "|".join(sorted(FUNCTIONS, key=len, reverse=True)) + r"|theta|phi|omega|[A-Za-z]\d+|[A-Za-z](?=_)|."
 )
-_LATEX_PIECES = re.compile("|".join(sorted(FUNCTIONS, key=len, reverse=True)) + "|sen|.")
+_LATEX_PIECES = re.compile("|".join(sorted(FUNCTIONS, key=len, reverse=True)) + "|.")
 
 
 def of_word(word: str) -> Written | None:
@@ -176,13 +176,15 @@ class Vocabulary:
     def _find(self, written: Written) -> tuple[str, ...]:
         name = (written.letter, written.index)
         hit = name in self.renamed
-        if not hit and self.named and {name.lstrip("d") for name in self.words(written)} & self.named:
-            return (unknown(written),)  # another letter stands for this coordinate
         if other := self.renamed.get(name):
             written = replace(other, dots=other.dots + written.dots)
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
+        if not hit and (lost := [one for one in found if one.lstrip("d") in self.named]):
+            # another letter stands for this coordinate: it may still be a quantity of another unit, as alpha_1
+            units = {self.spec.dimensions.get(one) for one in lost}
+            found = tuple(one for one in found if self.spec.dimensions.get(one) not in units)
         if more := self.also.get(name):
             found = tuple(dict.fromkeys((*found, *self.words(replace(more, dots=more.dots + written.dots))[:1])))
         mine = found[:1] + tuple(one for one in found[1:] if self.taken.get(one, name) == name)

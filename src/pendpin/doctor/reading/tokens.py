@@ -58,7 +58,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "|": "| vert→| Vert→| lvert→| rvert→| lVert→| rVert→|",
     "open": r"{→\{ lbrace→\{ lbrack→[ lparen→(",
     "close": r"}→\} rbrace→\} rbrack→] rparen→)",
-    "function": " ".join(FUNCTIONS) + " sen→sin tg→tan ctg→cot",
+    "function": " ".join(map("→".join, FUNCTIONS.items())) + " tg→tan ctg→cot",
     "accent": " ".join(ACCENTS),
 }
 _SIGNS = {  # and of characters and signs
@@ -103,7 +103,7 @@ _OWNERS = "obj env model sys system robot pendulum par params p self cfg config 
 def _name_member(match: re.Match[str]) -> str:
     """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole."""
     owners, number, _, name, call = match.groups()
-    if call and name not in FUNCTIONS | CALLED:
+    if call and name not in {*FUNCTIONS, *CALLED}:
         return match[0]
     if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
         name = f"{name}_{number or owners.split('.')[-1]}"
@@ -241,7 +241,7 @@ def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
             name: str = (re.findall(r"[A-Za-z]+\d*", found if match["words"] is None else match["words"]) or [""])[-1]
             name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
             kind = "function" if name in FUNCTIONS else "word" if name[-1:].isdigit() else "letter"
-            yield Token(kind if name else "space", name, start, end)
+            yield Token(kind if name else "space", FUNCTIONS.get(name, name), start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
         case "command":
@@ -303,7 +303,7 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
     elif (name := word.lower()) in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
-        yield Token("function", name, place, end)
+        yield Token("function", FUNCTIONS[name], place, end)
     elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):
         yield Token("word", match[0], place, place + match.end())
         yield from _letters(word[match.end() :], place + match.end(), latex, text)
@@ -312,7 +312,7 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
         code = "*" in text or (not text[:place].strip() and text[end:].lstrip()[:1] == "=")  # or a name with its value
         for part in ["d", "t"] if over_dt else spelled(word, latex, code):
             kind = "function" if part in FUNCTIONS else "word" if len(part) > 1 else "letter"
-            yield Token(kind, part, place, place + len(part))
+            yield Token(kind, FUNCTIONS.get(part, part), place, place + len(part))
             place += len(part)
 
 

@@ -87,8 +87,9 @@ def parts(sides: Iterable[Node]) -> Iterator[Node]:
 
 
 def key(node: Node) -> tuple:
-    """What two nodes that are printed alike have in common, wherever they stand."""
-    return (node.kind, node.value, *(key(child) for child in node.children))
+    """What two nodes that are printed alike have in common, wherever they stand, and whichever value a name has there."""
+    value = node.value.partition("@")[0] if node.kind == "symbol" else node.value
+    return (node.kind, value, *(key(child) for child in node.children))
 
 
 def symbols(node: Node) -> set[str]:
