@@ -2,6 +2,7 @@
 
 import time
 from collections.abc import Callable
+from dataclasses import dataclass
 from threading import TIMEOUT_MAX
 from typing import TypeVar
 
@@ -56,29 +57,31 @@ class SamplesTooFew(RunError):
     """Output times are too far apart to read a result from: another choice of them is the cure, wherever the run is."""
 
 
+@dataclass(eq=False)
 class Patience:
     """A progress callback that raises Halted at the deadline, or Stalled if the rest of the run would take days."""
 
-    def __init__(
-        self, duration: float, deadline: Deadline, reserve: Callable[[float], float], progress: ProgressCallback
-    ) -> None:  # `reserve`: s to complete the samples up to a time t, which must be left before the deadline
-        self._duration, self._deadline, self._reserve, self._progress = duration, deadline, reserve, progress
-        self._marked = np.inf  # until the first call, so that compiling does not count
-        self._reached = self._before = 0.0
+    duration: float  # s
+    deadline: Deadline
+    reserve: Callable[[float], float]  # t -> s to complete the samples up to it, to be left before the deadline
+    progress: ProgressCallback
+    _marked: float = np.inf  # until the first call, so that compiling does not count
+    _reached: float = 0.0
+    _before: float = 0.0
 
     def __call__(self, t: float) -> None:
-        self._progress(t)
+        self.progress(t)
         now = time.process_time()  # on a busy machine a run may get none for long
         self._reached = max(self._reached, t)
-        self._deadline.check(self._reserve(t))
+        self.deadline.check(self.reserve(t))
         if (took := now - self._marked) > WINDOW:
-            gained, rest = self._reached - self._before, self._duration - self._reached
+            gained, rest = self._reached - self._before, self.duration - self._reached
             self._marked = now  # what is integrated again gets a window of its own
             if rest * took > LONGEST * gained:
                 days = rest * took / gained / LONGEST if gained > 0 else np.inf
                 rest_of_it = f"the rest would take about {days:.0e} days" if np.isfinite(days) else "it would never end"
                 error = Stalled(f"it advanced {gained:.1e} s in the last {took:.0f} s: {rest_of_it}")
-                error.t = self._before - BACK * self._duration
+                error.t = self._before - BACK * self.duration
                 raise error
             self._before = self._reached
         self._marked = min(self._marked, now)

@@ -115,8 +115,13 @@ class Schedule:
 
     def __init__(self, tape: Tape, results: Sequence[int]) -> None:
         self.tape, self.needed, self._results = tape, tape.needed(results), results
-        self._carried = [place for place in self.needed if tape.operations[place][0] == "carried"]
-        passed_on = [(tape.operations[place][1], self._cell(place).next) for place in self._carried]
+        self._carried: list[tuple[int, Cell]] = []  # what passes carry: the place of the operation, and the cell
+        passed_on: list[tuple[int, int]] = []  # the number of a pass, and the place of what a rod passes on in it
+        for place in self.needed:
+            if tape.operations[place][0] == "carried":
+                _, number, cell = tape.operations[place]
+                self._carried.append((place, tape.passes[number].cells[cell]))
+                passed_on.append((number, self._carried[-1][1].next))
         pass_loops, before = [2 if one.inward else 1 for one in tape.passes], None
         earliest: dict[int, int] = {}  # the first loop in which each operation of a rod can be computed; 0 for any
         while pass_loops != before:
@@ -150,14 +155,9 @@ class Schedule:
         used += [(place, pass_loops[which]) for which, place in passed_on]
         self.stored = sorted({x for x, loop in used if loop > self.loop.get(x, loop)})  # what later loops read
 
-    def _cell(self, place: int) -> Cell:
-        """The cell of what a pass carries."""
-        _, number, cell = self.tape.operations[place]
-        return self.tape.passes[number].cells[cell]
-
     def carried(self, loop: int) -> list[tuple[int, Cell]]:
         """What the passes of a loop carry: the place of the operation, and the cell."""
-        return [(place, self._cell(place)) for place in self._carried if self.loop[place] == loop]
+        return [(place, cell) for place, cell in self._carried if self.loop[place] == loop]
 
     def read(self, loop: int) -> list[int]:
         """The operations of the rod that a loop reads, as it does not compute them."""

@@ -219,13 +219,12 @@ def _with(name: str) -> Callable[..., Any]:
     return operator
 
 
+@dataclass(eq=False, repr=False, slots=True)
 class Term:
     """A number on a tape. It has no value: what asks for one raises TypeError."""
 
-    __slots__ = ("place", "tape")
-
-    def __init__(self, tape: Tape, place: int) -> None:
-        self.tape, self.place = tape, place
+    tape: Tape
+    place: int
 
     def __neg__(self) -> "Term":
         name, *operands = self.tape.operations[self.place]
