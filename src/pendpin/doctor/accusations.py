@@ -226,11 +226,13 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     ]:
         return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
     bodies = {name for name in case.spec.parameters if case.spec.dimensions.get(name) == MASS}
-    new_bodies = bodies & mend.equation.names - equation.names
-    known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
-    is_more = mend.words.endswith(" is missing") or any(new.kind == "sum" for new in mend.swaps.values())
-    if new_bodies and is_more and (case.unit == ENERGY or new_bodies - known):
-        return f"{as_read}; it may be about one body alone"
+    lacks = lambda one: bodies & one.finding.mends[0].equation.names - one.finding.equation.names  # noqa: E731
+    is_sum, is_term = any(new.kind == "sum" for new in mend.swaps.values()), mend.words.endswith(" is missing")
+    if (is_sum or is_term) and (new := lacks(case)):
+        known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
+        same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
+        if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
+            return f"{as_read}; it may be about one body alone"
     brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
