@@ -249,9 +249,7 @@ class Trajectory(RunRecord):
         """That of a chain about its support, (n, 3) in kg m²/s, in W, of the motion relative to W. Raises InputError."""
         return self._spins_and_momentum[1]
 
-    @cached_property
-    def _spins_and_momentum(self) -> tuple[Array, Array]:
-        return spins_and_momentum(self)
+    _spins_and_momentum = cached_property(spins_and_momentum)
 
     @cached_property
     def computed_efforts(self) -> dict[str, Array]:
