@@ -19,10 +19,11 @@ def flag(name: str, value: Any) -> bool:
     raise InputError(f"{name}: {shown(value)} is neither True nor False")
 
 
-def count(name: str, value: Any, least: int = 1) -> int:
+def whole_number(name: str, value: Any, least: int = 1, most: float = np.inf) -> int:
     """A whole number, Python's or NumPy's."""
-    if not isinstance(value, int | np.integer) or isinstance(value, bool) or value < least:
-        raise InputError(f"{name}: {shown(value)} is not a count of {least} or more")
+    if not isinstance(value, int | np.integer) or isinstance(value, bool) or not least <= value <= most:
+        to = f"to {most:,}" if most < np.inf else "on"
+        raise InputError(f"{name}: {shown(value)} is not a whole number from {least} {to}")
     return operator.index(value)
 
 

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 
 from pendpin.dynamics.compiling import staying_zero
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError
 from pendpin.graphics.style import BESIDE, PALE, new_figure, styled
-from pendpin.ground.arguments import axes, flag, seconds
+from pendpin.ground.arguments import axes, flag, seconds, whole_number
 from pendpin.ground.arrays import Array, Indices
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import joint_poses
@@ -88,11 +88,9 @@ def lyapunov(
     unchanged = Variations(scene, [])
     size = 2 * unchanged.nv
     places = _places_in_plane(unchanged) if flag("planar", planar) else np.arange(size)
-    whole = isinstance(count, int | np.integer) and not isinstance(count, bool)
-    if count is not None and not (whole and 1 <= count <= len(places)):
-        raise InputError(f"count: {shown(count)} is not a number of exponents, 1 to {len(places)}")
+    count = len(places) if count is None else whole_number("count", count, most=len(places))
     keys = list_state_keys(unchanged.nv)
-    variations = Variations(scene, [keys[place] for place in places[: count or len(places)]])
+    variations = Variations(scene, [keys[place] for place in places[:count]])
 
     y, many = variations.start, len(variations.keys)
     _, rates = variations.equations.rates(np.zeros(1), y[None], np.eye(many, size)[None])

@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.vibrations import Matrices
 from pendpin.effects import FrameEffect, Idle
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError
 from pendpin.graphics.style import COLORS, PALE, new_figure, styled, with_unit, write_figure
 from pendpin.graphics.view import Animation
 from pendpin.ground import arguments
@@ -193,9 +193,7 @@ class Modes(Result):
 
     def place(self, k: int) -> int:
         """The place from 0 of mode k, from 1. Raises InputError for another number."""
-        if isinstance(k, bool) or not isinstance(k, int | np.integer) or not 1 <= k <= len(self.omega):
-            raise InputError(f"mode: {shown(k)} is not a whole number from 1 to {len(self.omega)}")
-        return int(k) - 1
+        return arguments.whole_number("mode", k, most=len(self.omega)) - 1
 
 
 def modes(scene: Scene | str | Path) -> Modes:

@@ -18,6 +18,7 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import bind
 from pendpin.errors import InputError, Interrupted, RunError, amount, shown
+from pendpin.ground.arguments import whole_number
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.libraries import version
 from pendpin.ground.records import LARGEST
@@ -109,8 +110,7 @@ def simulate_many(
     scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
-    if workers is not None and (not isinstance(workers, int) or isinstance(workers, bool) or workers < 1):
-        raise InputError(f"workers: {shown(workers)} is not a whole number above 0")
+    workers = None if workers is None else whole_number("workers", workers)
     auto = scene.solver.method == "auto" and not scene.solver.accuracy
     free = auto and taylor_takes(scene, dynamics, False, MOST_JOINTS)
     if free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start is not stiff

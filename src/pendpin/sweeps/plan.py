@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, inside, not_one_of, say_note, shown
-from pendpin.ground.arguments import parsed
+from pendpin.ground.arguments import parsed, whole_number
 from pendpin.ground.arrays import Array, ArrayLike, Indices
 from pendpin.ground.files import csv_table, number_in, read_whole
 from pendpin.ground.report import Report, Table
@@ -116,8 +116,7 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
 
     if not 1 <= count <= MOST_CASES:
         raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
-    if seed < 0:
-        raise InputError(f"seed: {seed} is not a whole number from 0 on")
+    seed = whole_number("seed", seed, least=0)
     if method not in METHODS:
         raise InputError(f"sample: {not_one_of(method, METHODS)}")
     if method == "random":

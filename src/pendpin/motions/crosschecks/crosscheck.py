@@ -10,7 +10,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, bind, loads_at
 from pendpin.equations.base import exact
 from pendpin.errors import InputError, choices, shown
-from pendpin.ground.arguments import count
+from pendpin.ground.arguments import whole_number
 from pendpin.ground.arrays import TINY, Array, Indices
 from pendpin.ground.report import Report, Result, Table
 from pendpin.motions.crosschecks.routes import (
@@ -163,7 +163,7 @@ def crosscheck(
     Raises:
         InputError: where fewer than two routes cover the model.
     """
-    states, seed = count("states", states), count("seed", seed, least=0)
+    states, seed = whole_number("states", states), whole_number("seed", seed, least=0)
     if routes is not None and not (isinstance(routes, Mapping) and all(map(callable, routes.values()))):
         raise InputError(f"routes: {shown(routes)} is not a mapping of names to functions (rod, q, v, field)")
     dynamics, random = bind(scene), np.random.default_rng(seed)

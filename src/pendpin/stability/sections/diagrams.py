@@ -11,7 +11,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.engines import Moving
 from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
 from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
-from pendpin.ground.arguments import axes, numbers
+from pendpin.ground.arguments import axes, numbers, whole_number
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.bodies import mass_matrix
@@ -99,12 +99,10 @@ def portrait(
     scene = chosen_scene(scene)
     if not isinstance(section, Crossing):
         raise InputError(f"section: {shown(section)} is not a pp.sections.crossing(...)")
-    if type(starts) is not int or not 1 <= starts <= MOST_STARTS:
-        raise InputError(f"starts: {shown(starts)} is not a whole number from 1 to {MOST_STARTS:,}")
+    starts = whole_number("starts", starts, most=MOST_STARTS)
     if energy is not None and not (is_number(energy) and np.isfinite(energy)):
         raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
-    if type(seed) is not int or seed < 0:
-        raise InputError(f"seed: {shown(seed)} is not a whole number from 0 on")
+    seed = whole_number("seed", seed, least=0)
     if energy is None and starts > 1:
         raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
     units, dynamics = section.find_units(scene), bind(scene)

@@ -9,7 +9,7 @@ from typing import ClassVar
 import numpy as np
 
 from pendpin.errors import InputError, RunError, is_number, shown
-from pendpin.ground.arguments import seconds
+from pendpin.ground.arguments import seconds, whole_number
 from pendpin.ground.arrays import Array
 from pendpin.motions.periodic import period_of
 from pendpin.motions.search import crossings
@@ -46,9 +46,7 @@ class Section(ABC):
             raise InputError(f"of: {shown(self.of)} are not names of quantities, such as ('theta_2', 'theta_2_rate')")
         object.__setattr__(self, "of", tuple(names))
         for name, least in (("count", 1), ("skip", 0)):
-            value = getattr(self, name)
-            if type(value) is not int or not least <= value <= MOST_POINTS:
-                raise InputError(f"{name}: {shown(value)} is not a whole number from {least} to {MOST_POINTS:,}")
+            object.__setattr__(self, name, whole_number(name, getattr(self, name), least, MOST_POINTS))
 
     @property
     def dims(self) -> dict[str, int]:
