@@ -289,7 +289,7 @@ STRANGE = r"$$\xi = \zeta_1 + 3$$ $$\chi = \xi\zeta_2$$ $$\eta = \chi + \xi^2$$"
     ],
 )
 def test_a_short_equation_may_be_meant_otherwise(right, wrong, accused):
-    """In a long text, unless nearly all else holds, its units disagree, an index is wrong, or it is the rate of what holds."""
+    """In a long text, unless nearly all else holds, units disagree, an index is wrong, or it is the rate of what holds."""
     text = LONG + "\n".join(SPEEDS) + FIRST + SECOND
     assert right in text
     said = {one.latex: one.verdict for one in findings(text.replace(right, wrong, 1))}

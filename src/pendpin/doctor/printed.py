@@ -267,7 +267,7 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
-        number = is_vector and not any(part.kind == "matrix" for part in parts([right]))
+        number = is_vector and right.children and not any(part.kind == "matrix" for part in parts([right]))
         usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
         if usual or not symbols(right) or not fixed:
             continue
