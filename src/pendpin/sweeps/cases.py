@@ -34,6 +34,7 @@ from pendpin.scene import Scene, unit_of_key
 from pendpin.sweeps.attractors import Attractor
 from pendpin.sweeps.measures import Function, Measure, accumulated, evaluate_measure, fitted, measure
 from pendpin.sweeps.plan import RESERVED, Plan, short_names
+from pendpin.sweeps.workers import end_if_stopped
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import unit_of
 
@@ -153,11 +154,6 @@ def set_numbers(scene: Scene, keys: Sequence[str], row: Array) -> Scene:
 def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) -> Block:
     """The measures of the cases from `begin` to `end`. Raises Interrupted once `stopped` is set."""
     stopped = stopped or Event()
-
-    def look(t: float = 0.0) -> None:
-        if stopped.is_set():
-            raise Interrupted("stopped by the user")
-
     rows = task.plan.rows(np.arange(begin, end))
     block = Block(np.full((len(rows), task.columns[-1].stop), np.nan), np.full(len(rows), "", dtype=object))
     done = np.zeros(len(rows), bool)
@@ -166,8 +162,8 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
             series.stopped = stopped
         done = task.batch.fill(rows, block)
     for i in np.flatnonzero(~done):
-        look()
-        block.values[i], block.why[i] = run_case(task, rows[i], look)
+        end_if_stopped(stopped)
+        block.values[i], block.why[i] = run_case(task, rows[i], partial(end_if_stopped, stopped))
     return block
 
 

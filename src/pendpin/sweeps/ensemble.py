@@ -30,7 +30,7 @@ from pendpin.model.build import FARTHEST, Model, build
 from pendpin.runs.batches import MOST_JOINTS, Series, ends_well
 from pendpin.runs.simulate import run_to_setting
 from pendpin.scene import Scene, Start, chosen_scene
-from pendpin.sweeps.workers import cores, in_processes, in_threads, run_all
+from pendpin.sweeps.workers import cores, end_if_stopped, in_processes, in_threads, run_all
 from pendpin.trajectory import Counts
 
 MAX_BYTES = 4e9  # of the result
@@ -165,16 +165,11 @@ def _run_starts(
     scene: Scene, q: Array, v: Array, series: Series | None, begin: int, end: int, stopped: Event | None = None
 ) -> Part:
     """The starts from `begin` to `end` of q, v (k, nv): by `series` side by side, else one by one. Interrupted."""
-
-    def look(t: float = 0.0) -> None:
-        if stopped and stopped.is_set():
-            raise Interrupted("stopped by the user")
-
-    q, v = q[begin:end], v[begin:end]
+    q, v, stopped = q[begin:end], v[begin:end], stopped or Event()
     rows, failures, took = np.full((2, len(q), len(scene.times), q.shape[1]), np.nan), dict[int, str](), list[Counts]()
     done = np.zeros(len(q), bool)
     if series is not None:
-        series.stopped, clock = stopped or Event(), time.thread_time()
+        series.stopped, clock = stopped, time.thread_time()
         cases = series.started(q, v)
         motions = series.run(cases, scene.times)
         seconds, steps = time.thread_time() - clock, int(np.nansum(motions.steps))
@@ -184,10 +179,10 @@ def _run_starts(
         counts = {"steps": steps, "evaluations": steps, "seconds": seconds, "compile_seconds": 0.0}
         took.append(Counts(**how, **counts, version=version("heyoka")))
     for i in np.flatnonzero(~done).tolist():  # what does not end well wants the closer look of `simulate`
-        look()
+        end_if_stopped(stopped)
         start = Start.at_state(scene.start.time, q[i], v[i])
         try:
-            run = run_to_setting(scene.model_copy(update={"start": start}), progress=look)
+            run = run_to_setting(scene.model_copy(update={"start": start}), progress=partial(end_if_stopped, stopped))
         except Interrupted:
             raise
         except RunError as error:

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, inside, not_one_of, say_note, shown
-from pendpin.ground.arguments import parsed, whole_number
+from pendpin.ground.arguments import numbers, parsed, whole_number
 from pendpin.ground.arrays import Array, ArrayLike, Indices
 from pendpin.ground.files import csv_table, number_in, read_whole
 from pendpin.ground.report import Report, Table
@@ -212,17 +212,12 @@ def _columns(given: Mapping[str, ArrayLike]) -> dict[str, Array]:
     for key, sequence in given.items():
         if not isinstance(key, str):
             raise InputError(f"vary: {shown(key)} is not a key path, such as model.rods[0].mass")
-        try:
-            values = np.array(sequence)
-        except ValueError:
-            raise InputError(f"vary: {key}: {shown(sequence)} are not numbers") from None
+        values = numbers(f"vary: {key}", sequence).copy()
         if values.ndim != 1 or not len(values):
             raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
-        if values.dtype.kind not in "iuf":
-            raise InputError(f"vary: {key}: {shown(sequence)} are not numbers")
         if not np.isfinite(values).all():
             raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
-        columns[key] = values.astype(float)
+        columns[key] = values
     return columns
 
 

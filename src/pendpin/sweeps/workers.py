@@ -65,6 +65,12 @@ def run_all(
         results.close()  # ends what still runs
 
 
+def end_if_stopped(stopped: Event, t: float = 0.0) -> None:
+    """Raise Interrupted once `stopped` is set: a progress callback of the runs in a block."""
+    if stopped.is_set():
+        raise Interrupted("stopped by the user")
+
+
 def in_threads(run: Callable[[int, int, Event], Any], spans: Sequence[Span], workers: int) -> Results:
     """The results of blocks from threads of this process; closing the iterator sets the event, and begins no more."""
     pool, stopped = ThreadPoolExecutor(workers), Event()
