@@ -141,20 +141,17 @@ class Code:
     """A function, compiled from its text with so many operations: `call` for Python, `address` for compiled integrators."""
 
     def __init__(self, text: str, operations: int) -> None:
-        _routine("many")  # what the text may call
+        many = Many(_routine("many"))  # it comes first, with what the text may call
         self._library = Library(text, OPTIMISATION if operations <= LONG else 0)
         self.address = self._library.address("rate")
         self.call = Rate(self.address)
+        # the function at many states: n, t (n,), y (n, size), block, dy (n, size), more (n, further results)
+        self.many: Callable[..., None] = partial(many, self.address)
 
     @property
     def steps(self) -> Callable[..., None]:
         """The steps of rk4 on this function: y, t, h, steps, block, work (5 size); its directions stay unit vectors."""
         return partial(Steps(_routine("steps")), self.address)
-
-    @cached_property
-    def many(self) -> Callable[..., None]:
-        """The function at many states: n, t (n,), y (n, size), block, dy (n, size), more (n, further results)."""
-        return partial(Many(_routine("many")), self.address)
 
 
 def _routine(name: str) -> int:
