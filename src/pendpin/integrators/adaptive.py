@@ -107,8 +107,12 @@ class Adaptive(Integrator):
         self.block.on_progress(answers.send)
         return self.block
 
-    def stepper(self, scales: StateScales, first_step: float, longest: float, derivative: Derivative) -> Stepper:
-        """The steps with tolerances relative to scales: by CyRK where a method of one step runs in machine code."""
+    def stepper(self, scales: StateScales, rate: float, longest: float, derivative: Derivative) -> Stepper:
+        """The steps with tolerances relative to scales: by CyRK where a method of one step runs in machine code.
+
+        `rate`, of the motion in 1/s, gives the first step; that of a multistep method is of order 1.
+        """
+        first_step = self.tolerance ** (1 / ((self.method.order or 1.0) + 1)) / rate
         if self.event_library == "scipy":
             return OnSciPy(self.method, self.step_tolerance, scales, first_step, longest, derivative)
         self._progress.error = None
@@ -122,10 +126,6 @@ class Adaptive(Integrator):
         if self.method.family == MULTISTEP:
             return max(OF_MULTISTEP * self.tolerance, min(self.tolerance, LEAST_RTOL))
         return self.tolerance
-
-    def first_step(self, rate: float) -> float:
-        """The first step in s for a motion with this rate in 1/s; that of a multistep method is of order 1."""
-        return self.tolerance ** (1 / ((self.method.order or 1.0) + 1)) / rate
 
 
 @dataclass

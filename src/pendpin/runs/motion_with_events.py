@@ -112,7 +112,7 @@ class LoopWithEvents(IntegrationLoop):
             relative = np.append(~fall.joints, np.ones(len(size) - self.nv, bool))
             size = np.concatenate([fall.scales.position, fall.scales.rate, work])
             sizes, rate = StateScales(size, relative), max(rate, 1.0 / fall.shortest)
-        return self._method.stepper(sizes, self._method.first_step(rate), longest, self._derivative(mode))
+        return self._method.stepper(sizes, rate, longest, self._derivative(mode))
 
     def _angles(self, y: Array) -> tuple[Array, Array]:
         """Positions and rates (nv,) of a state y (size,)."""
