@@ -352,3 +352,16 @@ alpha_2 = 2*sin(delta)*(w1**2*l1*(m1 + m2) + g*(m1 + m2)*cos(theta1) + w2**2*l2*
     _, right, wrong = findings(text.replace(f"*cos({angle}1)", f"*cos({angle}2)"))
     assert (right.verdict, wrong.verdict) == ("holds", "fails")
     assert wrong.mends[0].words == f"cos({angle}2) should be cos({angle}1)"
+
+
+@pytest.mark.parametrize(
+    ("line", "right", "wrong"), [(1, "l*sin(theta)", "l*cos(theta)"), (3, "k = m*l**2", "k = m*l**3")]
+)
+def test_of_a_name_that_is_computed_twice_the_value_that_is_wrong_is_accused(line, right, wrong):
+    """As a torque and then an inertia: what uses the other value holds."""
+    text = "k = g*m*l*sin(theta)\nm*l**2*theta_ddot = -k\nk = m*l**2\nT = k*theta_dot**2/2\nV = -m*g*l*cos(theta)\n"
+    assert {one.verdict for one in findings(text)} == {"holds"}
+    said = findings(text.replace(right, wrong))
+    assert [one.number for one in said if one.verdict == "fails"] == [line]
+    assert said[line - 1].mends[0].words.endswith(f" should be {right.partition('k = ')[2] or 'g*m*' + right}")
+    assert [one.number for one in said if one.verdict != "holds"] == [line, line + 1]

@@ -271,3 +271,6 @@ def test_a_mass_may_stand_where_it_moves_another_one_with_it():
     law += r" = -m_2 l_2\dot\theta_2^2\sin(\theta_1 - \theta_2) - (m_1 + m_2) g\sin\theta_1"
     assert first_mend(law.format("m_1"), rod="double") == law.format("(m_1 + m_2)")
     assert verdicts(pp.diagnose([law.format("(m_1 + m_2)")], rod="double")) == ["holds"]
+    code = "{}*self.l1*ddtheta1 + self.m2*self.l2*ddtheta2*cos(theta1 - theta2)"
+    code += " = -self.m2*self.l2*dtheta2**2*sin(theta1 - theta2) - (self.m1 + self.m2)*self.g*sin(theta1)"
+    assert first_mend(code.format("self.m1"), rod="double") == code.format("(self.m1 + self.m2)")

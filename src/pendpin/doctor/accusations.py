@@ -178,14 +178,16 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     holds. In a short text each equation may be wrong: only letters that move are asked for, where several laws hold.
     """
     is_long, too_short = len(cases) > SHORT, "it is so short that it may be meant otherwise"
+    number = case.finding.follows
+    others = [other for other in cases if other is not case and other.finding.kind != "condition"]
+    others = [other for other in others if other.finding.number != number]
+    trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
     if not case.mends_itself:  # it uses a wrong definition, which has to be long or used by several
-        number = case.finding.follows
         used = sum(other.finding.follows == number for other in cases) if number else len(cases)
-        return too_short if is_long and used < 2 and _size(cases[number - 1].one) < SHORTEST[1] else ""
+        short = is_long and not trusted and used < 2 and _size(cases[number - 1].one) < SHORTEST[1]
+        return too_short if short else ""
     one, spec, size, change = case.one, case.spec, _size(case.one), case.finding.mends[0]
     equation = case.finding.equation or change.equation
-    others = [other for other in cases if other is not case and other.finding.kind != "condition"]
-    trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
     is_rate = case.left is not None and any(
         other.is_true and says(other.one) and other.left == replace(case.left, dots=case.left.dots - 1)
         for other in cases

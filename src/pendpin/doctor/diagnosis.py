@@ -26,7 +26,7 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, parts, symbols, with_meaning
+from pendpin.doctor.reading.tree import Mismatch, Unread, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, random_states
@@ -185,11 +185,10 @@ class _Doctor:
         """
         findings = [*findings]
         for source in (one for one in self.reading.equations if one.defines and len(one.sides) == 2):
-            name, places = source.defines, [one.defines for one in self.reading.equations if len(one.sides) == 2]
-            uses = lambda f, name=name: f.equation and name in set().union(*map(symbols, f.equation.sides))  # noqa: E731
-            using = [i for i, f in enumerate(findings) if f.kind != "definition" and uses(f)]
+            name, own = source.defines, next(key(side) for side in source.sides if side.value != source.defines)
+            using = [i for i, f in enumerate(findings) if f.kind != "definition" and _uses(f.equation, name, own)]
             wrong = [f.equation for f in map(findings.__getitem__, using) if f.equation and f.when]
-            if places.count(name) > 1 or not wrong or len(wrong) < len(using):
+            if not wrong or len(wrong) < len(using):
                 continue
             source = replace(source, words=self.reading.words)
             writer = self._patient(source, Equation(source.sides)).writer
@@ -244,3 +243,10 @@ class _Doctor:
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
         return Patient(replace(one, words=self.reading.words), equation, self.system, writer)
+
+
+def _uses(equation: Equation | None, name: str, own: tuple) -> bool:
+    """Whether an equation itself uses a name as it is defined in one place."""
+    if equation is None or not any(name in symbols(side) for side in equation.sides):
+        return False
+    return name in equation.definitions and key(equation.definitions[name]) == own

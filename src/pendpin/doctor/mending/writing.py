@@ -93,8 +93,11 @@ class Writer:
         return (*span, new)
 
     def rename(self, node: Node, new: str) -> Splice:
-        """Another symbol, number, function or variable of a derivative."""
-        return self.put(node.span if node.kind in ("symbol", "number") else node.marks[0], new)
+        """Another symbol, number, function or variable of a derivative; a sum in code with the owner of each, as self.m1."""
+        start, end = node.span if node.kind in ("symbol", "number") else node.marks[0]
+        if new[:1] == "(" and (owner := re.search(r"(?:[A-Za-z]\w*\.)+$", self.text[:start])):
+            return (owner.start(), end, re.sub(r"(?<!\w)(?=[A-Za-z])", owner[0], new))
+        return self.put((start, end), new)
 
     def before(self, start: int, factor: str) -> Splice:
         """A factor in front of what starts at a place."""
