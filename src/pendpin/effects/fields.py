@@ -5,13 +5,13 @@ from functools import cached_property
 from typing import Annotated, Any, ClassVar, Literal, Self
 
 import numpy as np
-from pydantic import Field, field_validator, model_validator
+from pydantic import Field, model_validator
 
 from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, shown_path
 from pendpin.ground.arrays import Array, applied, cross, unit
-from pendpin.ground.records import FilePath, NotNegative, Number, Positive, Vector
+from pendpin.ground.records import Direction, FilePath, NotNegative, Number, Positive, Vector
 
 EARTH = 7.292115e-5  # rad/s, Earth's rate of the World Geodetic System 1984
 
@@ -26,14 +26,7 @@ class Gravity(FieldEffect):
     strengths: ClassVar[tuple[str, ...]] = ("acceleration",)
     kind: Literal["gravity"] = Field("gravity", description="which effect it is")
     acceleration: NotNegative = Field(9.81, description="m/s²")
-    direction: Vector = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")
-
-    @field_validator("direction")
-    @classmethod
-    def _not_zero(cls, direction: Vector) -> Vector:
-        if not any(direction):
-            raise ValueError("a direction needs a length: [0, 0, -1] points down")
-        return direction
+    direction: Direction = Field((0.0, 0.0, -1.0), description="in the world W, z up; of any length but 0")
 
     def with_numbers(self, numbers: Any) -> Self:
         """The effect as it is: the sum of all constant fields is a parameter."""
@@ -182,7 +175,7 @@ class Rotation(Tracked, BodyEffect):
     sole: ClassVar[str | None] = "W turns about one axis at one rate"
     latitude: Annotated[Number, Field(ge=-90, le=90)] | None = Field(None, description="degrees")
     rate: Vector | None = Field(None, description="rad/s, in W")
-    axis: Vector | None = Field(None, description="direction in W of the rate in a csv, of any length but 0")
+    axis: Direction | None = Field(None, description="direction in W of the rate in a csv, of any length but 0")
 
     @model_validator(mode="after")
     def _one_of_three(self) -> Self:
@@ -190,8 +183,6 @@ class Rotation(Tracked, BodyEffect):
             raise ValueError("a rotation needs a latitude, a rate or a csv, one of them")
         if (self.axis is None) != (self.csv is None):
             raise ValueError("csv and axis go together: a rate over time, and the direction in W about which W turns")
-        if self.axis is not None and not any(self.axis):
-            raise ValueError("an axis of length 0 has no direction")
         return self
 
     @cached_property

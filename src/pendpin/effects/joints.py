@@ -9,13 +9,13 @@ from typing import Any, ClassVar, Literal, Self
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from pydantic import Field, field_serializer, field_validator, model_validator
+from pydantic import Field, field_serializer, model_validator
 
 from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, unit
-from pendpin.ground.records import NotNegative, Number, Positive, Vector
+from pendpin.ground.records import Direction, NotNegative, Number, Positive
 
 
 class Viscous(OnJoints):
@@ -84,16 +84,9 @@ class Bending(JointEffect):
     strengths: ClassVar[tuple[str, ...]] = ("stiffness",)
     kind: Literal["bending"] = Field("bending", description="which effect it is")
     stiffness: NotNegative = Field(description="N m², EI")
-    clamp: Vector | None = Field(
+    clamp: Direction | None = Field(
         None, description="direction in W to which rods on the world are clamped, of any length but 0"
     )
-
-    @field_validator("clamp")
-    @classmethod
-    def _not_zero(cls, clamp: Vector | None) -> Vector | None:
-        if clamp is not None and not any(clamp):
-            raise ValueError("a clamp of length 0 has no direction")
-        return clamp
 
     def of_joints(self, lengths: Array, parents: Sequence[int] | None = None) -> Array:
         """For each angle of n rods of these lengths in m: 1/l and the direction (3,) of no moment, (2 n, 4).

@@ -32,6 +32,13 @@ def _absolute(path: Path) -> Path:
         return path
 
 
+def _with_length(direction: Vector) -> Vector:
+    if not any(direction):
+        raise ValueError("a direction needs a length: [0, 0, -1] points down")
+    return direction
+
+
+Direction = Annotated[Vector, AfterValidator(_with_length)]  # in W, of any length but 0
 FilePath = Annotated[Path, AfterValidator(_absolute)]  # stays the same file when the working folder changes
 
 
@@ -235,7 +242,7 @@ def _reason(fault: Any, record: type) -> str:
 def _holds_vector(record: type, loc: Sequence[str | int]) -> bool:
     *place, name = loc or ("",)
     kinds = [r.model_fields[name].annotation for r in _records_at(record, place) if name in r.model_fields]
-    return any(kind in (Vector, Vector | None) for kind in kinds)
+    return any(kind in (Vector, Vector | None, Direction | None) for kind in kinds)
 
 
 def _records_at(record: type, loc: Sequence[str | int]) -> list[type[BaseModel]]:
