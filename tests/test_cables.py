@@ -386,7 +386,7 @@ def test_loads_in_a_row_are_said(tmp_path: Path) -> None:
     ("make", "says"),
     [
         (lambda: fx.Bending(stiffness=-1.0), "stiffness: -1.0 is below 0"),
-        (lambda: fx.Bending(stiffness=1.0, clamp=(0, 0, 0)), "no direction"),
+        (lambda: fx.Bending(stiffness=1.0, clamp=(0, 0, 0)), "clamp: a direction needs a length"),
         (lambda: fx.Bending(stiffness=math.inf), "stiffness"),
         (lambda: fx.Anchor(link="rod_1", point=(math.inf, 0, 0), stiffness=1.0), "point"),
         (lambda: fx.Anchor(link="rod_1", point=(0, 0, 0), stiffness=-1.0), "stiffness: -1.0 is below 0"),
