@@ -70,8 +70,12 @@ class Modes(Result):
     @cached_property
     def participation(self) -> Array:
         """The share of each body in the kinetic energy of each mode, (k, bodies); rows add up to 1."""
-        at_rest, rates = np.broadcast_to(self.q, self.shapes.shape), (np.real(self.shapes), np.imag(self.shapes))
-        parts = (kinematics.kinetic_energies(self._model, at_rest, v) for v in rates)
+        return self._shares(self.shapes)
+
+    def _shares(self, shapes: Array) -> Array:
+        """The share of each body in the kinetic energy, (n, bodies), of n modes with these shapes (n, nv)."""
+        at_rest = np.broadcast_to(self.q, shapes.shape)
+        parts = (kinematics.kinetic_energies(self._model, at_rest, v) for v in (np.real(shapes), np.imag(shapes)))
         energy = np.add(*parts)
         return energy / energy.sum(-1, keepdims=True)
 
@@ -95,7 +99,7 @@ class Modes(Result):
         """The rows of the table, at most so many: modes of one frequency and damping together."""
         rows = []
         for group in self._groups[:most]:
-            share = self.participation[group].mean(0)
+            share = self._shares(self.shapes[group]).mean(0)
             order = np.argsort(-share, kind="stable")  # the bodies until they have half of the energy
             count = min(MOST_RODS, 1 + int(np.searchsorted(np.cumsum(share[order]), 0.5)))
             where = ", ".join(f"{self._model.bodies[i].link} {share[i]:.0%}" for i in order[:count])
