@@ -42,8 +42,8 @@ def browser() -> Iterator[Browser]:
 def nothing_known(request: pytest.FixtureRequest) -> Iterator[None]:
     """What was bound with a library or function that a test replaces is not met by other tests, nor theirs by it."""
     replaces = "monkeypatch" in request.fixturenames
-    for known in (known_dynamics, known_runs) if replaces else ():
-        known.clear()
+    for cache in (known_dynamics, known_runs) if replaces else ():
+        cache.known.clear()
     yield
-    for known in (known_dynamics, known_runs) if replaces else ():
-        known.clear()
+    for cache in (known_dynamics, known_runs) if replaces else ():
+        cache.known.clear()

@@ -80,7 +80,7 @@ def test_scipy_runs_the_methods_where_cyrk_is_missing(method: str, monkeypatch: 
     """Without CyRK the same methods run on SciPy and give the same motion."""
     with_cyrk = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     monkeypatch.setitem(__import__("sys").modules, "CyRK", None)
-    known_runs.clear()  # which method runs was decided with CyRK there
+    known_runs.known.clear()  # which method runs was decided with CyRK there
     without = pp.simulate(swing(THICK, 2.0), method=method, tolerance=1e-9)
     assert (with_cyrk.stats.library, without.stats.library) == ("CyRK", "scipy")
     assert np.abs(with_cyrk.tips - without.tips).max() < 2e-6
@@ -154,8 +154,8 @@ def test_a_run_does_not_depend_on_those_before() -> None:
     ]
     scenes, alone = [first.replace(change) for change in changes], []
     for scene in scenes:
-        known_runs.clear()
-        known_dynamics.clear()
+        known_runs.known.clear()
+        known_dynamics.known.clear()
         alone.append(pp.simulate(scene))
     for _ in range(2):
         for scene, run in zip(scenes, alone, strict=True):

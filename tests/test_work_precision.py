@@ -248,8 +248,8 @@ def test_a_first_run_counts_its_compiling_whichever_run_that_was(
     pytest.importorskip("llvmlite")
     functions = OrderedDict[Any, Any]()
     monkeypatch.setattr(compiling, "_known", functions)
-    preparation.known_runs.clear()
-    preparation.known_dynamics.clear()
+    preparation.known_runs.known.clear()
+    preparation.known_dynamics.known.clear()
     given = scene(THICK, THICK, duration=0.2, start=pp.Start(positions=positions))
     for _ in range(2):
         report = cost(given, methods=["taylor", "dop853", "dop853 not compiled"], repetitions=1)
