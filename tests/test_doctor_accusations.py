@@ -311,6 +311,73 @@ def test_a_letter_that_nothing_confirms_accuses_no_short_equation():
     assert "fails" not in [one.verdict for one in findings(LONG + shorter + 9 * STRANGE)]
 
 
+def test_a_mend_whose_sides_are_0_is_none():
+    """Lagrange's equation of a wrong Lagrangian is not mended by another letter for L: it would say 0 = 0."""
+    text = r"""The Lagrangian of a double pendulum with the coordinates $\phi_1$ and $\phi_2$ is
+$$\mathcal{L} = \frac12(m_1 + m_2) L_1^2\dot\phi_1 + m_2 L_1 L_2\dot\phi_1\dot\phi_2\cos(\phi_1 - \phi_2)
+ + \frac12 m_2 L_2^2\dot\phi_2^2 - (m_1 + m_2) g L_1(1 - \cos\phi_1) - m_2 g L_2(1 - \cos\phi_2)$$
+$$\frac{d}{dt}\frac{\partial\mathcal{L}}{\partial\dot\phi_1} = \frac{\partial\mathcal L}{\partial\phi_1}$$
+$$\frac{d}{dt}\frac{\partial\mathcal{L}}{\partial\dot\phi_2} = \frac{\partial\mathcal L}{\partial\phi_2}$$
+$$\begin{bmatrix} (m_1 + m_2) L_1^2 & m_2 L_1 L_2\cos(\phi_1 - \phi_2) \\
+m_2 L_1 L_2\cos(\phi_1 - \phi_2) & m_2 L_2^2\end{bmatrix}
+\begin{bmatrix}\ddot\phi_1 \\ \ddot\phi_2\end{bmatrix}
+= \begin{bmatrix} -m_2 L_1 L_2\dot\phi_2^2\sin(\phi_1 - \phi_2) - (m_1 + m_2) g L_1\sin\phi_1 \\
+m_2 L_1 L_2\dot\phi_1^2\sin(\phi_1 - \phi_2) - m_2 g L_2\sin\phi_2\end{bmatrix}$$
+"""
+    lagrangian, law, *_ = findings(text)
+    assert lagrangian.verdict == "not checked"  # though the other one of Lagrange's equations holds with it
+    assert "equation 2, which says that it obeys Lagrange" in lagrangian.remark
+    assert law.verdict != "fails"
+    assert not law.mends
+    assert findings(text.replace(r"L_1^2\dot\phi_1 ", r"L_1^2\dot\phi_1^2 "))[0].verdict == "holds"
+
+
+def test_a_speed_may_be_counted_the_other_way():
+    """As v = -s' of a pendulum whose s grows backwards."""
+    text = r"A simple pendulum: $$s = l\theta$$ $$v = -\dot s$$ $$m l\ddot\theta = -m g\sin\theta$$ $$V = -m g l\cos\theta$$"
+    assert [one.verdict for one in findings(text)] == ["holds", "not checked", "holds", "holds"]
+    assert "a direction may be chosen so" in findings(text)[1].remark
+
+
+def test_a_mend_has_units_that_agree():
+    """Where T may be a tension, whose derivative is 0, no mend empties the other side."""
+    text = r"""A pendulum on a cart: $T = \frac12 M\dot x^2$.
+$$\frac{\partial T}{\partial\dot x} = \frac{\partial}{\partial\dot x}(\frac12 m(\dot x^2 + 2 l\dot x\dot\theta))$$"""
+    assert not any(" is too many" in mend.words for finding in findings(text) for mend in finding.mends)
+
+
+STRETCHED = r"""The spring of rest length $\ell$ is $l(t) = \ell + z$ long; the angle is measured from the positive x-axis.
+$$x = (\ell + z)\cos\theta$$ $$y = (\ell + z)\sin\theta$$
+$$T = \frac{m}{2}\left(\dot z^2 + (\ell + z)^2\dot\theta^2\right)$$ $$V = \frac{k z^2}{2} + m g (\ell + z)\sin\theta$$
+"""
+
+
+def test_an_angle_may_be_measured_from_the_horizontal():
+    """Of a bob on a spring too; a letter that is set equal to itself and more, as l(t) = l + z, says nothing of itself."""
+    for letter in (r"\ell", "l"):
+        _, *rest = findings(STRETCHED.replace(r"\ell", letter))
+        assert {one.verdict for one in rest} == {"holds"}
+    *_, last = findings(STRETCHED.replace(r"m g (\ell + z)", "m g z"))
+    assert last.verdict != "holds"
+
+
+def test_the_energy_of_one_body_alone_is_not_accused():
+    """The second pendulum's, where the whole is given below; a term of a body that is there is missed."""
+    one = r"$$T = \frac12 m_2 l_1^2\dot\theta_1^2 + m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1 - \theta_2)"
+    other, first = r" + \frac12 m_2 l_2^2\dot\theta_2^2", r" + \frac12 m_1 l_1^2\dot\theta_1^2"
+    said = findings(POINTS + one + other + "$$\n" + FIRST + SECOND)
+    assert said[4].verdict == "not checked"
+    assert "about one body alone" in said[4].remark
+    said = findings(POINTS + one + first + "$$\n" + FIRST + SECOND)
+    assert said[4].verdict == "fails"
+
+
+def test_an_energy_may_be_printed_with_the_place_that_it_depends_on():
+    """U(y) is no product."""
+    text = r"A simple pendulum. $$y = -l\cos\theta$$ $$U(y) = m g y$$ $$T = \frac12 m l^2\dot\theta^2$$"
+    assert {one.verdict for one in findings(text)} == {"holds"}
+
+
 def test_what_no_equation_that_holds_has_is_not_left_out_by_mistake():
     """A pendulum on a cart whose own mass the text does not have: none of its momenta lacks M."""
     text = r"""A pendulum on a cart.

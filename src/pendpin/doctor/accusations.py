@@ -31,6 +31,7 @@ OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
 SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
+OF_TWO = 4  # parts of an equation of two names and a sign
 LONG = 20  # parts of one that a single change may accuse, whatever its other letters mean
 VERY_LONG = 30  # parts of one that a single change may accuse, whatever else the text holds
 TRUSTED = 0.9  # the share of the other equations of a text that hold where a short one may be accused
@@ -146,6 +147,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "it is no part of the mass matrix or its equation as it stands; a row may be multiplied by something"
     if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
         return words
+    of_sign = case.mends_itself and case.finding.mends[0].words.startswith("the sign of ")
+    if of_sign and _size(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
+        return f"{as_read}; a direction may be chosen so{else_wrong}"
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)

@@ -168,9 +168,22 @@ def _doubt_definitions(cases: list[Case]) -> None:
         for name, meaning in meanings_used(confirmed) if confirmed else ():
             if f"definition of {name.lstrip('?')}," not in (finding.mends[0].words if finding.mends else ""):
                 used[name][key(meaning)] = meaning
+    lagrange = {}  # of what a doubtful equation says that it obeys Lagrange, and the number of that equation
+    for case in cases:
+        inside = set().union(*map(symbols, case.one.sides)) - {*case.spec.state}
+        if (
+            case.finding.doubtful
+            and len(inside) == 1
+            and any(one.kind == "derivative" for one in parts(case.one.sides))
+        ):
+            lagrange.setdefault(*inside, case.finding.number)
     for case in cases:
         one, finding = case.one, case.finding
         if finding.verdict != "holds":
+            continue
+        if finding.kind == "definition" and one.defines in lagrange:
+            words = f"equation {lagrange[one.defines]}, which says that it obeys Lagrange, does not hold with it"
+            case.doubt(words, unknown=(one.defines,))
             continue
         if finding.kind == "definition" and len(one.sides) == 2:
             own = one.definitions[one.defines]
