@@ -335,7 +335,7 @@ m_2 L_1 L_2\dot\phi_1^2\sin(\phi_1 - \phi_2) - m_2 g L_2\sin\phi_2\end{bmatrix}$
 def test_a_speed_may_be_counted_the_other_way():
     """As v = -s' of a pendulum whose s grows backwards."""
     text = r"A simple pendulum: $$s = l\theta$$ $$v = -\dot s$$ $$m l\ddot\theta = -m g\sin\theta$$ $$V = -m g l\cos\theta$$"
-    assert [one.verdict for one in findings(text)] == ["holds", "not checked", "holds", "holds"]
+    assert [one.verdict for one in findings(text)] == ["not checked", "not checked", "holds", "holds"]
     assert "a direction may be chosen so" in findings(text)[1].remark
 
 
@@ -432,3 +432,28 @@ def test_of_a_name_that_is_computed_twice_the_value_that_is_wrong_is_accused(lin
     assert [one.number for one in said if one.verdict == "fails"] == [line]
     assert said[line - 1].mends[0].words.endswith(f" should be {right.partition('k = ')[2] or 'g*m*' + right}")
     assert [one.number for one in said if one.verdict != "holds"] == [line, line + 1]
+
+
+@pytest.mark.parametrize(
+    ("line", "verdict"),
+    [
+        (r"s = l\theta", "not checked"),  # an arc, and no distance from the pivot
+        (r"d = l\sin\theta", "not checked"),
+        (r"y = l(1 - \cos\theta)", "holds if"),  # from the lowest point
+        (r"y = l(1 - \sin\theta)", "fails"),
+        (r"V = -m g l\cos\theta", "holds"),
+    ],
+)
+def test_a_text_may_have_letters_and_origins_of_its_own(line, verdict):
+    """Of a simple pendulum whose law and potential energy hold."""
+    law, energy = r"$$\ddot\theta = -\frac gl\sin\theta$$", r"$$V = m g l(1 - \cos\theta)$$"
+    first, *others = findings(f"A simple pendulum: $${line}$$ {law} {energy}")
+    assert first.verdict == verdict
+    assert {one.verdict for one in others} == {"holds"}
+
+
+def test_a_height_from_another_point_gives_the_same_potential_energy():
+    """Also where L is the length in one line, and may be the Lagrangian in another."""
+    text = r"A simple pendulum: $$y = L(1 - \cos\theta)$$ $$V = m g y$$ $$\ddot\theta = -\frac gL\sin\theta$$"
+    assert [one.verdict for one in findings(text)] == ["holds if", "holds", "holds"]
+    assert findings(text)[0].condition == "y is measured from another point"

@@ -257,7 +257,8 @@ def _read_name(one: Printed) -> tuple[Node, ...]:
 def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name]) -> dict[Name, str]:
     """Letters that do not stand for the constants or vectors that they may stand for elsewhere.
 
-    Such as a_1 that equations give another dimension, q of a number, and b that multiplies a rate wherever it stands.
+    Such as a_1 that equations give another dimension, s = l theta that varies, q of a number, and b that multiplies a rate
+    wherever it stands.
     """
     spec, found = words.spec, dict[Name, set[Name]]()
     for one in (one for one in equations if len(one.sides) == 2 and one.sides[0].written and spec):
@@ -271,7 +272,8 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
         if usual or not symbols(right) or not fixed:
             continue
-        if number or not one.sound:
+        varies = meanings <= spec.still and bool(symbols(right) & {*spec.state})
+        if number or varies or not one.sound:
             found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
     own = {name: "" for name, used in found.items() if not used & found.keys()}
     for name in dampings if spec else ():

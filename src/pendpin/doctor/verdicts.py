@@ -22,8 +22,8 @@ from pendpin.doctor.accusations import (
     says,
     shows_itself,
 )
-from pendpin.doctor.checking.evaluation import evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error
+from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import Recognition
@@ -131,7 +131,12 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
             same = any(case.spec.dimensions.get(meaning) == one.unit for meaning in meanings)
             if same and name != case.left and one.finding.verdict != "holds if":
                 sides = equation.sides[0], *(with_meaning(side, name, "?said") for side in equation.sides[1:])
-                instead = replace(equation, sides=sides, definitions=equation.definitions | {"?said": one.one.sides[1]})
+                own, value = one.finding.equation, one.one.sides[1]
+                lengths = (
+                    {name: what for name, what in own.meanings.items() if name in ENERGIES} if own else {}
+                )  # L in it
+                known, meant = equation.definitions | {"?said": value}, lengths | equation.meanings
+                instead = replace(equation, sides=sides, definitions=known, meanings=meant)
                 with suppress(Unread):
                     if relative_error(instead, random_states(case.system)) >= TOLERANCE:
                         case.doubt(f"it does not hold with {plain(name)} as {one.finding.place} says")
@@ -168,15 +173,12 @@ def _doubt_definitions(cases: list[Case]) -> None:
         for name, meaning in meanings_used(confirmed) if confirmed else ():
             if f"definition of {name.lstrip('?')}," not in (finding.mends[0].words if finding.mends else ""):
                 used[name][key(meaning)] = meaning
-    lagrange = {}  # of what a doubtful equation says that it obeys Lagrange, and the number of that equation
+    lagrange = dict[str, int]()  # of what a doubtful equation says that it obeys Lagrange, and that equation's number
     for case in cases:
         inside = set().union(*map(symbols, case.one.sides)) - {*case.spec.state}
-        if (
-            case.finding.doubtful
-            and len(inside) == 1
-            and any(one.kind == "derivative" for one in parts(case.one.sides))
-        ):
-            lagrange.setdefault(*inside, case.finding.number)
+        derived = any(part.kind == "derivative" for part in parts(case.one.sides))
+        if case.finding.doubtful and derived and len(inside) == 1:
+            lagrange.setdefault(inside.pop(), case.finding.number)
     for case in cases:
         one, finding = case.one, case.finding
         if finding.verdict != "holds":
@@ -210,7 +212,10 @@ def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
 
 
 def _turn_axes(cases: list[Case]) -> None:
-    """Let coordinates hold that a text measures the other way, and what uses them: several points agree, as y downwards."""
+    """Let coordinates hold that a text measures otherwise, and what uses them.
+
+    They may begin at another point, as y = l - l cos theta. Of the other direction, as y downwards, several points agree.
+    """
     turned, right = defaultdict[str, list[Case]](list), set[str]()
     for case in cases:
         finding, spec = case.finding, case.spec
@@ -219,20 +224,31 @@ def _turn_axes(cases: list[Case]) -> None:
         elif case.left and finding.verdict == "fails" and finding.mends:
             name = case.meaning()
             place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
-            if place and finding.mends[0].words.startswith("the sign of "):
+            if place and _is_offset(case):
+                words = f"{plain(case.left)} is measured from another point"
+                case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
+            elif place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
+    wrong = [case for case in cases if case.finding.verdict == "fails"]
     for letter in turned.keys() - right:
-        words, wrong = (
-            f"{letter} is measured the other way",
-            [case for case in cases if case.finding.verdict == "fails"],
-        )
+        words = f"{letter} is measured the other way"
         for case in (case for case in wrong if _holds_turned(case, letter)):
+            shows_no_way = case in turned[letter] and letter in ("y", "z") and case.spec.kind not in RODS
             if len(turned[letter]) > 1:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
-            elif (
-                case in turned[letter] and letter in ("y", "z") and case.spec.kind not in RODS
-            ):  # nothing shows which way
+            elif shows_no_way:
                 case.doubt(f"it holds if {words}")
+
+
+def _is_offset(case: Case) -> bool:
+    """Whether the sides of an equation differ by what does not move, which the halves of the states share."""
+    if case.finding.equation is None or case.finding.dimensions:
+        return False
+    with suppress(Unread):
+        rows = stack_residuals(case.finding.equation, random_states(case.system), plain=True)
+        first, second = np.split(rows, 2, axis=1)
+        return bool(np.abs(first - second).max() < TOLERANCE * np.abs(rows).max())
+    return False
 
 
 def _holds_turned(case: Case, letter: str) -> bool:
