@@ -223,6 +223,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     around = one.text[:start][-1:] + one.text[end : end + 1]
     if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
         return f"{as_read}, and what helps takes letters from a name"
+    gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
+    if mend.words.startswith("the factor ") and any(one.kind == "sum" and one.children[0].value == 1 for one in gone):
+        return f"{as_read}; the first terms of a series may be meant"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
         return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"

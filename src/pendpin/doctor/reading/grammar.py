@@ -248,6 +248,8 @@ class _Parser:
                 raise Unread(f"\\{token.text} over more than one symbol", opened.start)
             dots = written.dots + ACCENTS.get(token.text, 0)
             written = replace(written, dots=dots, styled=written.styled or token.kind == "style")
+            if token.text in ("hat", "widehat") and written.letter in ("r", "theta", "phi"):  # unlike r in bold type
+                written = replace(written, letter=f"{written.letter}hat")
         elif token.kind in ("word", "letter"):
             written = (of_word(token.text) if token.kind == "word" else None) or Written(token.text)
             if token.text == "Delta" and self.peek().text in ("theta", "phi", "alpha", "t"):  # a difference is one name
