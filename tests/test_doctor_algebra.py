@@ -174,3 +174,15 @@ def test_a_symbol_that_nothing_explains_is_0() -> None:
 def test_a_vector_has_a_square_and_no_cube() -> None:
     """It is not checked, with the reason."""
     assert finding_of(r"\vec r_G^{\,3} = \vec r_G").remark == "a power of a vector"
+
+
+def test_a_linear_model_alone_shows_its_system():
+    """A and B of x' = A x + B u, of a pendulum on a cart whose equations stand elsewhere."""
+    text = r"""An inverted pendulum on a cart: $$\dot x = A x + B u$$
+$$A = \begin{bmatrix} 0 & 1 & 0 & 0 \\ 0 & 0 & -\frac{m g}{M} & 0
+\\ 0 & 0 & 0 & 1 \\ 0 & 0 & \frac{(M + m) g}{M l} & 0 \end{bmatrix}$$
+$$B = \begin{bmatrix} 0 \\ \frac1M \\ 0 \\ -\frac{1}{M l} \end{bmatrix}$$"""
+    found = pp.diagnose(text)
+    assert found.system.kind.startswith("cart-pole")
+    assert [one.verdict for one in found.findings[1:]] == ["holds if", "holds if"]  # for small angles
+    assert pp.diagnose(text.replace("(M + m) g", "(M - m) g")).findings[1].verdict == "not checked"

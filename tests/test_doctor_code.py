@@ -212,3 +212,20 @@ def test_a_new_value_of_a_state_is_no_law():
     said = pp.diagnose("theta_ddot = -g/l*sin(theta)\ntheta = 0.3\ntheta -= 2*pi\ntheta *= 0.99\n")
     assert said.ok
     assert [finding.verdict for finding in said.findings] == ["holds"] + ["not checked"] * 3
+
+
+@pytest.mark.parametrize(
+    "steps",
+    [
+        "omega -= g/l*sin(theta)*dt\ntheta += omega*dt\n",
+        "omega = omega - (g/l)*np.sin(theta)*dt\ntheta = theta + dt*omega\n",
+        "omega_new = omega - g*sin(theta)/l*dt\ntheta_new = theta + omega_new*dt\n",
+        "next_omega = omega + (-g/l*sin(theta))*dt\nnext_theta = theta + next_omega*dt\n",
+        "newthdot = thdot - dt*g/l*sin(th)\nnewth = th + newthdot*dt\n",
+    ],
+)
+def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
+    """The rate of omega is what is taken away times dt, with a minus; omega_new is the last omega."""
+    assert [*verdicts_of(steps).values()] == ["holds"] * 2
+    assert next(iter(verdicts_of(steps.replace("sin(th", "cos(th")).values())) != "holds"
+    assert not any("der(" in one.text for one in read_text(steps.replace("dt", "b")).statements)

@@ -77,7 +77,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     """How the letters of a text may stand for the coordinates of a system: every way, the letters seen most first."""
     often, coordinates = letters.every, FAMILIES[family][0].coordinates
     turning = [name for name in coordinates if name.startswith(ANGLES)]
-    if not letters.moving and (COORDINATE, "1") in often:  # a linear model alone
+    if letters.moving.keys() <= {("x", "")} and (COORDINATE, "1") in often:  # a linear model alone, x' = A x + B u
         yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum

@@ -71,14 +71,26 @@ _RATES = re.compile(  # of states, in their order
 )
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
 _RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
+_GROUP = r"\((?:[^()]|\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))*\)"  # brackets, four of them within each other at most
+_FACTOR = rf"-?(?:[\w.>\[\]]*{_GROUP}|[\w.>\[\]-]+)(?:(?:\*\*|\^)\d)?"
+_TERM = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR})*"
+_OF_NEW = re.compile(r"^(?:new|next)_?(?=\w)|(?<=\w)_?[nN](?:ew|ext)$")
+
+
+def _rate_in_step(match: re.Match[str]) -> str:
+    """What a step in time says of a rate; that of theta is omega also where omega_new is the last one."""
+    value = match[4] or match[5] or match[6]
+    return f"der({match[1]}) = {'-' * ('-' in match.group(2, 3))}{_OF_NEW.sub('', value)}"
+
+
 _BY_NAME = r"(?:THETA|PHI|OMEGA|ALPHA)_?\d?"
 _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines of code in plain notation
     (r"^\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$", r"\1\2 = \3"),
     (  # a step in time, omega += alpha*dt, says what the rate is; without dt what is called like a rate is one
-        r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)([^\W\d][\w.>\[\]-]*?)\s*(?:\+=|=\s*\1\s*\+(?!=))\s*\(?"
-        rf"(?:{_TIME_STEP}\s*\*\s*([\w.>\[\]-]+|\(.*\))|([\w.>\[\]-]+|\(.*\))\s*\*\s*{_TIME_STEP}|((?![dD][tT]\b)[\w.>-]*{_RATE}))"
-        r"\)?\s*;?\s*(?:(?:#|//|%).*)?$",
-        r"der(\1) = \2\3\4",
+        r"^\s*(?!(?:\w+\.)?t(?:ime)?\b)(?:new_?|next_?)?([^\W\d][\w.>\[\]-]*?)(?:_?[nN](?:ew|ext))?\s*"
+        rf"(?:([+-])=|=\s*\1\s*([+-])(?!=))\s*\(?(?:{_TIME_STEP}\s*\*\s*({_TERM})|({_TERM}?)\s*\*\s*{_TIME_STEP}"
+        rf"|((?![dD][tT]\b)[\w.>-]*{_RATE}))\)?\s*;?\s*(?:(?:#|//|%).*)?$",
+        _rate_in_step,
     ),
     (
         r"(?i)^\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+"
