@@ -457,3 +457,11 @@ def test_a_height_from_another_point_gives_the_same_potential_energy():
     text = r"A simple pendulum: $$y = L(1 - \cos\theta)$$ $$V = m g y$$ $$\ddot\theta = -\frac gL\sin\theta$$"
     assert [one.verdict for one in findings(text)] == ["holds if", "holds", "holds"]
     assert findings(text)[0].condition == "y is measured from another point"
+
+
+def test_a_quantity_that_another_letter_gives_it_by_chance_is_none():
+    """Half the length is h: where l is the length elsewhere, m l theta'^2 is no tension of a uniform rod."""
+    text = r"""A uniform rod hangs from one end. $$\frac13 m\ell^2\ddot\theta = -m g\frac\ell2\sin\theta$$
+$$V = -\frac12 m g\ell\cos\theta$$ $$N_r = m g\cos\theta + \frac12 m\ell\dot\theta^2$$"""
+    assert {one.verdict for one in findings(text)} == {"holds"}
+    assert findings(text.replace(r"+ \frac12 m\ell", r"+ m\ell"))[2].verdict == "not checked"

@@ -89,7 +89,7 @@ class _Doctor:
         general = any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS))
         if general or self._names_energies(one):
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
-        if quantity := quantity_of(one, self.system):
+        if (quantity := quantity_of(one, self.system)) and not self._means_otherwise(quantity[1]):
             words = f"it is {self.system.spec.printed.get(quantity[0], quantity[0])}"
             equation = replace(quantity[1], sides=(one.sides[1], one.sides[1]))
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
@@ -113,6 +113,12 @@ class _Doctor:
         if said:
             return replace(found, kind="condition", remark=said), []
         return found, readings
+
+    def _means_otherwise(self, equation: Equation) -> bool:
+        """Whether a letter means in it what it means in no equation that holds, but something else there."""
+        used = {pair for other in self.neighbours for pair in other.meanings.items() if pair[0] in other.names}
+        own = {(name, meaning) for name, meaning in equation.meanings.items() if name != meaning}
+        return any((name, name) in used for name, _ in own - used)
 
     def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
