@@ -131,10 +131,8 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
             same = any(case.spec.dimensions.get(meaning) == one.unit for meaning in meanings)
             if same and name != case.left and one.finding.verdict != "holds if":
                 sides = equation.sides[0], *(with_meaning(side, name, "?said") for side in equation.sides[1:])
-                own, value = one.finding.equation, one.one.sides[1]
-                lengths = (
-                    {name: what for name, what in own.meanings.items() if name in ENERGIES} if own else {}
-                )  # L in it
+                value, own = one.one.sides[1], one.finding.equation.meanings if one.finding.equation else {}
+                lengths = {name: what for name, what in own.items() if name in ENERGIES}  # as L there
                 known, meant = equation.definitions | {"?said": value}, lengths | equation.meanings
                 instead = replace(equation, sides=sides, definitions=known, meanings=meant)
                 with suppress(Unread):
