@@ -465,3 +465,13 @@ def test_a_quantity_that_another_letter_gives_it_by_chance_is_none():
 $$V = -\frac12 m g\ell\cos\theta$$ $$N_r = m g\cos\theta + \frac12 m\ell\dot\theta^2$$"""
     assert {one.verdict for one in findings(text)} == {"holds"}
     assert findings(text.replace(r"+ \frac12 m\ell", r"+ m\ell"))[2].verdict == "not checked"
+
+
+def test_a_law_in_the_units_of_the_pendulum_is_no_mistake():
+    """theta'' + sin theta = 0 holds where g/l is 1; a law that has some of its parameters lacks the others."""
+    text = r"""A simple pendulum: $$H = \frac{p^2}{2 m l^2} - m g l\cos\theta$$ $$p = m l^2\dot\theta$$
+$$V = -m g l\cos\theta$$ $$\ddot\theta + \sin\theta = 0$$"""
+    *right, scaled = findings(text)
+    assert {one.verdict for one in right} == {"holds"}
+    assert (scaled.verdict, scaled.remark) == ("not checked", "it does not hold, but where g = l = 1")
+    assert findings(text.replace(r"+ \sin", r"+ g\sin"))[-1].verdict == "fails"

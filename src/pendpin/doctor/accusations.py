@@ -242,9 +242,11 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
         if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
             return f"{as_read}; it may be about one body alone"
-    brought = _brought(case)  # not by mistake, if the text never writes them or several equations lack them
+    # not by mistake, if a law of accelerations has no parameter, the text never writes these, or several equations lack them
+    brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    if brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1):
+    scaled = not equation.names & {*case.spec.parameters} and bool(equation.names & {*case.spec.unknowns})
+    if brought and (scaled or brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
