@@ -475,3 +475,11 @@ $$V = -m g l\cos\theta$$ $$\ddot\theta + \sin\theta = 0$$"""
     assert {one.verdict for one in right} == {"holds"}
     assert (scaled.verdict, scaled.remark) == ("not checked", "it does not hold, but where g = l = 1")
     assert findings(text.replace(r"+ \sin", r"+ g\sin"))[-1].verdict == "fails"
+
+
+def test_the_first_terms_of_a_series_and_unit_vectors_of_the_pendulum_are_no_mistakes():
+    """The period at larger amplitudes; r = l times its unit vector, of which the rate is no product."""
+    text = r"A simple pendulum: $$\ddot\theta = -\frac gl\sin\theta$$ $$T = 2\pi\sqrt{\frac lg}(1 + \frac{\theta_0^2}{16})$$"
+    assert [one.verdict for one in findings(text)] == ["holds", "not checked"]
+    text = r"$$\vec r = l\hat r$$ $$\dot{\vec r} = l\dot\theta\hat\theta$$ $$m l\ddot\theta = -m g\sin\theta$$"
+    assert {one.verdict for one in findings(text)} == {"holds"}
