@@ -80,6 +80,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     if letters.moving.keys() <= {("x", "")} and (COORDINATE, "1") in often:  # a linear model alone, x' = A x + B u
         yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
+    angles = [name for name in angles if name[1] != "0" or (name[0], "") not in often]  # theta_0 is where theta begins
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
     if len(coordinates) > 1:
         angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
@@ -88,7 +89,8 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     else:
         angles = [name for name in alone if often[name] * RARELY >= often[alone[0]]]
     sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
-    slides = [name for name in letters.moving if name not in letters.turned and name[0] in sliding]
+    moving = {*letters.moving, *((("s", ""), ("x", "")) if ("v", "") in often else ())} & often.keys()  # v is its rate
+    slides = [name for name in moving if name not in letters.turned and name[0] in sliding]
     slides = sorted(slides, key=lambda name: (name in angles, -often[name], name))[:MOST_SLIDES]
     # an azimuth, and a cart in a vector of states, stand in no sine
     others = [name for name in slides if name[1] and "phi" in coordinates and name not in angles]

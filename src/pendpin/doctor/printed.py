@@ -121,11 +121,16 @@ def letters_in(sides: Iterable[Node]) -> set[Name]:
     return {(part.written.letter, part.written.index) for part in parts(sides) if part.written}
 
 
-def read_equations(statements: tuple[Statement, ...]) -> list[Printed]:
-    """The equations of some statements, numbered, of whose names nothing is known yet."""
+def parse_statements(statements: tuple[Statement, ...]) -> list[Printed]:
+    """The equations of some statements, numbered, as they are written."""
     found: list[Printed] = []
     for statement in statements:
         found += _of_statement(statement, len(found) + 1)
+    return found
+
+
+def name_states(found: list[Printed]) -> list[Printed]:
+    """Equations as they are written with the names that they give states, rates and bodies themselves."""
     change = find_rename([one.sides for one in found])
     ways = ([(tuple(rename(side, change) for side in sides), tight) for sides, tight in one.ways] for one in found)
     return [replace(one, ways=tuple(way), renamed=change) for one, way in zip(found, ways, strict=True)]

@@ -13,7 +13,7 @@ import numpy as np
 from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.conventions import EVERY, SINGLE, conventions_of, likeliest_rod
 from pendpin.doctor.letters import Letters, Renamed, credit, letters_of, renamings, settled, telling
-from pendpin.doctor.printed import Printed, Text, read_equations
+from pendpin.doctor.printed import Printed, Text, name_states, parse_statements
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import read_symbols
@@ -38,6 +38,7 @@ LOST, MOST_LOST = 0.5, 1.5  # each letter with rates that a system does not have
 ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # each equation of other sections, and all together
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
+ALONE = 1.0  # the same of a reading for which the letters of other sections mean nothing
 OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
@@ -191,10 +192,20 @@ class _Page:
     """A document, its equations as they are written, what the user says of its symbols, and its choices."""
 
     document: Document
-    text: Text
+    written: list[Printed]
     table: dict[str, str]
     kind: str | None
     convention: str | None
+
+    @cached_property
+    def text(self) -> Text:
+        """Its equations with the names that they give themselves."""
+        return Text(name_states(self.written))
+
+    def alone(self, inside: np.ndarray) -> "_Page":
+        """The same with the equations of one section alone, as if nothing were written elsewhere."""
+        kept = zip(self.written, inside, strict=True)
+        return replace(self, written=[one if here else replace(one, ways=()) for one, here in kept])
 
     @cached_property
     def letters(self) -> list[Letters]:
@@ -221,16 +232,14 @@ def read(document: Document, choices: dict[str, Any]) -> Recognition:
     kind, convention = choices.get("rod") or document.rod, choices.get("convention") or document.convention
     check_choices(kind, convention)
     table = {**document.symbols, **choices.get("symbols", {})}
-    page = _Page(document, Text(read_equations(document.statements)), table, kind, convention)
+    page = _Page(document, parse_statements(document.statements), table, kind, convention)
     if scene := choices.get("scene"):
         spec = scene_spec(scene)
         words = page.words(spec, {})
         reading = Reading(page.text.bind(words), words, System(spec), spec.title, (), True)
         return Recognition(reading, (reading,) * len(page.text.raw), ((),) * len(page.text.raw))
     whole = np.ones(len(page.text.raw), dtype=bool)
-    readings = [*_rods(page)] if kind not in FAMILIES else []
-    readings += [*_others(page)] if kind not in RODS and convention is None else []
-    readings.sort(key=lambda one: -one.score(whole, document.text))
+    readings = sorted(_readings(page), key=lambda one: -one.score(whole, document.text))
     if readings[0].credits.sum() < 1:  # nothing holds: perhaps for small angles
         small = sorted((replace(one, small=True) for one in readings), key=lambda one: -one.score(whole, ""))
         readings = small if any(one.credits.sum() for one in small) else readings
@@ -267,7 +276,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     for inside, words in sections:
         # what the page's reading does not explain
         some = (main.equations[i] for i in np.flatnonzero(inside & (main.credits == 0)))
-        wanting = any(len(one.names) > 1 and not one.defines for one in some)
+        wanting = sum(len(one.names) > 1 and not one.defines for one in some)
         here = [main, *near, *(_closest(page, readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
@@ -281,6 +290,13 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
             best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
+        explained = int((here[best].credits[inside] > 0).sum())
+        if len(sections) > 1 and wanting > max(explained, 1):  # letters of other sections may hide what it says alone
+            apart = page.alone(inside)
+            alone = _closest(apart, [*_readings(apart)], inside, words)
+            own = [one.score(inside, words) for one in alone]
+            if max(own) > scores[best] + ALONE:
+                here, scores, best = alone, own, int(np.argmax(own))
         mine, less = here[best], [scores[best] - score for score in scores]
         found = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
         # the same system with other bodies, if more than one equation says so, or upright, if the words of the page do
@@ -302,6 +318,14 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
             chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
+
+
+def _readings(page: _Page) -> Iterator[Reading]:
+    """The equations of a page as those of each system that it may be about."""
+    if page.kind not in FAMILIES:
+        yield from _rods(page)
+    if page.kind not in RODS and page.convention is None:
+        yield from _others(page)
 
 
 def _rods(page: _Page) -> Iterator[Reading]:

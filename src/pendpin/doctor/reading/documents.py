@@ -58,19 +58,20 @@ _SENTENCE = re.compile(
 )
 _LABEL = re.compile(
     r"^\s*(?:>\s*|[-*+•]\s+|\(?\d{1,3}[.):]\s+|\\item\s*)*(?:[^\W\d][\w ,'()（）-]{2,60}(?::\s+|：\s*))?"
+    r"(?:[A-Z][a-z]{3,} (?:[a-z]{4,} )?(?=[A-Za-z]\w{0,2}\s*=))?"  # Kinetic energy T = ...
 )
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
-    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
+    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|=\s*(?:\w+\.)*(?:symbols|Symbol|dynamicsymbols|Function|syms?|SX|MX)\s*\(|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(  # of states, in their order
     r"\s*return\s+(?:[\w.]+\([\[(](.*)[\])]\)|[\[(](.*)[\])]|(.*,.*));?\s*$", re.S
 )
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
-_RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va])"  # how a name of one ends
+_RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va]|angle[VA])"  # how a name of one ends
 _GROUP = r"\((?:[^()]|\((?:[^()]|\((?:[^()]|\([^()]*\))*\))*\))*\)"  # brackets, four of them within each other at most
 _FACTOR = rf"-?(?:[\w.>\[\]]*{_GROUP}|[\w.>\[\]-]+)(?:(?:\*\*|\^)\d)?"
 _TERM = rf"{_FACTOR}(?:\s*[*/]\s*{_FACTOR})*"
@@ -118,6 +119,7 @@ _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MU
 _SEVERAL = re.compile(  # x, y = a, b
     r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*=(?!=)\s*(.*)", re.S
 )
+_QUOTED = re.compile(r"(?<![`$\w])`([^`$\n]*=[^`$\n]*)`(?![`$])")  # `a = b` between words
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 _INDENTED = r"(?:\t|[ \t]{3,})[-+*/](?![-+*/=])[^\n;]*"
@@ -233,7 +235,8 @@ def _formulas(text: str) -> Iterator[Formula]:
         body = text[place : closing.start()]
         if opener == "$" and "\n\n" in body:
             continue
-        if "math" in opener and opener[0] in ".`":  # a blank line ends an equation
+        if "math" in opener and opener[0] in ".`":  # a blank line ends an equation, an option as :label: is none
+            body = re.sub(r"(?m)^\s*:\w+:[^\n]*$", lambda match: " " * len(match[0]), body)
             ends = lambda match: " " * (len(match[0]) - 1) + "\f"  # noqa: E731
             body = re.sub(r"(?<=[^\s\\])[ \t]*\n(?=[ \t]*\n\s*\S)", ends, body)
         yield match.start(), closing.end(), place, body
@@ -303,7 +306,9 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if returns:
             yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
             continue
-        each = [(at, one) for at, part in _in_line(whole) for one in _for_each_name(part)]
+        quotes = [*_QUOTED.finditer(whole)] or [re.compile("(.*)", re.S).match(whole)]
+        inside = ((quote.start(1) + at, one) for quote in quotes if quote for at, one in _in_line(quote[1]))
+        each = [(at, one) for at, part in inside for one in _for_each_name(part)]
         parts = [(at + i, one) for at, part in each for i, one in equations_in(part)]
         pieces = [(begin + at, end, one) for at, one in parts if not _NO_EQUATION.search(one)]
         if not pieces:

@@ -22,12 +22,14 @@ AS_GIVEN = {
     "Matrix",
     "matrix",
     "vector",
+    "vertcat",
     "simplify",
     "expand",
     "trigsimp",
 }  # what they get, as they get it
-PRODUCTS = {"dot": ".", "cross": "x", "solve": "*"}
-OF_CODE = {"der", "diff", "Derivative", "D", *CALLED}
+PRODUCTS = {"dot": ".", "cross": "x", "solve": "*", "matmul": "*", "mtimes": "*"}
+DERIVATIVES = {"diff", "Derivative", "gradient"}
+OF_CODE = {"der", "D", *CALLED}
 FRAMES, TRANSPOSED = set("ABINOWG"), {"T", "top", "intercal"}
 MOST_DIGITS, MOST_POWER = 30, 12
 MOST_TERMS = 6  # of a sum with bounds
@@ -348,7 +350,9 @@ class _Parser:
         inside = parts[0]
         if name in AS_GIVEN:
             return replace(inner, bracketed=span)
-        if name == "inv" and len(parts) <= 2:
+        if name == "Rational" and len(parts) == 2:
+            return divide(inside, parts[1], span, start, fraction=False)
+        if name in ("inv", "inverse") and len(parts) <= 2:
             return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
         if name in PRODUCTS and len(parts) == 2:
             first = inside
@@ -361,15 +365,17 @@ class _Parser:
                 raise Unread("only small numbers are read as exponents", start)
             mark = parts[-1].outer if len(parts) == 2 else (start, token.end)
             return Node("power", span, Fraction(power), (inside,), (mark,))
-        if name in ("diff", "Derivative") and len(parts) == 1:
+        if name in DERIVATIVES and len(parts) == 1:
             raise Unread(f"{name} without a symbol to differentiate by", start)
+        if len(parts) == 3 and parts[2].kind == "number":  # diff(x, t, 2)
+            parts = (inside, matrix_of([[*parts[1:]]], span))
         for by in parts[1:] or (symbol_node(TIME, (span[1] - 1, span[1] - 1)),):
             by, *count = by.children if by.kind == "matrix" else (by,)  # Derivative(x, (t, 2))
             inside = differentiate(inside, by, count[0].value if count else 1, span)
         return inside
 
     def command(self) -> Node:
-        r"""\frac, \underbrace, \det and \sum."""
+        r"""\frac, \underbrace, \dv, \det and \sum."""
         token = self.take()
         start = token.start
         match token.text:
@@ -381,6 +387,11 @@ class _Parser:
                 if self.peek().kind in ("_", "^"):
                     self.take()
                 return node
+            case "dv":  # of LaTeX's physics: \dv[2]{x}{t}, \dv{t} before what is derived, \pdv{L}{x}
+                order = self.group() if self.peek().text == "[" else Node("number", (start, start), Fraction(1))
+                first = self.atom()
+                inside, by = (first, self.atom()) if self.peek().text == "{" else (self.power(), first)
+                return differentiate(inside, by, order.value, (start, self.peek(-1).end))
             case "det":
                 inner = self.atom()
                 return Node("function", (start, inner.outer[1]), "det", (inner,), ((start, token.end),))

@@ -30,7 +30,7 @@ _RATES = tuple(  # how the name of a rate is spelled
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
         rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?<!th)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
-        rf"(?P<name>{_ANGLE}|angle)_?(?P<index>[12]?)_(?P<order>vel|acc|(?<=[12e]_)[va])",  # phi_vel, angle1_a
+        rf"(?P<name>{_ANGLE}|angle|a(?=[12]_))_?(?P<index>[12]?)_(?P<order>vel|acc|(?<=[12e]_)[va])",  # phi_vel, a1_v
     )
 )
 _TWICE = re.compile("2|acc|a|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
@@ -107,7 +107,7 @@ def spelled(word: str, latex: bool, code: bool) -> list[str]:
     written = of_word(word)
     if latex:
         angle = len(word) > 2 and written is not None and written.letter in GREEK
-        return [word] if angle or word == "const" else _LATEX_PIECES.findall(word)
+        return [word] if angle or word in ("const", "KE", "PE") else _LATEX_PIECES.findall(word)
     known = {*GREEK.values(), "KE", "PE", "of", "is", "to", "by", "we", "an", "in", "it", "as", "on"}
     if written is None or "_" in word or len(written.letter) == 1 or written.letter in known:
         return [word]
@@ -150,6 +150,8 @@ class Vocabulary:
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
         free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
+        # beside L, which may be a length or Lagrange's function, r may be none or the length
+        firsts = [one for one in firsts if one[0][0] != "l" or ("L", one[1][1]) not in names]
         # beside l, r is none
         own = [("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings]
         return replace(self, taken=dict([*firsts, *own]))

@@ -17,7 +17,8 @@ CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign
 displaymath math cases subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
-_CALLED = "pow power square array asarray Matrix matrix vector simplify expand trigsimp inv solve dot cross"
+_CALLED = """pow power square array asarray Matrix matrix vector vertcat simplify expand trigsimp inv inverse solve dot
+cross matmul mtimes diff Derivative gradient Rational"""
 CALLED = set(_CALLED.split())  # in code
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
@@ -39,18 +40,18 @@ class Token(NamedTuple):
 _PLAIN = """mathrm mathit mathsf mathcal mathscr text textrm textit operatorname rm it cal mathfrak mbox mathnormal
 textnormal textsc"""
 _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand for
-    "style": """hat widehat vec mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
+    "style": """hat widehat vec vect mathbf boldsymbol bm bold mathbb overline bar underline symbf textbf bf tilde widetilde
         overrightarrow vb va vu uvec pmb""",
     "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore because",
     "space": rf"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
         phantom allowbreak lgroup rgroup thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl
-        Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe""",
+        Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe cancel highlight""",
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
-    "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum",
+    "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv→dv",
     "over": "over",
-    "letter": "lag→L Lag→L Lagr→L top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
+    "letter": "lag→L Lag→L Lagr→L l max min top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
@@ -97,15 +98,16 @@ _SOLVED = re.compile(  # A\b, the solution of A x = b
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
 _SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-_OWNERS = "obj env model sys system robot pendulum par params p self cfg config const sol solution res result this"
+_OWNERS = {*"obj env model sys system robot pendulum par params p self cfg config const sol solution res result this".split()}
+_OWNERS |= {"state", "states", "current", "prev"}
 
 
 def _name_member(match: re.Match[str]) -> str:
     """self.m is m, robot.m1 is m1, bob1.mass is mass_1, pole.m is m_pole."""
     owners, number, _, name, call = match.groups()
-    if call and name not in {*FUNCTIONS, *CALLED}:
+    if call and name.lower() not in FUNCTIONS and name not in CALLED:
         return match[0]
-    if not (call or re.search(r"\d", name) or owners.split(".")[-1] in _OWNERS.split()):
+    if not (call or re.search(r"\d", name) or _OWNERS & {*owners.split(".")[-1].split("_")}):
         name = f"{name}_{number or owners.split('.')[-1]}"
     return f"{name}{call or ''}"
 
@@ -120,12 +122,22 @@ def _mark_rows(match: re.Match[str]) -> str:
 Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
-        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{[^{}]*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|smp?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\b(?:[A-Za-z]\w*::)+"
-        r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$"
+        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\b(?:[A-Za-z]\w*::)+"
+        r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\([\w.*]{1,5}\)\s*$"
         r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
-        r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^\s*\(\w{1,6}\)\s*:\s*&?|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
+        r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^[^=:{}]{0,30}(?:_\{[^=:{}]{1,20}\}[^=:{}]{0,10})?:(?!=)\s*&?(?=[^=:]*=)|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
         "",
+    ),
+    (  # dots set over a letter, an arrow with words, a relation with a mark
+        r"\\(?:overset|stackrel)\s*\{\s*(?:(\.\s*\.|\\cdot\s*\\cdot)|\.|\\cdot)\s*\}",
+        lambda match: (r"\ddot" if match[1] else r"\dot").ljust(len(match[0])),
+    ),
+    (r"\\x(?:long)?(?:right|Right)arrow\s*(?:\[[^\]]*\])?\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\}", r"\\to "),
+    (r"\\(?:overset|stackrel|underset)\s*\{[^{}]*\}\s*\{\s*(?==\s*\})", r"{"),
+    (
+        r"\\(?:abs|norm)\*?\s*\{((?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*)\}",
+        lambda match: f"|{match[1].rjust(len(match[0]) - 2)}|",
     ),
     (r"(\^\s*(?:\w|\{[^{}]*\}))\s*(_(?:\w|\{[^{}]*\}|\\[a-z]+))", r"\2\1"),  # l^2_1 is l_1^2
     (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
@@ -153,6 +165,8 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
+    # of an object: state.getTheta1()
+    (r"\.get_?([A-Za-z]\w*)\(\)", lambda match: f".{match[1][0].lower()}{match[1][1:]}"),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[^\W\d])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
     # where others are there, it is a step in time
@@ -182,8 +196,11 @@ _TOKEN = {
     )
     for latex in (True, False)
 }
+_BLANK = "~\u200b\u200c\u200d\u2061\u2062\u2063\u2064\ufe0f\ufeff"  # what looks like nothing
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
+
+_NAMES_VALUE = re.compile(r"\s*(?:=|[-+/)]|\*(?!\*)|\*\*\d\s*(?:[-+*/)]|$)|$)")  # behind sin, where it is a name in code
 
 # J_1c is J_1 c
 _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")
@@ -259,7 +276,7 @@ def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
             word = re.match("[A-Za-z]+" if latex else r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*_?", found)
             assert word is not None
             yield from _letters(word[0], start, latex, text)
-        case _ if found != "\f" and (found.isspace() or found in "~\u2009\u202f"):
+        case _ if found != "\f" and (found.isspace() or found in _BLANK):
             yield Token("space", found, start, start + 1)
         case _ if CHARACTERS.get(found, ("",))[0] == "script":
             yield _script(text, Token(CHARACTERS[found][1], "", start, end), latex)
@@ -302,6 +319,8 @@ def _letters(word: str, place: int, latex: bool, text: str) -> Iterator[Token]:
     end = place + len(word)
     if word in _PROSE_WORDS and len(word) > 2:
         yield Token("condition" if _CONDITION.search(word) else ",", word, place, end)
+    elif not latex and word in FUNCTIONS and _NAMES_VALUE.match(text, end):
+        yield Token("word", word, place, end)
     elif (name := word.lower()) in FUNCTIONS and (word.islower() or text[end : end + 1] in ("(", "[")):
         yield Token("function", FUNCTIONS[name], place, end)
     elif not latex and (match := _INDEXED.match(word)) and not ((written := of_word(word)) and written.dots):

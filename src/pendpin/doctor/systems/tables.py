@@ -28,7 +28,7 @@ INDICES = {"~": "_ _G _C _CG _cm _com _GO _OG", "%": "_ _k _c _p _kin _pot _tot"
 POSED = ("across", "high", "rise")  # functions that are a sine or a cosine in each pose
 _POSED = re.compile(rf"\b(?:{'|'.join(POSED)})(?=\()")
 # positions and mass matrices: they have no unit of time, and yet they move
-MOVING = re.compile(r"r[Gp12A]|q|mass|M\d\d|[xy][0123p]?|z|e[rtp]")
+MOVING = re.compile(r"path|r[Gp12A]|q|mass|M\d\d|[xy][0123p]?|z|e[rtp]")
 
 Table = list[list[str]]  # the cells of its head and of each row
 
