@@ -13,6 +13,7 @@ from pendpin.doctor.checking.conditions import (
     PIVOT,
     ROUGHLY,
     holds_if,
+    is_identity,
     loads_at_zero,
     loads_in_words,
     without,
@@ -209,6 +210,9 @@ class _Doctor:
     def _unread(self, found: Finding, one: Printed, reason: str) -> tuple[Finding, list[Candidate]]:
         """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
         lacking, name = one.lacking, one.defines.lstrip("?")
+        constant = bool(lacking) and not (one.defines or one.strange_rates)  # for all that the text shows
+        if constant and is_identity(next(one.readings()), self.system, lacking):
+            return replace(found, verdict="holds", kind="identity", remark="it is true whatever its letters mean"), []
         if one.defines and not one.unknown - {one.defines}:
             return replace(found, verdict="holds", kind="definition", remark=f"it says what {name} is"), []
         if one.defines and not any(one.defines in o.names for o in self.reading.equations if o.number != one.number):

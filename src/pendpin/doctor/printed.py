@@ -15,7 +15,7 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_rename
 from pendpin.doctor.reading.tokens import is_latex, tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, key, parts, rename, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, divide, key, parts, rename, symbols, walk
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 
@@ -370,6 +370,11 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
         named = base.kind == "symbol" and base.value.startswith("?")
         if named and base.value not in {*given, *symbols(square)}:
             return [(base.value, Node("power", square.span, Fraction(1, 2), (square,)))]
+    if len(sides) == 2 and sides[0].kind == "product" and len(sides[0].children) == 2:  # 2 beta = b/m defines beta
+        number, base = sides[0].children
+        named = number.kind == "number" and base.kind == "symbol" and base.value.startswith("?")
+        if named and base.value not in {*given, *symbols(sides[1])} and sides[0].value[1] == "*":
+            return [(base.value, divide(sides[1], number, sides[1].span, sides[1].span[0]))]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:

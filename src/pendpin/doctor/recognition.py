@@ -27,6 +27,7 @@ from pendpin.errors import InputError, not_one_of
 
 Name = tuple[str, str]  # a letter and its index
 
+DRIVES = {("tau", ""), ("u", ""), ("tau", "m"), ("tau", "in"), ("tau", "ext"), ("Q", "")}  # of the joint of a pendulum
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
 UNKNOWN = "no system that pendpin knows"
 REMEDY = "say which system it is with --rod, or what its symbols are with --symbols"
@@ -388,11 +389,12 @@ def _others(page: _Page) -> Iterator[Reading]:
         every_way = [one for letters in page.letters for one in renamings(family, letters)]
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
         for renamed in ways or [Renamed()] * (page.kind == family):  # the user says it, though no coordinate is in it
-            alike: dict[str, list[Spec]] = defaultdict(list)  # by the body: the same names
+            alike: dict[tuple[str, bool], list[Spec]] = defaultdict(list)  # by the body and a drive: the same names
             for spec in bodies:
-                sideways = " horizontal" in spec.kind and "horizontal" not in said
-                if not sideways and not (" equal" in spec.kind and unequal):
-                    alike[spec.kind.split()[1]].append(spec)
+                sideways, drive = (f" {word}" in spec.kind for word in ("horizontal", "driven"))
+                other = (sideways and "horizontal" not in said) or (drive and not every.keys() & DRIVES)
+                if not other and not (" equal" in spec.kind and unequal):
+                    alike[spec.kind.split()[1], drive].append(spec)
             found = list[Reading]()
             for same in alike.values():
                 words = page.words(same[0], renamed)

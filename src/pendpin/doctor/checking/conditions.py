@@ -34,7 +34,7 @@ ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
 SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
-NO_LOAD = re.compile("[mMlLIJghrapxyzq]|[mMlLIJ][a-tv-z]|theta|phi|psi")
+NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
@@ -169,6 +169,19 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
 
 
+def is_identity(equation: Equation, system: System, unknown: set[str]) -> bool:
+    """Whether an equation holds whatever numbers its unknown symbols are, as a step of algebra does.
+
+    Of energies, which are known up to a constant, that says nothing.
+    """
+    if equation.energies:
+        return False
+    numbers = {name: Node("number", (0, 0), Fraction(7 * i + 10, 9)) for i, name in enumerate(sorted(unknown))}
+    with suppress(Unread):
+        return holds(replace(equation, definitions=equation.definitions | numbers), random_states(system))
+    return False
+
+
 def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:
     """The symbols without which an equation holds, such as a torque or a damping, in words; empty for none.
 
@@ -196,13 +209,20 @@ def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str |
     """
     if "mass" not in system.spec.formulas or equation.energies:
         return None
-    found = list[str]()
-    for name in sorted(loads):
-        alone = without(equation, loads - {name})
-        alone = replace(alone, definitions=alone.definitions | {name: Node("number", (0, 0), Fraction(7, 10))})
-        kinds = (kind for kind, force in _usual_forces(system) if _acts(alone, system, force, kind == "damping"))
-        found.append(f"{name.lstrip('?')} is a {kind}" if (kind := next(kinds, "")) else "")
+    some, found = Node("number", (0, 0), Fraction(7, 10)), list[str]()
+    for names in ({name} for name in sorted(loads)):
+        found.append(_acts_as(without(equation, loads - names), system, names, some))
+    if len(loads) > 1 and not any(found):  # rho C_d A is one
+        found = [_acts_as(equation, system, loads, some)]
     return " and ".join(found) if all(found) else ""
+
+
+def _acts_as(equation: Equation, system: System, loads: set[str], value: Node) -> str:
+    """What some symbols do together where they have a value: "b is a damping"; empty for nothing of the kind."""
+    given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, value))
+    kinds = (kind for kind, force in _usual_forces(system) if _acts(given, system, force, kind in ("damping", "drag")))
+    names = " ".join(sorted(name.lstrip("?") for name in loads))
+    return f"{names} is a {kind}" if (kind := next(kinds, "")) else ""
 
 
 def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
@@ -214,6 +234,8 @@ def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
         moves = np.array([true[order + name] for name in names])
         yield from ((kind, np.outer(axis, axis @ moves)) for axis in axes)
         yield from ((kind, moves), (kind, np.einsum("ijn,jn->in", true["mass"], moves)))  # as drag of a point mass
+        if kind == "damping":
+            yield from (("drag", np.outer(axis, (axis @ moves) * np.abs(axis @ moves))) for axis in one)
     yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in axes)
 
 
