@@ -102,7 +102,9 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     for cart, turned in product(carts, permutations([*angles, *others], len(turning))):
         names = (*cart, *turned)
         if len({*names}) == len(names) and turned[0] in angles and ("phi" in coordinates or _numbered(turned, letters)):
-            yield _with_rates(dict(zip(names, map(of_coordinate, coordinates), strict=True)), letters)
+            found = _with_rates(dict(zip(names, map(of_coordinate, coordinates), strict=True)), letters)
+            rates = {("v", ""): 1, ("a", ""): 2} if cart and cart[0] not in letters.moving else {}  # of a cart
+            yield found | {name: replace(found[cart[0]], dots=dots) for name, dots in rates.items() if name in often}
 
 
 def _numbered(names: tuple[Name, ...], letters: Letters) -> bool:

@@ -388,7 +388,9 @@ def _others(page: _Page) -> Iterator[Reading]:
         bodies = sorted(specs, key=lambda spec: (" any" in spec.kind) != bool(inertias))
         every_way = [one for letters in page.letters for one in renamings(family, letters)]
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
-        for renamed in ways or [Renamed()] * (page.kind == family):  # the user says it, though no coordinate is in it
+        # the user says it, though no coordinate is in it, or a page on periods and inertias has none
+        still = page.kind == family or (family == "plane" and not page.letters[0].angles)
+        for renamed in ways or [Renamed()] * still:
             alike: dict[tuple[str, bool], list[Spec]] = defaultdict(list)  # by the body and a drive: the same names
             for spec in bodies:
                 sideways, drive = (f" {word}" in spec.kind for word in ("horizontal", "driven"))

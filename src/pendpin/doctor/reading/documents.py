@@ -29,7 +29,7 @@ _MARKS = {  # what opens a formula, and what closes it; where that is not said, 
     r"\$\{[\w.]+`": r"`\}",  # of JavaScript
     r"(?<!\\)\$": r"\$",
     r"```(?:math|\{math\})\s*\$\$": r"\$\$",
-    r"```(?:math|\{math\})": "```",
+    r"```(?:math(?!\w)|\{math\})": "```",
     r":math:`|\{math\}`": "`",
     r"(?m:^\.\. math::[^\n]*$)": r"\n(?=\S)|\Z",
     r"<math[^<>]*>": "</math>|<math>",  # the other may be missing

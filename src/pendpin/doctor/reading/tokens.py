@@ -165,6 +165,9 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
+    # functions behind their argument, as in Rust: theta.sin().powi(2)
+    (r"(\b[\w.]+|\([^()]*\))\.(sin|cos|tan|sqrt)\(\)", r"\2(\1)"),
+    (r"\.pow[if]?\((\d)(?:\.0)?\)", r"^\1"),
     # of an object: state.getTheta1()
     (r"\.get_?([A-Za-z]\w*)\(\)", lambda match: f".{match[1][0].lower()}{match[1][1:]}"),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[^\W\d])(\w+)\b(\s*\()?", _name_member),
@@ -185,7 +188,7 @@ _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text h
     r"|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?",
     "element": r"[A-Za-z]{1,2}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]"
     r"|(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{1,2}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{1,2}[)\]])",
-    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])",
+    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])|[θφϕϑα][0-9]?dd?(?![A-Za-z])",
     "word": r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|[-+][A-Za-z]|\s*[*/=),;]|$))?",
     "sign": r"\*\*|==|:=|%2B|.",
 }
