@@ -1,6 +1,6 @@
 """Macros of LaTeX documents, written out where they are used."""
 
-from pendpin.doctor.printed import read_equations
+from pendpin.doctor.printed import name_states, parse_statements
 from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.tree import key
 
@@ -27,7 +27,7 @@ def test_macros_are_written_out():
     for i in "12":
         for name, letter in (("ang", r"\theta"), ("rate", r"\dot\theta")):
             plain = plain.replace(rf"\{name}{i}", f"{letter}_{i}").replace(rf"\{name}{{{i}}}", f"{letter}_{i}")
-    shown = lambda text: [[*map(key, one.sides)] for one in read_equations(read_text(text).statements)]  # noqa: E731
+    shown = lambda text: [[*map(key, one.sides)] for one in name_states(parse_statements(read_text(text).statements))]  # noqa: E731
     assert shown(MACROS) == shown(plain)
     places = [one.place for one in read_text(MACROS).statements]
     assert places == ["line 9", "line 10", "line 11", "line 13"]

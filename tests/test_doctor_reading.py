@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
-from pendpin.doctor.printed import read_equations
+from pendpin.doctor.printed import name_states, parse_statements
 from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.names import Written
 from pendpin.doctor.reading.tree import Node
@@ -296,7 +296,7 @@ PRINTED = [
 
 @pytest.mark.parametrize(("text", "left", "right"), PRINTED, ids=[text[:40] for text, _, _ in PRINTED])
 def test_what_is_printed_has_the_value_that_it_has_in_python(text, left, right):
-    (equation,) = read_equations(read_text(text).statements)
+    (equation,) = name_states(parse_statements(read_text(text).statements))
     numbers = Numbers()
     names = {"x4d": "dx_[4]", "y2d": "dy_[2]", **{f"y{i}": f"y_[{i}]" for i in (1, 2, 3)}}
     names |= {
@@ -336,7 +336,7 @@ UNREAD = [
 @pytest.mark.parametrize("text", UNREAD)
 def test_what_cannot_be_read_is_not_read_as_something_else(text):
     document = read_text(text)
-    assert all(one.reason for one in read_equations(document.statements))
+    assert all(one.reason for one in name_states(parse_statements(document.statements)))
     assert document.statements or document.skipped  # nothing is dropped without a word
 
 
@@ -386,7 +386,7 @@ DOCUMENTS = [
 @pytest.mark.parametrize(("text", "equations"), DOCUMENTS, ids=[text[:30] for text, _ in DOCUMENTS])
 def test_a_text_is_cut_into_its_equations(text, equations):
     """In its lines; a display that goes on with the sum or chain of the one before belongs to that."""
-    found = read_equations(read_text(text).statements)
+    found = name_states(parse_statements(read_text(text).statements))
     lines = [(one.statement.place, " ".join(one.latex.split())) for one in found]
     assert lines == [(f"line {line}", " ".join(text.split())) for line, text in equations]
     assert all(one.ways for one in found)
@@ -441,5 +441,5 @@ def test_what_is_roughly_equal_holds_to_the_first_order_and_is_never_accused():
     assert [f.verdict for f in pp.diagnose(text).findings] == ["holds if", "holds", "holds"]
     wrong = pp.diagnose(text.replace(r"-\frac{g}{l}", r"\frac{g}{l}"))
     assert [f.verdict for f in wrong.findings] == ["not checked", "holds", "holds"]
-    (equation,) = read_equations(read_text(r"$$T_0 = 2\pi\sqrt{l/g} \approx 2.006$$").statements)
+    (equation,) = name_states(parse_statements(read_text(r"$$T_0 = 2\pi\sqrt{l/g} \approx 2.006$$").statements))
     assert [len(sides) for sides, _ in equation.ways[:1]] == [2]

@@ -211,7 +211,7 @@ class _Doctor:
         """An equation that has no value: it may define a symbol, or hold where an unknown load is 0."""
         lacking, name = one.lacking, one.defines.lstrip("?")
         constant = bool(lacking) and not (one.defines or one.strange_rates)  # for all that the text shows
-        if constant and is_identity(next(one.readings()), self.system, lacking):
+        if constant and is_identity(next(one.readings()), self.system):
             return replace(found, verdict="holds", kind="identity", remark="it is true whatever its letters mean"), []
         if one.defines and not one.unknown - {one.defines}:
             return replace(found, verdict="holds", kind="definition", remark=f"it says what {name} is"), []

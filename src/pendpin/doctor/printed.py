@@ -15,7 +15,19 @@ from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, find_rename
 from pendpin.doctor.reading.tokens import is_latex, tokens
-from pendpin.doctor.reading.tree import Mismatch, Node, Rename, Unread, Written, divide, key, parts, rename, symbols, walk
+from pendpin.doctor.reading.tree import (
+    Mismatch,
+    Node,
+    Rename,
+    Unread,
+    Written,
+    divide,
+    key,
+    parts,
+    rename,
+    symbols,
+    walk,
+)
 from pendpin.doctor.systems.base import Spec, System, random_states, states_of
 from pendpin.doctor.systems.rod import SPECS
 

@@ -291,8 +291,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
             best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
-        explained = int((here[best].credits[inside] > 0).sum())
-        if len(sections) > 1 and wanting > max(explained, 1):  # letters of other sections may hide what it says alone
+        if len(sections) > 1 and wanting > 1:  # letters of other sections may hide what it says by itself
             apart = page.alone(inside)
             alone = _closest(apart, [*_readings(apart)], inside, words)
             own = [one.score(inside, words) for one in alone]

@@ -169,14 +169,15 @@ def without(equation: Equation, loads: set[str]) -> Equation:
     return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
 
 
-def is_identity(equation: Equation, system: System, unknown: set[str]) -> bool:
+def is_identity(equation: Equation, system: System) -> bool:
     """Whether an equation holds whatever numbers its unknown symbols are, as a step of algebra does.
 
     Of energies, which are known up to a constant, that says nothing.
     """
     if equation.energies:
         return False
-    numbers = {name: Node("number", (0, 0), Fraction(7 * i + 10, 9)) for i, name in enumerate(sorted(unknown))}
+    unknown = sorted(name for name in equation.names - equation.definitions.keys() if name.startswith("?"))
+    numbers = {name: Node("number", (0, 0), Fraction(7 * i + 10, 9)) for i, name in enumerate(unknown)}
     with suppress(Unread):
         return holds(replace(equation, definitions=equation.definitions | numbers), random_states(system))
     return False

@@ -98,7 +98,9 @@ _SOLVED = re.compile(  # A\b, the solution of A x = b
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
 _SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-_OWNERS = {*"obj env model sys system robot pendulum par params p self cfg config const sol solution res result this".split()}
+_OWNERS = {
+    *"obj env model sys system robot pendulum par params p self cfg config const sol solution res result this".split()
+}
 _OWNERS |= {"state", "states", "current", "prev"}
 
 
@@ -167,9 +169,10 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\.inv\(\)", "^(-1) "),
     # functions behind their argument, as in Rust: theta.sin().powi(2)
     (r"(\b[\w.]+|\([^()]*\))\.(sin|cos|tan|sqrt)\(\)", r"\2(\1)"),
+    (r"(\b\w+)\.diff\((?=\w)", r"diff(\1,"),
     (r"\.pow[if]?\((\d)(?:\.0)?\)", r"^\1"),
     # of an object: state.getTheta1()
-    (r"\.get_?([A-Za-z]\w*)\(\)", lambda match: f".{match[1][0].lower()}{match[1][1:]}"),
+    (r"\b\w+\.get_?([A-Za-z]\w*)\(\)", lambda match: match[1][0].lower() + match[1][1:]),
     (r"\b((?:[A-Za-z_]\w*\.)*[A-Za-z_]+?)(\d?)(?:\.|->)(_?)(?=[^\W\d])(\w+)\b(\s*\()?", _name_member),
     (r"\[[^\[\]]*\]'?", _mark_rows),
     # where others are there, it is a step in time
@@ -203,7 +206,9 @@ _BLANK = "~\u200b\u200c\u200d\u2061\u2062\u2063\u2064\ufe0f\ufeff"  # what looks
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 
-_NAMES_VALUE = re.compile(r"\s*(?:=|[-+/)]|\*(?!\*)|\*\*\d\s*(?:[-+*/)]|$)|$)")  # behind sin, where it is a name in code
+_NAMES_VALUE = re.compile(
+    r"\s*(?:=|[-+/)]|\*(?!\*)|\*\*\d\s*(?:[-+*/)]|$)|$)"
+)  # behind sin, where it is a name in code
 
 # J_1c is J_1 c
 _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")

@@ -1,0 +1,207 @@
+"""Pages as students and programmers write them: what is right holds, a fault that is planted in it is never said to hold."""
+
+import pytest
+
+import pendpin as pp
+
+PAGES = {  # a right page, a part of it, and what makes that wrong
+    "components of the weight": (
+        r"""The weight of a simple pendulum has the components $F_t = -mg\sin\theta$ and $F_n = mg\cos\theta$; the bob's
+        acceleration has $a_t = l\ddot\theta$ and $a_n = l\dot\theta^2$. Along the arc $s = l\theta$
+        $$F_t = m\frac{d^2s}{dt^2}$$ $$ml\ddot\theta = -mg\sin\theta$$ and along the string $$T - F_n = ml\dot\theta^2$$""",
+        r"ml\ddot\theta = -mg\sin",
+        r"ml\ddot\theta = -mg\cos",
+    ),
+    "an arc called x": (
+        r"""The arc is $x = L\theta$, so $a = \ddot x = L\ddot\theta = -g\sin\theta$ and the force is $F = -mg\sin\theta$ or
+        $$F = m\frac{d^2x}{dt^2}$$ $$\ddot\theta = -\frac gL\sin\theta$$""",
+        r"\ddot\theta = -\frac gL",
+        r"\ddot\theta = -\frac g{2L}",
+    ),
+    "KE and PE": (
+        r"$PE = mgL(1-\cos\theta)$, $KE = \frac12mL^2\omega^2$, $E = KE + PE$, $\omega = \frac{d\theta}{dt}$",
+        r"KE = \frac12mL^2",
+        r"KE = \frac12mL",
+    ),
+    "a spring with KE and PE": (
+        r"""A spring pendulum with $r = l_0 + x$. $KE = \frac12m(\dot x^2+r^2\dot\theta^2)$, $PE_{spr} = \frac12kx^2$,
+        $PE_g = -mgr\cos\theta$, $L = KE - PE_{spr} - PE_g$. $$m\ddot x = mr\dot\theta^2 - kx + mg\cos\theta$$""",
+        "- kx + mg",
+        "+ kx + mg",
+    ),
+    "a torque at the joint": (
+        r"""$$ml^2\ddot\theta + mgl\sin\theta = \tau$$ $$E = \frac12ml^2\dot\theta^2 - mgl\cos\theta$$ $$\dot E = \tau\dot\theta$$
+        $$\ddot\theta = -\frac gl\sin\theta + \frac\tau{ml^2}$$""",
+        r"-\frac gl\sin\theta + \frac\tau{ml^2}",
+        r"-\frac gl\sin\theta + \frac\tau{ml}",
+    ),
+    "released at rest": (
+        r"""At the bottom $\frac12mv^2 = mgl(1-\cos\theta_0)$ and $v = \sqrt{2gl(1-\cos\theta_0)}$, at the angle $\theta$
+        $$\dot\theta^2 = \frac{2g}{l}(\cos\theta-\cos\theta_0)$$ and the tension is $T = mg(3\cos\theta - 2\cos\theta_0)$""",
+        r"\frac{2g}{l}(",
+        r"\frac{g}{l}(",
+    ),
+    "a cart with a speed": (
+        r"""A cart of mass $M$ at $s$ with the velocity $v$ and the acceleration $a$ carries a hanging point mass $m$.
+        $$x_p = s + l\sin\varphi,\qquad y_p = -l\cos\varphi$$
+        $$T = \tfrac12(M+m)v^2 + m\,v\,l\cos\varphi\,\dot\varphi + \tfrac12 m l^2\dot\varphi^2$$
+        $$(M+m)\,a + ml\cos\varphi\,\alpha = \tau - d_{cart}v + ml\sin\varphi\,\dot\varphi^2 \qquad (I)$$
+        $$ml\cos\varphi\,a + ml^2\,\alpha = -mgl\sin\varphi - d_{pend}\dot\varphi \qquad (II)$$""",
+        r"\tfrac12 m l^2\dot",
+        r"m l^2\dot",
+    ),
+    "a bob with a speed": (
+        r"""On a cart the speed of the bob is $v_p^2 = \dot x^2 + 2l\dot x\dot\theta\cos\theta + l^2\dot\theta^2$, and so
+        $T = \frac12M\dot x^2 + \frac12mv_p^2$, $V=-mgl\cos\theta$. $$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$""",
+        r"\cos\theta + g\sin",
+        r"\cos\theta - g\sin",
+    ),
+    "a length beside a radius": (
+        r"""An inverted pendulum on a cart. |r|Radius of the rod (m)|0.05|
+        $x_m = x - \frac{L}{2}\sin\theta$, $y_m = \frac{L}{2}\cos\theta$, $r = 0.05$
+        - $\sum F_x:  F = (M+m)\ddot{x} + \frac L2m\sin\theta\cdot\dot\theta^2 - \frac L2m\cos\theta\cdot\ddot\theta$
+
+        - $I\ddot\theta = \frac L2m\ddot x\cos\theta + \frac L2mg\sin\theta - \left(\frac L2\right)^2m\ddot\theta$""",
+        r"+ \frac L2mg\sin",
+        r"- \frac L2mg\sin",
+    ),
+    "periods alone": (
+        r"$T = 2\pi\sqrt{\frac{k^2+h^2}{gh}}$, $I = m(k^2+h^2)$, $L = h+\frac{k^2}{h}$, $g = \frac{4\pi^2L}{T^2}$",
+        r"L = h+",
+        r"L = h-",
+    ),
+    "drag and algebra": (
+        r"""$$ml\ddot\theta = -mg\sin\theta - \frac12\rho C_dAl^2\dot\theta|\dot\theta|$$
+        $$\frac{A}{B}+\frac{C}{B} = \frac{A+C}{B}$$ $$\ddot\phi + q\dot\phi + \frac gl\sin\phi = F_D\sin(\Omega_Dt)$$""",
+        r"\frac{A+C}{B}",
+        r"\frac{A-C}{B}",
+    ),
+    "the package physics": (
+        r"""$$\dv{t}\pdv{L}{\dot\theta} - \pdv{L}{\theta} = 0$$ $$\pdv{L}{\dot\theta} = ml^2\dot\theta$$
+        $$\xrightarrow{\text{so}} \dv[2]{\theta}{t} = -\frac gl\sin\theta \tag{\ref{eq:a}}$$
+        $$\overset{..}{\theta} + \frac gl\sin\theta = 0$$ $$\abs{\vec v} = \l\abs{\dot\theta}$$""",
+        r"ml^2\dot",
+        r"ml\dot",
+    ),
+    "marks of Markdown": (
+        "# Double pendulum\n- Position: `x1 = l1*sin(θ1)`, `y1 = -l1*cos(θ1)`\n- and `x2 = x1 + l2*sin(θ2)`, "
+        "`y2 = y1 - l2*cos(θ2)`\nPotential energy V = m1*g*y1 + m2*g*y2\n",
+        "+ m2*g*y2",
+        "+ m2*g*y1",
+    ),
+    "options of a directive": (
+        "```{math}\n:label: eq:pend\n\n\\ddot\\theta = -\\frac{g}{l}\\sin\\theta\n```\nx\u2061 = l\u2061 sin θ, y = −l cos\u2061θ",
+        "\\frac{g}{l}\\sin",
+        "\\frac{g}{l}\\cos",
+    ),
+    "sympy": (
+        """theta = sp.Function('theta')(t)
+x = l*sp.sin(theta)
+y = -l*sp.cos(theta)
+T = sp.Rational(1, 2)*m*(sp.diff(x, t)**2 + sp.diff(y, t)**2)
+V = m*g*y
+L = T - V
+eq = sp.diff(sp.diff(L, sp.diff(theta, t)), t) - sp.diff(L, theta)
+theta_dd = sp.diff(theta, t, 2)
+p = m*l**2*theta.diff(t)
+""",
+        "Rational(1, 2)",
+        "Rational(1, 3)",
+    ),
+    "a sketch in JavaScript": (
+        """let num1 = -g * (2 * m1 + m2) * sin(a1);
+let num2 = -m2 * g * sin(a1-2*a2);
+let num3 = -2*sin(a1-a2)*m2;
+let num4 = a2_v*a2_v*r2+a1_v*a1_v*r1*cos(a1-a2);
+let den = r1 * (2*m1+m2-m2*cos(2*a1-2*a2));
+let a1_a = (num1 + num2 + num3*num4) / den;
+let x2 = r1 * sin(a1) + r2 * sin(a2);
+a1_v += a1_a;
+a1 += a1_v;
+""",
+        "sin(a1-2*a2)",
+        "sin(a1-a2)",
+    ),
+    "a sketch with a force": (
+        "let force = gravity * sin(angle);\nangleA = (-1 * force) / len;\nangleV += angleA;\nangle += angleV;\n",
+        "sin(angle)",
+        "cos(angle)",
+    ),
+    "C": (
+        """sin_theta = sin(x_current->theta);
+auto cos = std::cos(x_current->theta);
+den = M + m - m * cos * cos;
+x_ddot = (u + m * l * x_current->theta_dot * x_current->theta_dot * sin_theta - m * g * sin_theta * cos) / den;
+theta_ddot = (-u * cos - m * l * x_current->theta_dot * x_current->theta_dot * sin_theta * cos
+    + (M + m) * g * sin_theta) / (l * den);
+""",
+        "+ (M + m) * g",
+        "+ (M - m) * g",
+    ),
+    "Java": (
+        """double theta1 = state.getTheta1();
+double omega1 = state.getOmega1();
+double a = theta1 - theta2;
+double den1 = (m1 + m2) * l1 - m2 * l1 * Math.cos(a) * Math.cos(a);
+double alpha1 = (-m2 * l1 * omega1 * omega1 * Math.sin(a) * Math.cos(a) + m2 * g * Math.sin(theta2) * Math.cos(a)
+    - m2 * l2 * omega2 * omega2 * Math.sin(a) - (m1 + m2) * g * Math.sin(theta1)) / den1;
+""",
+        "+ m2 * g",
+        "- m2 * g",
+    ),
+    "Rust": (
+        """let delta = theta2 - theta1;
+let den1 = (m1 + m2) * l1 - m2 * l1 * delta.cos().powi(2);
+let a1 = (m2 * l1 * omega1.powi(2) * delta.sin() * delta.cos() + m2 * g * theta2.sin() * delta.cos()
+    + m2 * l2 * omega2.powi(2) * delta.sin() - (m1 + m2) * g * theta1.sin()) / den1;
+""",
+        "delta.cos().powi(2)",
+        "delta.sin().powi(2)",
+    ),
+    "Julia": (
+        """function cartpole!(du, u, p, t)
+    x, xd, θ, θd = u
+    s, c = sincos(θ)
+    du[1] = xd
+    du[2] = (F + mp*s*(l*θd^2 + g*c)) / (mc + mp*s^2)
+    du[3] = θd
+    du[4] = (-F*c - mp*l*θd^2*c*s - (mc+mp)*g*s) / (l*(mc + mp*s^2))
+end
+""",
+        "(mc+mp)*g*s",
+        "(mc-mp)*g*s",
+    ),
+    "Mathematica": ("```mathematica\ntheta''[t] + g/l Sin[theta[t]] == 0\n```", "+ g/l", "+ l/g"),
+}
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_right_page_holds(name):
+    """Every line of it but what gives a value or a name."""
+    found = [one for one in pp.diagnose(PAGES[name][0]).findings if one.kind != "condition"]
+    assert {one.verdict for one in found} <= {"holds", "holds if"}, [(one.latex, one.remark) for one in found]
+
+
+@pytest.mark.parametrize("name", PAGES)
+def test_a_fault_in_a_page_is_not_said_to_hold(name):
+    """Something of the page is no longer said to hold, and at most one line is accused, which is not one that stayed right."""
+    text, right, wrong = PAGES[name]
+    assert text.count(right) >= 1
+    found, kept = pp.diagnose(text.replace(right, wrong, 1)).findings, {one.latex for one in pp.diagnose(text).findings}
+    assert not all(one.verdict in ("holds", "holds if") for one in found if one.kind != "condition")
+    accused = [one.latex for one in found if one.verdict == "fails" and not one.follows]
+    assert not {*accused} & kept, accused
+
+
+def test_a_section_is_read_by_itself_where_letters_of_another_hide_what_it_says():
+    """Two more angles in the code of a later section, as numbers of variants, do not make the first one a cart's."""
+    first = r"""# Theory
+The arc is $s = L\theta$, so $v=\frac{ds}{dt}=L\frac{d\theta}{dt}$ and $a=\frac{d^{2}s}{dt^{2}}=L\frac{d^{2}\theta}{dt^{2}}$.
+$$mg\sin\theta=-mL\frac{d^{2}\theta}{dt^{2}}$$ $$\frac{d^{2}\theta}{dt^{2}} + \frac{g}{L}\sin\theta = 0$$
+"""
+    later = "# Code\ntheta1 = the0\ntheta1 = -(g/l)*(theta1[i])*dt**2 + 2*theta1[i] - theta1[i-1]\ntheta2 = the0\n"
+    later += "theta2 = -(g/l)*(theta2[i])*dt**2 + 2*theta2[i] - theta2[i-1]\n"
+    for text in (first, first + later, later + first):
+        found = [one for one in pp.diagnose(text).findings if "theta1" not in one.latex and "theta2" not in one.latex]
+        assert len(found) == 5
+        assert {one.verdict for one in found} == {"holds"}, [(one.latex, one.verdict, one.remark) for one in found]
