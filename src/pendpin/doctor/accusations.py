@@ -132,6 +132,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
     else_wrong = f". If it is meant so, {case.finding.mends[0].words}" if case.mends_itself else ""
+    if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
+        return f"{as_read}; {one.remark}"
     values = [str(side.value) for side in one.sides]
     if all(side.kind == "symbol" for side in one.sides) and {*values} & {*spec.state}:
         return "it gives a state a name"

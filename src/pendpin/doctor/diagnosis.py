@@ -19,6 +19,7 @@ from pendpin.doctor.checking.conditions import (
     without,
 )
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
+from pendpin.doctor.checking.solutions import solved
 from pendpin.doctor.letters import MOST_LOADS
 from pendpin.doctor.mending.changes import Patient
 from pendpin.doctor.mending.mends import mends, mends_of_definition, styles_of
@@ -34,6 +35,7 @@ from pendpin.doctor.systems.base import System, random_states
 from pendpin.doctor.verdicts import judge
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
+SMALL_SWINGS = "the angles are small, to the first order"
 FAR = 10.0  # the cost of no mend at all
 MOST_HOPELESS = 5  # equations without a mend, after which two changes are no longer tried
 
@@ -90,6 +92,10 @@ class _Doctor:
         general = any(is_general(equation, self.system) for equation in islice(one.readings(), MOST_READINGS))
         if general or self._names_energies(one):
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
+        if solution := solved(one, self.reading.equations, self.system):
+            equation, number = solution
+            told = {"condition": SMALL_SWINGS, "remark": f"it solves equation {number}", "equation": equation}
+            return replace(found, verdict="holds if", kind="solution", **told), []
         if (quantity := quantity_of(one, self.system)) and not self._means_otherwise(quantity[1]):
             words = f"it is {self.system.spec.printed.get(quantity[0], quantity[0])}"
             equation = replace(quantity[1], sides=(one.sides[1], one.sides[1]))

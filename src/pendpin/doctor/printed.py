@@ -300,7 +300,7 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
 
 
 def _dampings(equations: list[Printed]) -> set[Name]:
-    """Letters that stand in products with one rate only."""
+    """Letters that stand in products with one rate only, wherever something moves."""
     orders: dict[Name, set[int]] = {}
 
     def visit(node: Node, around: int) -> None:
@@ -313,7 +313,12 @@ def _dampings(equations: list[Printed]) -> set[Name]:
         for child in node.children:
             visit(child, around - _order(child) * (node.kind == child.kind == "product"))
 
-    for side in (side for one in equations if len(one.names) > 1 for side in one.sides):
+    def moves(one: Printed) -> bool:
+        """Whether it is a sum in which something moves, and no b/2m or r^2 + b r."""
+        every = [*parts(one.sides)]
+        return any(p.kind == "sum" for p in every) and any(p.written and p.written.dots for p in every)
+
+    for side in (side for one in equations if moves(one) for side in one.sides):
         visit(side, 0)
     return {name for name, found in orders.items() if found == {1}}
 

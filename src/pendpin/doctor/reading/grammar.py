@@ -47,7 +47,7 @@ def parse(text: str, words: Vocabulary | None = None, *, tight: bool = False) ->
                 pieces[-1] += piece
             else:
                 pieces.append(piece)
-        equations = [_Parser(piece, is_latex(text), tight).sides() for piece in pieces]
+        equations = [_Parser(piece, is_latex(text), tight, text).sides() for piece in pieces]
     except RecursionError:
         raise Unread("nested too deeply") from None
     return [[bound(side, words) for side in sides] for sides in equations] if words else equations
@@ -62,9 +62,10 @@ def lone(text: str, words: Vocabulary) -> Node | None:
 class _Parser:
     """A cursor over the tokens of one equation."""
 
-    def __init__(self, found: list[Token], latex: bool, tight: bool) -> None:
+    def __init__(self, found: list[Token], latex: bool, tight: bool, text: str = "") -> None:
         end = found[-1].end if found else 0
         self.tokens, self.latex, self.tight = [*found, Token("end", "the end", end, end)], latex, tight
+        self.text = text
         self.place, self.bars = 0, 0  # of |, how many are open
 
     def peek(self, ahead: int = 0) -> Token:
@@ -192,6 +193,9 @@ class _Parser:
             if token.text in TRANSPOSED:
                 base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
                 continue
+            if base.written == Written("e"):
+                base = self.exponential(base, token)
+                continue
             exponent = exponent_of(token)
             if base.value == "norm" and exponent == 2:
                 base = replace(base.children[0], bracketed=base.span)
@@ -199,6 +203,12 @@ class _Parser:
             base = Node("power", (base.outer[0], end), exponent, (base,), ((token.start, end),))
             self.took_time()
         return base
+
+    def exponential(self, base: Node, token: Token) -> Node:
+        """e with its exponent, which is an expression."""
+        exponent = re.sub(r"\A\s*(?:\^|\*\*)\s*", lambda mark: " " * len(mark[0]), self.text[token.start : token.end])
+        inner = _Parser(tokens(" " * token.start + exponent), self.latex, self.tight, self.text).sum()
+        return Node("function", (base.span[0], token.end), "exp", (inner,), (base.span,))
 
     def atom(self) -> Node:
         """A number, symbol, function, fraction, bracket or matrix."""

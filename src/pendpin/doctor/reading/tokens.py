@@ -57,8 +57,8 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
     "relation": "equiv→= triangleq→= coloneqq→= eqdef→= doteq→= approx→≈ simeq→≈",
     "|": "| vert→| Vert→| lvert→| rvert→| lVert→| rVert→|",
-    "open": r"{→\{ lbrace→\{ lbrack→[ lparen→(",
-    "close": r"}→\} rbrace→\} rbrack→] rparen→)",
+    "open": r"{→\{ lbrace→\{ lbrack→[ lparen→( langle→(",
+    "close": r"}→\} rbrace→\} rbrack→] rparen→) rangle→)",
     "function": " ".join(map("→".join, FUNCTIONS.items())) + " tg→tan ctg→cot",
     "accent": " ".join(ACCENTS),
 }
@@ -191,7 +191,7 @@ _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text h
     r"|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?",
     "element": r"[A-Za-z]{1,2}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]"
     r"|(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{1,2}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{1,2}[)\]])",
-    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])|[θφϕϑα][0-9]?dd?(?![A-Za-z])",
+    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])(?!\s*/\s*dt)|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])|[θφϕϑα][0-9]?dd?(?![A-Za-z])",
     "word": r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|[-+][A-Za-z]|\s*[*/=),;]|$))?",
     "sign": r"\*\*|==|:=|%2B|.",
 }
