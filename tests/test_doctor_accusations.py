@@ -335,7 +335,7 @@ m_2 L_1 L_2\dot\phi_1^2\sin(\phi_1 - \phi_2) - m_2 g L_2\sin\phi_2\end{bmatrix}$
 def test_a_speed_may_be_counted_the_other_way():
     """As v = -s' of a pendulum whose s grows backwards."""
     text = r"A simple pendulum: $$s = l\theta$$ $$v = -\dot s$$ $$m l\ddot\theta = -m g\sin\theta$$ $$V = -m g l\cos\theta$$"
-    assert [one.verdict for one in findings(text)] == ["not checked", "not checked", "holds", "holds"]
+    assert [one.verdict for one in findings(text)] == ["holds", "not checked", "holds", "holds"]
     assert "a direction may be chosen so" in findings(text)[1].remark
 
 
@@ -437,7 +437,7 @@ def test_of_a_name_that_is_computed_twice_the_value_that_is_wrong_is_accused(lin
 @pytest.mark.parametrize(
     ("line", "verdict"),
     [
-        (r"s = l\theta", "not checked"),  # an arc, and no distance from the pivot
+        (r"s = l\theta", "holds"),  # an arc, and no distance from the pivot
         (r"d = l\sin\theta", "not checked"),
         (r"y = l(1 - \cos\theta)", "holds if"),  # from the lowest point
         (r"y = l(1 - \sin\theta)", "fails"),

@@ -103,8 +103,10 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         names = (*cart, *turned)
         if len({*names}) == len(names) and turned[0] in angles and ("phi" in coordinates or _numbered(turned, letters)):
             found = _with_rates(dict(zip(names, map(of_coordinate, coordinates), strict=True)), letters)
-            rates = {("v", ""): 1, ("a", ""): 2} if cart and cart[0] not in letters.moving else {}  # of a cart
-            yield found | {name: replace(found[cart[0]], dots=dots) for name, dots in rates.items() if name in often}
+            for slide in (name for name in cart if name not in letters.moving):  # v and a are the rates of a cart
+                rates = {("v", ""): replace(found[slide], dots=1), ("a", ""): replace(found[slide], dots=2)}
+                found |= {name: rate for name, rate in rates.items() if name in often}
+            yield found
 
 
 def _numbered(names: tuple[Name, ...], letters: Letters) -> bool:

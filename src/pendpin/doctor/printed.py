@@ -390,7 +390,7 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
     if len(sides) == 2 and sides[0].kind == "product" and len(sides[0].children) == 2:  # 2 beta = b/m defines beta
         number, base = sides[0].children
         named = number.kind == "number" and base.kind == "symbol" and base.value.startswith("?")
-        if named and base.value not in {*given, *symbols(sides[1])} and sides[0].value[1] == "*":
+        if named and base.value not in {*given, *symbols(sides[1])} and sides[0].value == ("*", "*"):
             return [(base.value, divide(sides[1], number, sides[1].span, sides[1].span[0]))]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]

@@ -388,7 +388,8 @@ def _others(page: _Page) -> Iterator[Reading]:
         every_way = [one for letters in page.letters for one in renamings(family, letters)]
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
         # the user says it, though no coordinate is in it, or a page on periods and inertias has none
-        still = page.kind == family or (family == "plane" and not page.letters[0].angles)
+        periods = family == "plane" and ("pi", "") in every and not page.letters[0].angles
+        still = page.kind == family or periods
         for renamed in ways or [Renamed()] * still:
             alike: dict[tuple[str, bool], list[Spec]] = defaultdict(list)  # by the body and a drive: the same names
             for spec in bodies:

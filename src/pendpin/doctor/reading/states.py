@@ -24,7 +24,7 @@ MOST_STEPS = 4  # from a name to the state it is a rate of
 def find_rename(equations: list[Sides]) -> Rename:
     """What the names of some equations become, one step after another."""
     steps = list[Rename]()
-    for find in (_settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
+    for find in (_name_lone_rates, _settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
         if change := find(equations):
             steps.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
@@ -62,6 +62,13 @@ def as_derivatives(sides: Sides) -> list[Sides]:
 
 def _written(equations: list[Sides]) -> set[Written]:
     return {part.written for sides in equations for part in parts(sides) if part.written}
+
+
+def _name_lone_rates(equations: list[Sides]) -> Rename | None:
+    """a1_v and a1_a have names of their own where a1 is no angle, but another name as tht1."""
+    written = _written(equations)
+    own = {name for name in written if name.letter == "a" and name.dots and replace(name, dots=0) not in written}
+    return (lambda name: replace(name, letter="d" * name.dots + "a", dots=0) if name in own else name) if own else None
 
 
 def _settle_elements(equations: list[Sides]) -> Rename | None:

@@ -45,7 +45,8 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     "gap": "quad qquad Rightarrow Longrightarrow implies iff Leftrightarrow Longleftrightarrow therefore because",
     "space": rf"""{_PLAIN} , ; : ! displaystyle large Large textstyle limits nonumber notag hfill left right middle hspace
         phantom allowbreak lgroup rgroup thinspace medspace enspace big Big bigg Bigg bigl bigr Bigl Bigr biggl biggr Biggl
-        Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe cancel highlight""",
+        Biggr small qty scriptstyle mathop mathbin ensuremath hfil normalsize bigm Bigm strut boxed fbox framebox boxe
+        cancel highlight""",
     "other relation": "neq ne leq geq le ge ll gg sim propto",
     "arrow relation": "to rightarrow longrightarrow Rrightarrow leftrightarrow",
     ",": "in &",
@@ -98,10 +99,9 @@ _SOLVED = re.compile(  # A\b, the solution of A x = b
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
 _SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-_OWNERS = {
-    *"obj env model sys system robot pendulum par params p self cfg config const sol solution res result this".split()
-}
-_OWNERS |= {"state", "states", "current", "prev"}
+_OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this state
+states current prev"""
+_OWNERS = {*_OWNERS.split()}
 
 
 def _name_member(match: re.Match[str]) -> str:
@@ -125,10 +125,13 @@ Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
         r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
-        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n|\b(?:np|jnp|numpy|math|Math|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])|\b(?:[A-Za-z]\w*::)+"
+        r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n"
+        r"|\b(?:np|jnp|numpy|math|Math|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
+        r"|\b(?:[A-Za-z]\w*::)+"
         r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\([\w.*]{1,5}\)\s*$"
         r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
-        r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)|^[^=:{}]{0,30}(?:_\{[^=:{}]{1,20}\}[^=:{}]{0,10})?:(?!=)\s*&?(?=[^=:]*=)|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
+        r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)"
+        r"|^[^=:{}]{0,30}(?:_\{[^=:{}]{1,20}\}[^=:{}]{0,10})?:(?!=)\s*&?(?=[^=:]*=)|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
         "",
     ),
     (  # dots set over a letter, an arrow with words, a relation with a mark
@@ -191,7 +194,8 @@ _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text h
     r"|(?:\d+(?:\.\d+)?|\.\d+)(?:[eE][+-]?\d\d?(?![\w.]))?",
     "element": r"[A-Za-z]{1,2}[(\[]\d\s*,\s*\d[)\]]|(?!\d)\w+\[\d\]\s*\[\d\]"
     r"|(?!zeros|ones|frac)[A-Za-z]\w*(?:[(\[]\d{1,2}(?:,\s*[:1]|:\d)?[)\]]|[(\[]:,\s*\d{1,2}[)\]])",
-    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])(?!\s*/\s*dt)|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])|[θφϕϑα][0-9]?dd?(?![A-Za-z])",
+    "mixed": r"(?<![A-Za-z])dd?[θφϕϑωα][0-9]?(?:_?dt)?(?![A-Za-z])(?!\s*/\s*dt)"
+    r"|[θφϕϑωα][0-9]?_?dd?ot(?![A-Za-z])|[θφϕϑα][0-9]?dd?(?![A-Za-z])",
     "word": r"[A-Za-z][A-Za-z0-9]*(?:_[A-Za-z0-9]+)*(?:_(?=\s+[-+]|[-+][A-Za-z]|\s*[*/=),;]|$))?",
     "sign": r"\*\*|==|:=|%2B|.",
 }
@@ -206,9 +210,8 @@ _BLANK = "~\u200b\u200c\u200d\u2061\u2062\u2063\u2064\ufe0f\ufeff"  # what looks
 _PROSE_WORDS = {"and", "or", "with", "where", "so", "thus", "hence", "for", "if", "when"}
 _CONDITION = re.compile(r"\b(?:for|if|when|at|near|provided|unless)\b")
 
-_NAMES_VALUE = re.compile(
-    r"\s*(?:=|[-+/)]|\*(?!\*)|\*\*\d\s*(?:[-+*/)]|$)|$)"
-)  # behind sin, where it is a name in code
+# behind sin, where it is a name in code
+_NAMES_VALUE = re.compile(r"\s*(?:=|[-+/)]|\*(?!\*)|\*\*\d\s*(?:[-+*/)]|$)|$)")
 
 # J_1c is J_1 c
 _INDEXED = re.compile(rf"(?:[A-Za-z]|{'|'.join(name for name in GREEK if name.isascii())})_\d(?=[A-Za-z])")

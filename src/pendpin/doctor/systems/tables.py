@@ -74,7 +74,7 @@ def read_tables(name: str) -> list[Table]:
 
 
 def plain_name(word: str) -> str:
-    """A word whatever its index is set in: m_p, m_{P} and mp are one, and so are l_c1, l_{c,1}, l_{c_1} and lc1; c_{1+2} is c_12."""
+    """A word whatever its index is set in: m_p, m_{P} and mp are one, as l_c1, l_{c,1}, l_{c_1} and lc1; c_{1+2} is c_12."""
     plain = re.sub(r"[{}\s,_/+]", "", word)
     return plain[:1] + (plain[1:] if plain[1:] == "M" else plain[1:].lower())  # T_M beside T_m
 
