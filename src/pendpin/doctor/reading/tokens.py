@@ -99,9 +99,9 @@ _SOLVED = re.compile(  # A\b, the solution of A x = b
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
 _SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
-_OWNERS = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this state
+_OWNING = """obj env model sys system robot pendulum par params p self cfg config const sol solution res result this state
 states current prev"""
-_OWNERS = {*_OWNERS.split()}
+_OWNERS = set(_OWNING.split())
 
 
 def _name_member(match: re.Match[str]) -> str:
