@@ -109,8 +109,9 @@ def _name_member(match: re.Match[str]) -> str:
     owners, number, _, name, call = match.groups()
     if call and name.lower() not in FUNCTIONS and name not in CALLED:
         return match[0]
-    if not (call or re.search(r"\d", name) or _OWNERS & {*owners.split(".")[-1].split("_")}):
-        name = f"{name}_{number or owners.split('.')[-1]}"
+    owner = owners.split(".")[-1]
+    if not (call or re.search(r"\d", name)) and (number or not _OWNERS & {*owner.split("_")}):
+        name = f"{name}_{number or owner}"
     return f"{name}{call or ''}"
 
 
