@@ -276,8 +276,8 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     sections = [*page.sections]
     for inside, words in sections:
         # what the page's reading does not explain
-        some = (main.equations[i] for i in np.flatnonzero(inside & (main.credits == 0)))
-        wanting = sum(len(one.names) > 1 and not one.defines for one in some)
+        telling = [i for i, one in enumerate(main.equations) if inside[i] and len(one.names) > 1 and not one.defines]
+        wanting = int((main.credits[telling] == 0).sum())
         here = [main, *near, *(_closest(page, readings, inside, words) if len(sections) > 1 and wanting else ())]
         scores = [one.score(inside, words) for one in here]
         best = int(np.argmax(scores))
@@ -291,7 +291,8 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
                     here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                     scores.append(here[-1].score(inside, words))
             best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
-        if len(sections) > 1 and wanting > 1:  # letters of other sections may hide what it says by itself
+        little = int((here[best].credits[telling] == 0).sum()) > max(1, len(telling) / 2)
+        if len(sections) > 1 and little:  # letters of other sections may hide what it says by itself
             apart = page.alone(inside)
             alone = _closest(apart, [*_readings(apart)], inside, words)
             own = [one.score(inside, words) for one in alone]
