@@ -275,29 +275,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         return Recognition(main, tuple(chosen), tuple(rivals))
     sections = [*page.sections]
     for inside, words in sections:
-        # what the page's reading does not explain
-        telling = [i for i, one in enumerate(main.equations) if inside[i] and len(one.names) > 1 and not one.defines]
-        wanting = int((main.credits[telling] == 0).sum())
-        here = [main, *near, *(_closest(page, readings, inside, words) if len(sections) > 1 and wanting else ())]
-        scores = [one.score(inside, words) for one in here]
-        best = int(np.argmax(scores))
-        if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
-            best = 0  # the page's own, if as good
-        if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
-            kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
-            for spec in FAMILIES.get(kind.split()[0], ()):
-                if spec.kind != kind and {*spec.kind.split()} ^ {*kind.split()} <= {*POSES}:
-                    system = System(spec if loads else unloaded(spec))
-                    here.append(replace(here[best], system=system, title=spec.title, unknown=False))
-                    scores.append(here[-1].score(inside, words))
-            best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
-        little = int((here[best].credits[telling] == 0).sum()) > max(1, len(telling) / 2)
-        if len(sections) > 1 and little:  # letters of other sections may hide what it says by itself
-            apart = page.alone(inside)
-            alone = _closest(apart, [*_readings(apart)], inside, words)
-            own = [one.score(inside, words) for one in alone]
-            if max(own) > scores[best] + ALONE:
-                here, scores, best = alone, own, int(np.argmax(own))
+        here, scores, best = _explaining(page, readings, [main, *near], inside, words, len(sections) > 1)
         mine, less = here[best], [scores[best] - score for score in scores]
         found = [pair for pair in zip(less, here, strict=True) if pair[0] < CLEARLY and pair[1] is not mine]
         # the same system with other bodies, if more than one equation says so, or upright, if the words of the page do
@@ -319,6 +297,36 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
             chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
     return Recognition(main, tuple(chosen), tuple(rivals))
+
+
+def _explaining(
+    page: _Page, readings: list[Reading], near: list[Reading], inside: np.ndarray, words: str, several: bool
+) -> tuple[list[Reading], list[float], int]:
+    """Readings that may explain a section, how well each does, and the place of the best; those of the page, `near`, first."""
+    main = near[0]
+    telling = [i for i, one in enumerate(main.equations) if inside[i] and len(one.names) > 1 and not one.defines]
+    wanting = several and not main.credits[telling].all()
+    here = [*near, *(_closest(page, readings, inside, words) if wanting else ())]
+    scores = [one.score(inside, words) for one in here]
+    best = int(np.argmax(scores))
+    if scores[0] > scores[best] - OWN or not here[best].credits[inside].any():
+        best = 0  # the page's own, if as good
+    if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
+        kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
+        for spec in FAMILIES.get(kind.split()[0], ()):
+            if spec.kind != kind and {*spec.kind.split()} ^ {*kind.split()} <= {*POSES}:
+                system = System(spec if loads else unloaded(spec))
+                here.append(replace(here[best], system=system, title=spec.title, unknown=False))
+                scores.append(here[-1].score(inside, words))
+        best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
+    little = (here[best].credits[telling] == 0).sum() > max(1, len(telling) / 2)
+    if several and little:  # letters of other sections may hide what it says by itself
+        lone = page.alone(inside)
+        alone = _closest(lone, [*_readings(lone)], inside, words)
+        own = [one.score(inside, words) for one in alone]
+        if max(own) > scores[best] + ALONE:
+            return alone, own, int(np.argmax(own))
+    return here, scores, best
 
 
 def _readings(page: _Page) -> Iterator[Reading]:
