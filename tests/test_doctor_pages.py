@@ -174,6 +174,34 @@ end
         "(mc+mp)*g*s",
         "(mc-mp)*g*s",
     ),
+    "a solution in time": (
+        r"""$\ddot\theta + 2\beta\dot\theta + \omega_0^2\sin\theta = 0$, $\omega_0 = \sqrt{g/L}$, and for small angles
+        $$\ddot\theta + 2\beta\dot\theta + \omega_0^2\theta = 0$$ $$\theta(t) = A e^{-\beta t} \cos(\omega_d t + \phi)$$
+        $$\omega_d = \sqrt{\omega_0^2 - \beta^2}$$""",
+        r"e^{-\beta t}",
+        r"e^{-2\beta t}",
+    ),
+    "its rate": (
+        r"""$\ddot\varphi + \frac gl\sin\varphi = 0$, $\omega = \sqrt{g/l}$, $\ddot\varphi + \omega^2\varphi = 0$,
+        $\varphi(t) = \varphi_0\cos(\omega t)$ and $\dot\varphi(t) = -\varphi_0\omega\sin(\omega t)$""",
+        r"= -\varphi_0\omega",
+        r"= -\varphi_0",
+    ),
+    "two objects of C++": (
+        """float m1 = p1.mass;
+float l1 = p1.length;
+float a1 = p1.angle;
+float a1_v = p1.angularVelocity;
+float num = -g * (2 * m1 + m2) * std::sin(a1) - m2 * g * std::sin(a1 - 2 * a2);
+float more = -2 * std::sin(a1 - a2) * m2 * (a2_v * a2_v * l2 + a1_v * a1_v * l1 * std::cos(a1 - a2));
+float a1_a = (num + more) / (l1 * (2 * m1 + m2 - m2 * std::cos(2 * a1 - 2 * a2)));
+p1.angularVelocity += a1_a * dt;
+p1.angle += p1.angularVelocity * dt;
+float x1 = p1.length * std::sin(p1.angle);
+""",
+        "std::sin(a1 - 2 * a2)",
+        "std::sin(a1 - a2)",
+    ),
     "Mathematica": ("```mathematica\ntheta''[t] + g/l Sin[theta[t]] == 0\n```", "+ g/l", "+ l/g"),
 }
 
@@ -208,3 +236,14 @@ $$mg\sin\theta=-mL\frac{d^{2}\theta}{dt^{2}}$$ $$\frac{d^{2}\theta}{dt^{2}} + \f
         found = [one for one in pp.diagnose(text).findings if "theta1" not in one.latex and "theta2" not in one.latex]
         assert len(found) == 5
         assert {one.verdict for one in found} == {"holds"}, [(one.latex, one.verdict, one.remark) for one in found]
+
+
+def test_a_guessed_bracket_accuses_nobody():
+    """A line of a right derivation, whose missing bracket may stand in several places."""
+    text = r"""$$m\ddot x = -T\sin\theta$$ $$m\ddot y = T\cos\theta - mg$$ $$\ddot\theta = -\frac gl\sin\theta$$
+$$m g\sin\theta + \cos\theta(m(\ddot\theta l\cos\theta - \dot\theta^2l\sin\theta)
+= -m(\ddot\theta l\sin^2\theta + \dot\theta^2l\cos\theta\sin\theta)$$"""
+    *right, last = pp.diagnose(text).findings
+    assert {one.verdict for one in right} == {"holds"}
+    assert last.verdict != "fails"
+    assert "bracket" in last.remark

@@ -219,7 +219,8 @@ class _Doctor:
         constant = bool(lacking) and not (one.defines or one.strange_rates)  # for all that the text shows
         if constant and is_identity(next(one.readings()), self.system):
             return replace(found, verdict="holds", kind="identity", remark="it is true whatever its letters mean"), []
-        if one.defines and not one.unknown - {one.defines}:
+        loads = set[str]().union(*(o.lacking for o in self.reading.equations if o.names & {*self.system.spec.unknowns}))
+        if one.defines and not one.unknown - {one.defines} - loads:
             return replace(found, verdict="holds", kind="definition", remark=f"it says what {name} is"), []
         if one.defines and not any(one.defines in o.names for o in self.reading.equations if o.number != one.number):
             idle = f"no other equation uses {name}: say which quantity it is with --symbols {name}=..."

@@ -302,7 +302,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
 def _explaining(
     page: _Page, readings: list[Reading], near: list[Reading], inside: np.ndarray, words: str, several: bool
 ) -> tuple[list[Reading], list[float], int]:
-    """Readings that may explain a section, how well each does, and the place of the best; those of the page, `near`, first."""
+    """Readings that may explain a section, how well each does, and the place of the best; the page's, `near`, first."""
     main = near[0]
     telling = [i for i, one in enumerate(main.equations) if inside[i] and len(one.names) > 1 and not one.defines]
     wanting = several and not main.credits[telling].all()

@@ -187,7 +187,12 @@ def _doubt_definitions(cases: list[Case]) -> None:
             continue
         if finding.kind == "definition" and len(one.sides) == 2:
             own = one.definitions[one.defines]
-            if not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
+            if loads := one.unknown - {one.defines}:  # a solution shows that it is right, whatever these are
+                solutions = (o.finding.equation for o in cases if o.finding.kind == "solution")
+                if not any(equation and one.defines in equation.definitions for equation in solutions):
+                    words = f"the symbol {min(loads).lstrip('?')} is not known: say what it is with --symbols"
+                    case.doubt(words, unknown=tuple(sorted(loads)))
+            elif not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
                 case.doubt(words, mends=finding.mends, unknown=(one.defines,))
         elif finding.equation and _is_derivative(finding.equation, case.system):

@@ -306,9 +306,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if returns:
             yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
             continue
-        quotes = [*_QUOTED.finditer(whole)] or [re.compile("(.*)", re.S).match(whole)]
-        inside = ((quote.start(1) + at, one) for quote in quotes if quote for at, one in _in_line(quote[1]))
-        each = [(at, one) for at, part in inside for one in _for_each_name(part)]
+        marked = [(quote.start(1), quote[1]) for quote in _QUOTED.finditer(whole)] or [(0, whole)]
+        each = [(at + i, one) for at, code in marked for i, part in _in_line(code) for one in _for_each_name(part)]
         parts = [(at + i, one) for at, part in each for i, one in equations_in(part)]
         pieces = [(begin + at, end, one) for at, one in parts if not _NO_EQUATION.search(one)]
         if not pieces:

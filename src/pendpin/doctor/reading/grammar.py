@@ -193,7 +193,7 @@ class _Parser:
             if token.text in TRANSPOSED:
                 base = Node("function", (base.outer[0], token.end), "transpose", (base,), ((token.end, token.end),))
                 continue
-            if base.written == Written("e"):
+            if base.written == Written("e") and not re.fullmatch(r"[+-]?[\d.]+", token.text):
                 base = self.exponential(base, token)
                 continue
             exponent = exponent_of(token)
@@ -207,7 +207,10 @@ class _Parser:
     def exponential(self, base: Node, token: Token) -> Node:
         """e with its exponent, which is an expression."""
         exponent = re.sub(r"\A\s*(?:\^|\*\*)\s*", lambda mark: " " * len(mark[0]), self.text[token.start : token.end])
-        inner = _Parser(tokens(" " * token.start + exponent), self.latex, self.tight, self.text).sum()
+        parser = _Parser(tokens(" " * token.start + exponent), self.latex, self.tight, self.text)
+        inner = parser.sum()
+        if parser.peek().kind != "end":
+            raise Unread("an exponent that is not read", token.start)
         return Node("function", (base.span[0], token.end), "exp", (inner,), (base.span,))
 
     def atom(self) -> Node:
@@ -360,8 +363,8 @@ class _Parser:
         inside = parts[0]
         if name in AS_GIVEN:
             return replace(inner, bracketed=span)
-        if name == "Rational" and len(parts) == 2:
-            return divide(inside, parts[1], span, start, fraction=False)
+        if name == "Rational" and len(parts) <= 2:
+            return divide(inside, parts[1], span, start, fraction=False) if len(parts) == 2 else inside
         if name in ("inv", "inverse") and len(parts) <= 2:
             return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
         if name in PRODUCTS and len(parts) == 2:
