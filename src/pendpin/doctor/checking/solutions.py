@@ -19,7 +19,7 @@ from pendpin.doctor.systems.base import System, random_states
 
 DIGITS, SMALL = 30, 1e-12  # what is left of the terms; parameters and what follows from them have 16 digits
 TIMES = (0.37, 1.61)  # at which a solution is tried
-MOST_READINGS = 4
+MOST_READINGS, MOST_LAWS = 4, 20
 FUNCTIONS = ("sin", "cos", "tan", "sqrt", "exp")
 
 
@@ -37,17 +37,22 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
     for equation in (*islice(one.readings(), MOST_READINGS), *_with_own_letters(one, laws)):
         motion = _function_of_time(equation.sides[-1], equation, system, {})
         rates = {f"{'d' * order}{name}": _rate(motion, order) for order in range(3)}
-        for other in laws:
-            given = dots and other.sides[0].value == name and _is_of_time(other.sides[1])
-            if not given and (dots or f"dd{name}" not in other.names or any(map(_is_of_time, other.sides))):
-                continue
+        for other in islice(_laws_of(name, dots, laws), MOST_LAWS):
             for law in islice(other.readings(), MOST_READINGS):
                 meanings, definitions = law.meanings | equation.meanings, law.definitions | equation.definitions
                 both = replace(law, meanings=meanings, definitions=definitions)
-                sides = [_function_of_time(side, both, system, {} if given else rates) for side in law.sides]
-                if _agree(*((_rate(sides[1]), motion) if given else sides)):
+                sides = [_function_of_time(side, both, system, {} if dots else rates) for side in law.sides]
+                if _agree(*((_rate(sides[1]), motion) if dots else sides)):
                     return equation, other.number
     return None
+
+
+def _laws_of(name: str, dots: int, laws: list[Printed]) -> Iterator[Printed]:
+    """The equations that a motion of a coordinate has to obey; of its rate, solutions of it."""
+    for other in laws:
+        timely = any(map(_is_of_time, other.sides))
+        if (dots and timely and other.sides[0].value == name) or (not (dots or timely) and f"dd{name}" in other.names):
+            yield other
 
 
 def _with_own_letters(one: Printed, laws: list[Printed]) -> Iterator[Equation]:

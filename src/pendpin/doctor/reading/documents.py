@@ -119,7 +119,7 @@ _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MU
 _SEVERAL = re.compile(  # x, y = a, b
     r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*=(?!=)\s*(.*)", re.S
 )
-_QUOTED = re.compile(r"(?<![`$\w])`([^`$\n]*=[^`$\n]*)`(?![`$])")  # `a = b` between words
+_QUOTED = re.compile(r"(?<![`$\w])`([^`$\n=]*=[^`$\n]*)`(?![`$])")  # `a = b` between words
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
 _ENDS_OPEN = re.compile(r"[=+-](?:\s|\\\\|\\[,;!]|&)*$")
 _INDENTED = r"(?:\t|[ \t]{3,})[-+*/](?![-+*/=])[^\n;]*"

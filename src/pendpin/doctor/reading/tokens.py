@@ -172,7 +172,7 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
     # functions behind their argument, as in Rust: theta.sin().powi(2)
-    (r"(\b[\w.]+|\([^()]*\))\.(sin|cos|tan|sqrt)\(\)", r"\2(\1)"),
+    (r"((?<![\w.])[\w.]+|\([^()]*\))\.(sin|cos|tan|sqrt)\(\)", r"\2(\1)"),
     (r"(\b\w+)\.diff\((?=\w)", r"diff(\1,"),
     (r"\.pow[if]?\((\d)(?:\.0)?\)", r"^\1"),
     # of an object: state.getTheta1()
