@@ -247,3 +247,22 @@ $$m g\sin\theta + \cos\theta(m(\ddot\theta l\cos\theta - \dot\theta^2l\sin\theta
     assert {one.verdict for one in right} == {"holds"}
     assert last.verdict != "fails"
     assert "bracket" in last.remark
+
+
+def test_what_solves_no_equation_of_motion_tells_nothing_of_a_damping():
+    """In b/2m and in r^2 + b r nothing moves; omega is the letter of the page; 2 beta = ... defines beta."""
+    text = r"""$$\theta'' + \frac{b}{m}\theta' + \frac gL\sin\theta = 0$$
+$$\theta'' + \frac{b}{m}\theta' + \frac gL\theta = 0$$
+$$r^2 + \frac bm r + \frac gL = 0$$ $$2\beta = \frac bm$$ $\omega = \sqrt{\frac gL - \beta^2}$
+$$\theta(t) = C e^{-\beta t}\cos(\omega t + \phi)$$"""
+    found = pp.diagnose(text).findings
+    assert [one.verdict for one in found[:2]] == ["holds", "holds if"]
+    assert (found[-1].verdict, found[-1].kind) == ("holds if", "solution")
+    wrong = pp.diagnose(text.replace("2\\beta", "3\\beta")).findings
+    assert wrong[-1].verdict == "not checked"
+
+
+def test_objects_with_numbers_are_two_bodies():
+    lines = "a1 = p1.angle\na2 = p2.angle\nv2 = p2.angularVelocity\n"
+    law = "(m1 + m2)*l1*a1dotdot + m2*l2*a2dotdot*cos(a1 - a2) + m2*l2*v2*v2*sin(a1 - a2) + (m1 + m2)*g*sin(a1) = 0"
+    assert pp.diagnose(f"{lines}{law}").findings[-1].verdict == "holds"

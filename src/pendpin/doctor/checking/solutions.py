@@ -35,12 +35,12 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
     name, dots = coordinates[left.value]
     laws = [other for other in equations if other is not one and len(other.sides) == 2]
     for equation in (*islice(one.readings(), MOST_READINGS), *_with_own_letters(one, laws)):
-        motion = _function_of_time(equation.sides[-1], equation, system, {})
-        rates = {f"{'d' * order}{name}": _rate(motion, order) for order in range(3)}
         for other in islice(_laws_of(name, dots, laws), MOST_LAWS):
             for law in islice(other.readings(), MOST_READINGS):
                 meanings, definitions = law.meanings | equation.meanings, law.definitions | equation.definitions
                 both = replace(law, meanings=meanings, definitions=definitions)
+                motion = _function_of_time(equation.sides[-1], both, system, {})
+                rates = {f"{'d' * order}{name}": _rate(motion, order) for order in range(3)}
                 sides = [_function_of_time(side, both, system, {} if dots else rates) for side in law.sides]
                 if _agree(*((_rate(sides[1]), motion) if dots else sides)):
                     return equation, other.number
