@@ -249,8 +249,21 @@ $$m g\sin\theta + \cos\theta(m(\ddot\theta l\cos\theta - \dot\theta^2l\sin\theta
     assert "bracket" in last.remark
 
 
-def test_what_solves_no_equation_of_motion_tells_nothing_of_a_damping():
-    """In b/2m and in r^2 + b r nothing moves; omega is the letter of the page; 2 beta = ... defines beta."""
+def test_a_damping_is_one_beside_what_does_not_move():
+    """In b/2m and r^2 + b r nothing moves, so that they tell nothing of b; a phase is no second angle."""
+    text = r"""# Damped swings
+$$\theta'' + \frac{b}{m}\theta' + \frac gL\sin(\theta) = 0$$ $$\theta'' + \frac{b}{m}\theta' + \frac gL\theta = 0$$
+$\beta = \frac{b}{2m}$, $\omega_0 = \sqrt{\frac gL}$ $$r^2 + \frac bm r + \frac gL = 0$$ $$r^2 + 2\beta r + \omega_0^2 = 0$$
+$$\Delta = \left(\frac{b}{m}\right)^2 - 4 \frac{g}{L} = 4\beta^2 - 4\omega_0^2$$
+## Weakly damped
+$$\theta(t) = e^{-\beta t}[A\cos(\omega t) + B\sin(\omega t)]$$
+$$\theta(t) = C e^{-\beta t} \cos(\omega t + \phi)$$
+$\omega = \sqrt{\omega_0^2 - \beta^2}$"""
+    assert [one.verdict for one in pp.diagnose(text).findings[:2]] == ["holds", "holds if"]
+
+
+def test_a_solution_has_the_letters_that_its_page_defines():
+    """omega, which usually is a rate, and beta of 2 beta = b/m."""
     text = r"""$$\theta'' + \frac{b}{m}\theta' + \frac gL\sin\theta = 0$$
 $$\theta'' + \frac{b}{m}\theta' + \frac gL\theta = 0$$
 $$r^2 + \frac bm r + \frac gL = 0$$ $$2\beta = \frac bm$$ $\omega = \sqrt{\frac gL - \beta^2}$

@@ -36,11 +36,9 @@ MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
 DAMPINGS = {*"bcdkf"}  # letters of dampings
 SOME = Fraction(7, 10)  # what a function of time alone is at an instant
 
-
 THIN = System(SPECS["thin"])
 Name = tuple[str, str]  # a letter and its index
 Candidate = tuple[Equation, float]  # and its relative error
-
 
 NOTHING = Vocabulary()  # before a system gives its words
 
@@ -381,17 +379,16 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
 
     What was computed `before` may get another value from its last one.
     """
-    sides = list(one.sides)
+    sides, base, meaning = list(one.sides), None, None
     if len(sides) > 1 and sides[0].kind == "power" and sides[0].value == 2:  # v^2 = ... defines v
-        base, square = sides[0].children[0], sides[1]
-        named = base.kind == "symbol" and base.value.startswith("?")
-        if named and base.value not in {*given, *symbols(square)}:
-            return [(base.value, Node("power", square.span, Fraction(1, 2), (square,)))]
-    if len(sides) == 2 and sides[0].kind == "product" and len(sides[0].children) == 2:  # 2 beta = b/m defines beta
-        number, base = sides[0].children
-        named = number.kind == "number" and base.kind == "symbol" and base.value.startswith("?")
-        if named and base.value not in {*given, *symbols(sides[1])} and sides[0].value == ("*", "*"):
-            return [(base.value, divide(sides[1], number, sides[1].span, sides[1].span[0]))]
+        base, meaning = sides[0].children[0], Node("power", sides[1].span, Fraction(1, 2), (sides[1],))
+    elif len(sides) == 2 and sides[0].kind == "product" and sides[0].value == ("*", "*"):  # 2 beta = b/m defines beta
+        number, factor = sides[0].children
+        if number.kind == "number":
+            base, meaning = factor, divide(sides[1], number, sides[1].span, sides[1].span[0])
+    named = base and base.kind == "symbol" and base.value.startswith("?")
+    if base and meaning and named and base.value not in {*given, *symbols(sides[1])}:
+        return [(base.value, meaning)]
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:
