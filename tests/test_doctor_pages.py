@@ -202,6 +202,35 @@ float x1 = p1.length * std::sin(p1.angle);
         "std::sin(a1 - 2 * a2)",
         "std::sin(a1 - a2)",
     ),
+    "dry friction on a cart": (
+        r"""A pole, half as long as $2l$, stands on a cart, with friction $\mu_c$ of the cart and $\mu_p$ of the hinge.
+        $$\ddot\theta = \frac{g\sin\theta + \cos\theta\left(\frac{-F - m_pl\dot\theta^2\sin\theta
+        + \mu_c\,\mathrm{sgn}(\dot x)}{m_c+m_p}\right) - \frac{\mu_p\dot\theta}{m_pl}}
+        {l\left(\frac43 - \frac{m_p\cos^2\theta}{m_c+m_p}\right)}$$
+        $$\ddot x = \frac{F + m_pl(\dot\theta^2\sin\theta - \ddot\theta\cos\theta) - \mu_c\,\mathrm{sgn}(\dot x)}{m_c+m_p}$$""",
+        r"m_pl(\dot\theta^2\sin\theta -",
+        r"m_pl(\dot\theta^2\sin\theta +",
+    ),
+    "Go": (
+        """```go
+t1, w1, t2, w2 := s[0], s[1], s[2], s[3]
+d := t1 - t2
+den := 2*p.m1 + p.m2 - p.m2*math.Cos(2*d)
+a1 := (-p.g*(2*p.m1+p.m2)*math.Sin(t1) - p.m2*p.g*math.Sin(t1-2*t2) -
+    2*math.Sin(d)*p.m2*(w2*w2*p.l2 + w1*w1*p.l1*math.Cos(d))) / (p.l1 * den)
+```""",
+        "w1*w1*p.l1*math.Cos(d)",
+        "w1*w1*p.l2*math.Cos(d)",
+    ),
+    "Fortran": (
+        """```fortran
+ th1dd = (-g*(2*m1+m2)*sin(th1) - m2*g*sin(th1-2*th2) &
+          - 2*sin(th1-th2)*m2*(th2d**2*l2 + th1d**2*l1*cos(th1-th2))) / &
+         (l1*(2*m1+m2-m2*cos(2*th1-2*th2)))
+```""",
+        "sin(th1-2*th2)",
+        "sin(th1-th2)",
+    ),
     "Mathematica": ("```mathematica\ntheta''[t] + g/l Sin[theta[t]] == 0\n```", "+ g/l", "+ l/g"),
 }
 
@@ -279,3 +308,11 @@ def test_objects_with_numbers_are_two_bodies():
     lines = "a1 = p1.angle\na2 = p2.angle\nv2 = p2.angularVelocity\n"
     law = "(m1 + m2)*l1*a1dotdot + m2*l2*a2dotdot*cos(a1 - a2) + m2*l2*v2*v2*sin(a1 - a2) + (m1 + m2)*g*sin(a1) = 0"
     assert pp.diagnose(f"{lines}{law}").findings[-1].verdict == "holds"
+
+
+def test_a_letter_of_a_damping_ratio_means_what_makes_it_one():
+    """In b/(2 m L^2 omega) L is a length, though T - V would do where there is no damping."""
+    text = r"""$$\ddot\theta + 2\zeta\omega_n\dot\theta + \omega_n^2\sin\theta = 0$$ with $\omega_n = \sqrt{g/L}$ and
+$$\zeta = \frac{b}{2mL^2\omega_n}$$"""
+    found = pp.diagnose(text).findings
+    assert (found[0].verdict, found[0].remark) == ("holds", "b is a damping")

@@ -225,9 +225,13 @@ class _Doctor:
         if one.defines and not any(one.defines in o.names for o in self.reading.equations if o.number != one.number):
             idle = f"no other equation uses {name}: say which quantity it is with --symbols {name}=..."
             return replace(found, kind="definition", remark=idle, unknown=(one.defines,)), []
+        without_loads = list[Finding]()
         for equation in one.readings() if len(lacking) <= MOST_LOADS and not one.defines else ():
             if condition := loads_at_zero(equation, self.system, lacking):
-                return self._with_loads(replace(found, kind="equation of motion"), equation, lacking, condition), []
+                loaded = replace(found, kind="equation of motion")
+                without_loads.append(self._with_loads(loaded, equation, lacking, condition))
+        if without_loads:  # in b/(2 m L^2) L is a length, as b is a damping then
+            return next((one for one in without_loads if one.verdict != "not checked"), without_loads[0]), []
         # with a load a small change may make it hold where the load is 0, as another of the text that shows the load does
         others = (o for o in self.reading.equations if o.lacking == lacking and not o.defines)
         alike = (

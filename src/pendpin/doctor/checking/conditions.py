@@ -37,6 +37,7 @@ FEW = 2  # equations that contain what a condition makes vanish: from then on it
 NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
+BRAKES = ("damping", "drag", "dry friction")  # forces against the motion
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -221,7 +222,7 @@ def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str |
 def _acts_as(equation: Equation, system: System, loads: set[str], value: Node) -> str:
     """What some symbols do together where they have a value: "b is a damping"; empty for nothing of the kind."""
     given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, value))
-    kinds = (kind for kind, force in _usual_forces(system) if _acts(given, system, force, kind in ("damping", "drag")))
+    kinds = (kind for kind, force in _usual_forces(system) if _acts(given, system, force, kind in BRAKES))
     names = " ".join(sorted(name.lstrip("?") for name in loads))
     return f"{names} is a {kind}" if (kind := next(kinds, "")) else ""
 
@@ -237,6 +238,7 @@ def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
         yield from ((kind, moves), (kind, np.einsum("ijn,jn->in", true["mass"], moves)))  # as drag of a point mass
         if kind == "damping":
             yield from (("drag", np.outer(axis, (axis @ moves) * np.abs(axis @ moves))) for axis in one)
+            yield from (("dry friction", np.outer(axis, np.sign(axis @ moves))) for axis in axes)
     yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in axes)
 
 

@@ -117,7 +117,7 @@ _UNPACKED = re.compile(  # x, v = state; or x = y[0]
 )
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
 _SEVERAL = re.compile(  # x, y = a, b
-    r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*=(?!=)\s*(.*)", re.S
+    r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*:?=(?!=)\s*(.*)", re.S
 )
 _QUOTED = re.compile(r"(?<![`$\w])`([^`$\n=]*=[^`$\n]*)`(?![`$])")  # `a = b` between words
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
@@ -299,7 +299,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
         following = text[end + 1 : end + MOST_OF_A_LINE]  # in C a line goes on until the semicolon
         divided = re.match(r"[ \t]*/[ \t]*[(\w]", following) or (";" not in bare and _GOES_ON.match(following))
-        goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*$", bare)
+        goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*&?\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
@@ -355,7 +355,7 @@ def _at_commas(text: str) -> list[str]:
 
 def _in_line(line: str) -> Iterator[tuple[int, str]]:
     """A plain line without its label, comments and the like, and where that begins; nothing of one that is prose."""
-    line = re.sub(r"\.\.\.[^\n]*\n|\\\n", lambda match: " " * (len(match[0]) - 1) + "\n", line)
+    line = re.sub(r"\.\.\.[^\n]*\n|\\\n|&[ \t]*\n[ \t]*&?", lambda match: " " * (len(match[0]) - 1) + "\n", line)
     label = _LABEL.match(line)
     begin = label.end() if label and "=" not in label[0] else 0
     equation = line[begin:].rstrip()

@@ -9,6 +9,7 @@ from typing import Any
 from pendpin.doctor.reading.tree import Node, Span, Written, unknown
 
 FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "sec", "csc", "cot", "sqrt", "exp")} | {"sen": "sin"}
+FUNCTIONS |= dict.fromkeys(("sign", "sgn"), "sign")
 
 
 def _meanings(table: str) -> dict[str, str]:
