@@ -135,7 +135,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
         return f"{as_read}; {one.remark}"
     values = [str(side.value) for side in one.sides]
-    if all(side.kind == "symbol" for side in one.sides) and {*values} & {*spec.state}:
+    names_alone = all(side.kind == "symbol" for side in one.sides)
+    known = not (case.finding.dimensions or any(value.startswith("?") for value in values))
+    if names_alone and ({*values} & {*spec.state} or known):
         return "it gives a state a name"
     if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
@@ -143,6 +145,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
         if moves:
             return f"{as_read}; it has no coordinate, and may be about a body that falls"
+    moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
+    if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
+        return f"{as_read}; it may be about a body that moves by itself, as a cart"
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
@@ -162,7 +167,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
+    laws = [
+        other for other in here if other.is_true and multiplies(other.one) and _is_law(other.finding.equation, spec)
+    ]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so{else_wrong}"
     if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS else "":
@@ -228,6 +235,10 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
     if mend.words.startswith("the factor ") and any(one.kind == "sum" and one.children[0].value == 1 for one in gone):
         return f"{as_read}; the first terms of a series may be meant"
+    # a part of an energy that becomes constant is left out
+    moved = [part for part in gone if part.kind == "symbol" and equation.meaning(str(part.value)) in case.spec.state]
+    if equation.energies and any(mend.swaps[id(part)].names <= case.spec.still for part in moved):
+        return f"{as_read}; a part of it may be the potential of a load"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
         return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
@@ -247,6 +258,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     # not by mistake, if a law of accelerations has no parameter, the text never writes these, or several equations lack them
     brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
+    fresh = (name for name in mend.equation.names & {*case.spec.coordinates} - equation.names)
+    if strange := next((name for name in fresh if not {name, f"d{name}", f"dd{name}"} & written), ""):
+        return f"{as_read}; nothing has {strange}"
     scaled = not equation.names & {*case.spec.parameters} and bool(equation.names & {*case.spec.unknowns})
     if brought and (scaled or brought - written or sum(_brought(other) == brought for other in cases) > 1):
         return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
@@ -313,7 +327,12 @@ def shows_itself(case: Case) -> bool:
 
 def says(one: Printed) -> bool:
     """Whether an equation says more than names."""
-    return any(part.kind in ("sum", "product", "power", "derivative") for part in parts(one.sides))
+    return multiplies(one) or any(part.kind == "sum" for part in parts(one.sides))
+
+
+def multiplies(one: Printed) -> bool:
+    """Whether an equation says more than sums of names, as L = T - V."""
+    return any(part.kind in ("product", "power", "derivative") for part in parts(one.sides))
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:

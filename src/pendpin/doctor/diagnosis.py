@@ -28,7 +28,7 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, key, parts, symbols, with_meaning
+from pendpin.doctor.reading.tree import Mismatch, Unread, key, symbols
 from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, random_states
@@ -131,9 +131,6 @@ class _Doctor:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
         readings, context, spec = readings[:MOST_READINGS], one.statement.context, self.system.spec
         likely = [equation for equation, _ in readings]
-        for equation in likely:
-            if held := self._holds_without_loads(replace(found, remark=one.remark), equation):
-                return held
         known = [equation.meanings for equation in likely]  # another rod may have what this one lacks, as a radius
         every = (*likely, *(equation for equation in one.readings() if equation.meanings not in known))
         for equation in () if self.reading.unknown else every:  # of a system that nothing shows they say nothing
@@ -164,20 +161,6 @@ class _Doctor:
             return replace(found, remark=words)
         words = f"as I read it, for {spec.title}, it does not hold, and no small change makes it hold"
         return replace(found, remark="; ".join(filter(None, (words, *remarks))))
-
-    def _holds_without_loads(self, found: Finding, equation: Equation) -> Finding | None:
-        """The verdict on an equation that holds without one letter, such as a damping b, if no other that holds has it."""
-        known = {part.written for other in self.neighbours for part in parts(other.sides)}
-        nodes = (node for node in parts(equation.sides) if node.kind == "symbol")
-        letters = {node.written: equation.meaning(str(node.value)) for node in nodes}
-        for written, meaning in letters.items():
-            if written and written not in known and meaning in self.system.spec.still:
-                letter = f"?{written.letter}_{written.index}".rstrip("_")
-                own = replace(equation, sides=tuple(with_meaning(side, written, letter) for side in equation.sides))
-                sure = [*letters.values()].count(meaning) > 1  # beside m, M(t) is no mass
-                if condition := loads_at_zero(own, self.system, {letter}, sure):
-                    return self._with_loads(found, own, {letter}, condition)
-        return None
 
     def _with_loads(self, found: Finding, equation: Equation, loads: set[str], condition: str) -> Finding:
         """The verdict on an equation that holds under the `condition` that some loads are 0."""

@@ -293,8 +293,6 @@ class _Parser:
                 break
             self.take()
         self.took_time()
-        if written.letter == "sum" and written.index:
-            raise Unread("a sum is read with small numbers as its bounds", start)
         return symbol_node(written, (start, self.peek(-1).end))
 
     def derivative(self) -> Node | None:

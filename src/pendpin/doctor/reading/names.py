@@ -152,8 +152,8 @@ class Vocabulary:
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
         free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
-        # beside L, which may be a length or Lagrange's function, r may be none or the length
-        firsts = [one for one in firsts if one[0][0] != "l" or ("L", one[1][1]) not in names]
+        # beside L, which may be a length or Lagrange's function, r and d may be none or a length
+        firsts = [one for one in firsts if one[0][0] not in "lh" or ("L", one[1][1]) not in names]
         # beside l, r is none
         own = [("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings]
         return replace(self, taken=dict([*firsts, *own]))
