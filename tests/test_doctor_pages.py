@@ -207,7 +207,8 @@ float x1 = p1.length * std::sin(p1.angle);
         $$\ddot\theta = \frac{g\sin\theta + \cos\theta\left(\frac{-F - m_pl\dot\theta^2\sin\theta
         + \mu_c\,\mathrm{sgn}(\dot x)}{m_c+m_p}\right) - \frac{\mu_p\dot\theta}{m_pl}}
         {l\left(\frac43 - \frac{m_p\cos^2\theta}{m_c+m_p}\right)}$$
-        $$\ddot x = \frac{F + m_pl(\dot\theta^2\sin\theta - \ddot\theta\cos\theta) - \mu_c\,\mathrm{sgn}(\dot x)}{m_c+m_p}$$""",
+        $$\ddot x = \frac{F + m_pl(\dot\theta^2\sin\theta - \ddot\theta\cos\theta)
+        - \mu_c\,\mathrm{sgn}(\dot x)}{m_c+m_p}$$""",
         r"m_pl(\dot\theta^2\sin\theta -",
         r"m_pl(\dot\theta^2\sin\theta +",
     ),
@@ -230,6 +231,59 @@ a1 := (-p.g*(2*p.m1+p.m2)*math.Sin(t1) - p.m2*p.g*math.Sin(t1-2*t2) -
 ```""",
         "sin(th1-2*th2)",
         "sin(th1-th2)",
+    ),
+    "steps in arrays": (
+        """A pendulum in Python
+for i in range(n - 1):
+    omega[i+1] = omega[i] + (-g/l*np.sin(theta[i]) - c*omega[i])*dt
+    theta[i+1] = theta[i] + omega[i+1]*dt
+""",
+        "theta[i] + omega",
+        "theta[i] - omega",
+    ),
+    "equations of sympy": (
+        """x1 = l1*sp.sin(th1)
+y1 = -l1*sp.cos(th1)
+x2 = x1 + l2*sp.sin(th2)
+y2 = y1 - l2*sp.cos(th2)
+eq1 = sp.Eq(sp.sin(th1)*(m1*y1_dd + m2*y2_dd + (m1 + m2)*g), -sp.cos(th1)*(m1*x1_dd + m2*x2_dd))
+eq2 = sp.Eq(sp.sin(th2)*(m2*(y2_dd + g)), -sp.cos(th2)*m2*x2_dd)
+""",
+        "(m2*(y2_dd + g))",
+        "(m2*(y2_dd - g))",
+    ),
+    "a forced pendulum and its special case": (
+        r"""$$\ddot\theta + \beta\dot\theta + \omega_0^2\sin\theta = A\cos(\Omega_D t)$$
+        $$\frac{d\omega}{dt} = -\beta\omega - \omega_0^2\sin\theta + A\cos(\Omega_D t)$$
+        For critical damping $\beta$ would be $2\omega_0$; here $$\ddot\theta + \beta\dot\theta + \omega_0^2\theta = 0$$""",
+        r"-\beta\omega - \omega_0^2\sin",
+        r"-\beta\omega + \omega_0^2\sin",
+    ),
+    "masses with letters of their own": (
+        r"""The platform $m_p$ carries a homogeneous stick of mass $m_s$ and length $l$; $\phi$ is measured from the upright.
+        $$x_s = x + \frac l2\sin\phi$$ $$E_{kin} = \frac12(m_p + m_s)\dot x^2 + \frac12 m_s l\dot x\dot\phi\cos\phi
+        + \frac16 m_s l^2\dot\phi^2$$ $$E_{pot} = m_s g\frac l2\cos\phi$$
+        $$(m_p + m_s)\ddot x = \frac12 m_s l(\dot\phi^2\sin\phi - \ddot\phi\cos\phi)$$
+        $$\frac l3\ddot\phi + \frac12\ddot x\cos\phi - \frac g2\sin\phi = 0$$""",
+        r"\frac g2\sin\phi",
+        r"g\sin\phi",
+    ),
+    "vectors along x and y": (
+        r"""A cart at $x$ with a pendulum that leans by $\theta$. $\vec r_P = (x - l\sin\theta)\hat x + l\cos\theta\,\hat y$
+        $$\vec v_P = (\dot x - l\cos\theta\,\dot\theta)\hat x - l\sin\theta\,\dot\theta\hat y$$
+        $$F - R_x - b\dot x = M\ddot x$$
+        $$F - (M+m)\ddot x - ml\sin\theta\,\dot\theta^2 - b\dot x + ml\cos\theta\,\ddot\theta = 0$$""",
+        r"F - R_x",
+        r"F + R_x",
+    ),
+    "energies by their names": (
+        """syms theta(t) x(t) M m L I u
+Ekin = 0.5*(M+m)*diff(x, t)^2 + m*L*diff(x, t)*diff(theta, t)*cos(theta) + 0.5*(m*L^2 + I)*diff(theta, t)^2
+Epot = -m*g*L*cos(theta)
+total_energy = Ekin + Epot
+""",
+        "Epot = -m*g*L*cos(theta)",
+        "Epot = -m*g*L*sin(theta)",
     ),
     "Mathematica": ("```mathematica\ntheta''[t] + g/l Sin[theta[t]] == 0\n```", "+ g/l", "+ l/g"),
 }
@@ -316,3 +370,56 @@ def test_a_letter_of_a_damping_ratio_means_what_makes_it_one():
 $$\zeta = \frac{b}{2mL^2\omega_n}$$"""
     found = pp.diagnose(text).findings
     assert (found[0].verdict, found[0].remark) == ("holds", "b is a damping")
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (r"""$$\ddot\theta + 2\gamma\dot\theta + \frac gL\sin\theta = F_0\cos(\omega t)$$ $$\omega_0 = \sqrt{\frac gL}$$
+        The pendulum swings most at resonance, where $$\omega = \omega_0$$""", r"\omega = \omega_0"),
+        (r"""A cart with a pendulum, pushed by a constant force $F$.
+        $$T = \frac12(M+m)\dot x^2 + ml\dot x\dot\theta\cos\theta + \frac12ml^2\dot\theta^2$$
+        $$(M+m)\ddot x + ml\ddot\theta\cos\theta - ml\dot\theta^2\sin\theta = F$$
+        $$l\ddot\theta + \ddot x\cos\theta - g\sin\theta = 0$$
+        $$V = mgl\cos\theta - F x$$""", "V = mgl"),
+        (r"""A trolley. $$T = \frac12m_u\dot x^2 + \frac12m(\dot x^2 + 2l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$$
+        $$V = -mgl\cos\theta$$ $$l\ddot\theta = -g\sin\theta$$""", "T = "),
+        ("V = -m*g*L*cos(theta)\nL = T - V\nq = (x, y, theta)", "V = "),
+    ],
+    ids=["resonance", "the potential of a force", "a cart of another kind", "an angle that stands nowhere"],
+)  # fmt: skip
+def test_a_right_line_of_another_kind_is_not_accused(text, line):
+    """A condition, a load in a potential, a body that moves by itself, a system whose other angle is nowhere."""
+    found = [one for one in pp.diagnose(text).findings if one.latex.startswith(line)]
+    assert found
+    assert "fails" not in {one.verdict for one in found}
+
+
+def test_a_damping_of_a_known_size_is_a_special_case():
+    """beta = 2 omega_0 and q = 1/2 say nothing of the pendulum, which is right with any damping."""
+    law = r"$$\ddot\theta + \beta\dot\theta + \omega_0^2\sin\theta = 0$$"
+    for case in (r"\beta^2 = 4\omega_0^2", r"\beta = \frac12", r"\beta = 2\omega_0"):
+        assert pp.diagnose(f"{law} Critical damping: ${case}$").findings[0].verdict == "holds"
+
+
+def test_an_initial_value_is_no_second_angle_and_no_other_period():
+    text = r"""A lab report: $\theta(t) = \theta_{max}\cos(\omega t)$ with the period $T(\theta_0) = T_0(1 + B\theta_0)$,
+$$T = T_0$$ and $$T = 2\pi\sqrt{\frac Lg}$$"""
+    assert [one.verdict for one in pp.diagnose(text).findings[-2:]] == ["holds", "holds"]
+
+
+def test_a_state_that_no_equation_uses_has_no_name():
+    """The first of four states of MATLAB, that of the cart: its rate is the third."""
+    text = """m1 = param.mass_cart; m2 = param.mass_pole; L = param.len_pole;
+ang_pos = state(2);
+lin_vel = state(3);
+ang_vel = state(4);
+lin_accel = (L*m2*sin(ang_pos)*ang_vel^2 + u + m2*g*cos(ang_pos)*sin(ang_pos))/(m1 + m2*sin(ang_pos)^2);
+ang_accel = -(L*m2*cos(ang_pos)*sin(ang_pos)*ang_vel^2 + u*cos(ang_pos) + (m1 + m2)*g*sin(ang_pos)) ...
+    /(L*m1 + L*m2*sin(ang_pos)^2);
+state_dot = [lin_vel; ang_vel; lin_accel; ang_accel];
+"""
+    held = [one.latex[:9] for one in pp.diagnose(text).findings if one.verdict == "holds"]
+    assert {"lin_accel", "ang_accel"} <= {*held}
+    wrong = pp.diagnose(text.replace("cos(ang_pos) + (m1", "cos(ang_pos) - (m1")).findings
+    assert "ang_accel" not in {one.latex[:9] for one in wrong if one.verdict == "holds"}

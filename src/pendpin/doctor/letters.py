@@ -30,6 +30,7 @@ _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi 
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
 SLIDES = "xXsqzpyudr"  # letters of what slides
 MOST_ANGLES, MOST_SLIDES = 5, 2
+VALUES = ("0", "max", "m", "min", "i", "f", "h", "p", "eq", "init")  # indices of values and parts of a coordinate
 RARELY = 15  # times that a letter stands more often than another that is a slip
 MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_KNOWN = 20_000  # credits of equations that are remembered
@@ -39,6 +40,7 @@ HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = 2.0, 0.5  # what a definition that comes to an acceleration, or is named like a quantity, counts
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
+MASS = (1, 0, 0)  # powers of kg, m, s
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
@@ -80,7 +82,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     if letters.moving.keys() <= {("x", "")} and (COORDINATE, "1") in often:  # a linear model alone, x' = A x + B u
         yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
-    angles = [name for name in angles if name[1] != "0" or (name[0], "") not in often]  # theta_0 is where theta begins
+    angles = [name for name in angles if name[1] not in VALUES or (name[0], "") not in often]
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
     if len(coordinates) > 1:
         angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]
@@ -90,7 +92,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         angles = [name for name in alone if often[name] * RARELY >= often[alone[0]]]
     sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
     moving = {*letters.moving, *((("s", ""), ("x", "")) if ("v", "") in often else ())} & often.keys()  # v is its rate
-    slides = [name for name in moving if name not in letters.turned and name[0] in sliding]
+    slides = [name for name in moving - letters.turned if name[0] in sliding or name[1][:1] == "["]
     slides = sorted(slides, key=lambda name: (name in angles, -often[name], name))[:MOST_SLIDES]
     # an azimuth, and a cart in a vector of states, stand in no sine
     others = [name for name in slides if name[1] and "phi" in coordinates and name not in angles]
@@ -106,7 +108,18 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
             for slide in (name for name in cart if name not in letters.moving):  # v and a are the rates of a cart
                 rates = {("v", ""): replace(found[slide], dots=1), ("a", ""): replace(found[slide], dots=2)}
                 found |= {name: rate for name, rate in rates.items() if name in often}
-            yield found
+            yield from (found | masses for masses in _masses(family, letters))
+
+
+def _masses(family: str, letters: Letters) -> Iterator[Renamed]:
+    """How two masses, one of them with an index of the text's own, may be those of a system: either may be the first."""
+    spec = FAMILIES[family][0]
+    masses = [name for name in spec.parameters if spec.dimensions[name] == MASS]
+    names = sorted(name for name in letters.every if re.fullmatch("[mM][a-z]?", name[0]))
+    if len(names) == len(masses) == 2 and not all(spec.words(Written(name[0], 0, name[1])) for name in names):
+        yield from (dict(zip(order, map(of_coordinate, masses), strict=True)) for order in permutations(names))
+    else:
+        yield {}
 
 
 def _numbered(names: tuple[Name, ...], letters: Letters) -> bool:

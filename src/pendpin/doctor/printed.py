@@ -33,7 +33,7 @@ from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
-DAMPINGS = {*"bcdkf"}  # letters of dampings
+DAMPINGS = {*"bcdkfq", "alpha", "beta", "gamma", "delta", "zeta", "eta", "lambda", "mu", "nu"}  # letters of dampings
 SOME = Fraction(7, 10)  # what a function of time alone is at an instant
 
 THIN = System(SPECS["thin"])
@@ -201,6 +201,9 @@ class Text:
         made = [one for one in made if bare[one[0]].sides[0].value == one[1] or one[1] not in computed]
         first = {name: place for place, name, _ in reversed(made)}
         made = [one for one in made if first[one[1]] < one[0] or one[1] not in one[2].names]
+        # a damping of a known size, as beta = 2 omega_0, is a special case
+        dampings = {f"?{'_'.join(name).rstrip('_')}" for name in self._dampings}
+        made = [one for one in made if one[1] not in dampings or any(name[:1] == "?" for name in symbols(one[2]))]
         # of what is computed twice, each use means what was computed last before it
         twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
 
@@ -249,7 +252,8 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
     Of a system whose pivot moves in time they are what they are.
     """
     spec = words.spec
-    if spec is None or "t" in spec.parameters or not set().union(*map(symbols, sides)) & {*spec.unknowns}:
+    laws = set().union(*map(symbols, sides)) & {*spec.unknowns} if spec else set[str]()
+    if spec is None or "t" in spec.parameters or not (laws or any(_highest_rate(side) > 1 for side in sides)):
         return sides
 
     def settle(node: Node) -> Node:
@@ -258,6 +262,13 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
         return replace(node, children=tuple(map(settle, node.children))) if node.children else node
 
     return tuple(map(settle, sides))
+
+
+def _highest_rate(node: Node) -> int:
+    """The highest order in time of what stands in an expression: 2 for an acceleration."""
+    if node.kind == "symbol" and node.written:
+        return node.written.dots + (node.written.letter in ("omega", "w"))
+    return (node.kind == "derivative" and node.value == "t") + max(map(_highest_rate, node.children), default=0)
 
 
 def _read_name(one: Printed) -> tuple[Node, ...]:

@@ -102,6 +102,7 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
     (r"(?i)\b(?:mass|length|angle|radius|force)\s+(?=[^\W\d_]\w{0,2}\s*=)", ""),  # mass m = 0.1 kg
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
+    (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_commas(match[1]))),  # of sympy
     (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
@@ -110,6 +111,8 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
 _INDEXED = re.compile(r"(\\[a-z]{2,}|(?<![A-Za-z\\])[A-Za-z])_\{?(\d)\}?(?!\w)")
 _MEMBER = re.compile(r"\bm_([ml])\d?\b")  # of an object in C++: m_m1, m_l1
 _AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
+_INDEX = r"\[\s*{}\s*(?:[+-]\s*1\s*)?\]"
+_OF_ARRAYS = re.compile(rf"\s*([^\W\d][\w.]*){_INDEX.format('([a-z])')}\s*=\s*\1{_INDEX.format(chr(92) + '2')}")
 _STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*[A-Za-z])\s*;?\s*$")
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
@@ -286,6 +289,8 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         quoted = text.count('"""', 0, begin) % 2  # code that is left out
         if (step := _STEPPED.match(whole)) and step[1] in steps:
             whole = f"{whole[: step.start(1)]}dt"
+        if stepped := _OF_ARRAYS.match(whole):  # omega[i + 1] = omega[i] + ...: as of omega itself
+            whole = re.sub(_INDEX.format(stepped[2]), "", whole)
         for pattern, by in () if quoted else _CODE:
             whole = re.sub(pattern, by, whole)
         again = None if quoted else _AGAIN.match(whole)  # of what was computed

@@ -27,7 +27,7 @@ _RATES = tuple(  # how the name of a rate is spelled
     re.compile(pattern)
     for pattern in (
         r"d(?P<order>2)_?(?P<name>[A-Za-z]+?\d?)_?dt\d?",  # d2x_dt2
-        r"d_?(?P<name>[A-Za-z]+?\d?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1
+        r"d_?(?P<name>[A-Za-z]+?\d?(?:_dot)?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1, dtheta_dot_dt
         r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
         rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?<!th)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
@@ -152,6 +152,7 @@ class Vocabulary:
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
         free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
+        firsts = [one for one in firsts if one[1][1] != "0" or (one[1][0], "") not in free]  # T may be what T_0 is
         # beside L, which may be a length or Lagrange's function, r and d may be none or a length
         firsts = [one for one in firsts if one[0][0] not in "lh" or ("L", one[1][1]) not in names]
         # beside l, r is none
@@ -181,7 +182,7 @@ class Vocabulary:
         name = (written.letter, written.index)
         hit = name in self.renamed
         if other := self.renamed.get(name):
-            written = replace(other, dots=other.dots + written.dots)
+            written = replace(other, dots=other.dots + written.dots, styled=written.styled)
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
@@ -207,6 +208,7 @@ UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat
 ANGLES = ("theta", "phi")
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
+RATES = ("omega", "omega1", "omega2")  # where they are no coordinate's rate
 MOST_DOTS = 6
 FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
 ENERGY = (1, 2, -2)  # powers of kg, m, s
@@ -243,7 +245,7 @@ def bound(node: Node, words: Vocabulary) -> Node:
         of_state = str(before.value).startswith("?") or before.value in FUNCTIONS_OF_STATE
         of_place = units.get(before.value) == ENERGY and names <= {"x", "y", "z"}  # as U(y)
         in_brackets = child.kind == "matrix" or bool(child.bracketed)
-        called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq"}  # L(t, q, dq)
+        called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq", *RATES}  # L(t, q, dq)
         several = len(inside) > 1 and names <= called and before.written is not None and not before.written.styled
         only = names <= {"q", "dq"} or (of_state and names <= {*words.state}) or of_place
         if in_brackets and is_name and (several or only):

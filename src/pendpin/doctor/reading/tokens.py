@@ -52,7 +52,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     ",": "in &",
     "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv→dv",
     "over": "over",
-    "letter": "lag→L Lag→L Lagr→L l max min top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
+    "letter": "lag→L Lag→L Lagr→L l e max min top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
@@ -125,7 +125,8 @@ def _mark_rows(match: re.Match[str]) -> str:
 Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
-        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
+        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color|unit|si)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
+        r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
         r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n"
         r"|\b(?:np|jnp|numpy|math|Math|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
         r"|\b(?:[A-Za-z]\w*::)+"
@@ -146,7 +147,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         lambda match: f"|{match[1].rjust(len(match[0]) - 2)}|",
     ),
     (r"(\^\s*(?:\w|\{[^{}]*\}))\s*(_(?:\w|\{[^{}]*\}|\\[a-z]+))", r"\2\1"),  # l^2_1 is l_1^2
-    (r"\{\s*\}(?!\s*[\^_])", ""),  # braces around nothing
+    (r"\{\s*(?:\\(?:rm|it|bf)\s*)?\}(?!\s*[\^_])|\\m?kern\s*-?[\d.]+\s*[a-z]{2}", ""),  # braces around nothing
     # of a whole equation
     (r"\\(?:boldsymbol|mathbf|textbf|bm|boxed)\s*(?=\{(?:[^{}=]|\{(?:[^{}]|\{[^{}]*\})*\})*=)", ""),
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
