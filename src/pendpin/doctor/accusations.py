@@ -235,9 +235,10 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
     if mend.words.startswith("the factor ") and any(one.kind == "sum" and one.children[0].value == 1 for one in gone):
         return f"{as_read}; the first terms of a series may be meant"
-    # a part of an energy that becomes constant is left out
+    # a part of an energy that becomes constant is left out, as F x
     moved = [part for part in gone if part.kind == "symbol" and equation.meaning(str(part.value)) in case.spec.state]
-    if equation.energies and any(mend.swaps[id(part)].names <= case.spec.still for part in moved):
+    left_out = equation.energies and any(mend.swaps[id(part)].names <= case.spec.still for part in moved)
+    if left_out and equation.names & {*LOADS}:
         return f"{as_read}; a part of it may be the potential of a load"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
