@@ -83,6 +83,19 @@ def test_what_is_integrated_can_be_completed_in_time(
     assert len(caught.value.partial.t) >= 1
 
 
+def test_compiling_is_not_a_cost_of_every_sample(clock: Clock, monkeypatch: pytest.MonkeyPatch) -> None:
+    """The first completion compiles for 0.5 s, and 601 samples take 0.06 s: a run of 1 s has time for both."""
+    fill, first = run.fill_in, iter([0.5])
+
+    def slow(scene: Any, dynamics: Any, balance: Any, done: Any) -> Any:
+        clock.now += next(first, 0.0) + 1e-4 * len(done.t)
+        return fill(scene, dynamics, balance, done)
+
+    monkeypatch.setattr(run, "fill_in", slow)
+    assert len(pp.simulate(swing(duration=10.0), limit=1.0).t) == 601
+    assert 0.5 < clock.now < 1.0
+
+
 def test_a_run_that_is_stopped_before_its_second_sample_can_be_shown() -> None:
     """It has events, and one sample: that is its largest value, and its table."""
     effects = (pp.effects.Gravity(), pp.effects.Stop(joints=("theta",), lower=-0.3, upper=0.3, restitution=0.9))
