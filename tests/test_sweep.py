@@ -289,6 +289,35 @@ def test_a_case_that_cannot_run_is_nan_with_its_reason() -> None:
     assert ["IndexError" in why for why in found.why.values[:, 1]] == [False, True]
 
 
+@pytest.mark.parametrize("measure", ["swing", "theta_1.max"])
+@pytest.mark.parametrize(
+    ("key", "values"),
+    [("start.positions.theta_1", [1e20, 0.5]), ("effects[1].upper", [0.4, 0.6]), ("model.copies", [3, 2])],
+)
+def test_any_case_may_be_one_that_cannot_start(key: str, values: list[float], measure: str) -> None:
+    """In either order the same value, unit and reason: of angles too large, beyond a stop, or of other joints."""
+    start = pp.Start(positions=[0.5, 0.0, 0.2, 0.0] if key == "model.copies" else {"theta_1": 0.5})
+    stop = [fx.Stop(joints=["theta_1"], upper=1.0)] if key == "effects[1].upper" else []
+    two = pp.Scene(model=pp.Chain(rods=[ROD], copies=2), start=start, effects=[fx.Gravity(), *stop], duration=0.5)
+    one, other = (pp.sweep(two, {key: order}, measure) for order in (values, values[::-1]))
+    reason, none = one.why.values.tolist()
+    assert (reason.startswith("start.positions"), none, other.why.values.tolist()) == (True, "", ["", reason])
+    assert np.isnan(one[measure].values).tolist() == [True, False]
+    np.testing.assert_array_equal(one[measure].values, other[measure].values[::-1])
+    assert one[measure].attrs["units"] == other[measure].attrs["units"] == "rad"
+
+
+def test_a_quantity_may_be_missing_in_some_cases() -> None:
+    """In either order: it is NaN there. One that no case has is refused."""
+    one = pp.Scene(model=pp.Chain(rods=[ROD], copies=2), start=pp.Start(positions={"theta_1": 0.5}), duration=0.1)
+    for copies in ([2, 3], [3, 2]):
+        found = pp.sweep(one, {"model.copies": copies}, "theta_3.max")["theta_3.max"]
+        assert np.isnan(found.values).tolist() == [count == 2 for count in copies]
+        assert found.attrs["units"] == "rad"
+        with pytest.raises(pp.InputError, match="theta_4"):
+            pp.sweep(one, {"model.copies": copies}, "theta_4.max")
+
+
 @pytest.mark.parametrize(
     ("vary", "measure", "says"),
     [

@@ -10,7 +10,7 @@ from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
 from threading import Event
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -38,7 +38,8 @@ from pendpin.sweeps.workers import end_if_stopped
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import unit_of
 
-TRIED = 33  # cases, at most, until one has numbers that can be had
+T = TypeVar("T")
+TRIED = 33  # cases, at most, until one can be had
 LOOSER = 100.0  # times the tolerance, for what compares two runs
 CLOSER = 4  # times the samples, of cases whose samples do not tell what is between them
 LARGEST_COUNT = 2.0**53
@@ -74,7 +75,7 @@ class Task:
             return None
         if solver.accuracy is not None and solver.accuracy < VECTOR.finest:
             return None
-        batch = Batch(self)
+        batch = from_a_case(self, partial(Batch, self))
         return batch if batch.series[0].covered else None
 
     def __reduce__(self) -> tuple[type["Task"], tuple[Any, ...]]:
@@ -102,7 +103,7 @@ def sampled(task: Task) -> Task:
 
 def checked(task: Task) -> Task:
     """The task with its units. Raises InputError for keys or measures that no case could have."""
-    scene, names = typical(task), [m.name for m in task.chosen]
+    scene, names = from_a_case(task, lambda scene: scene), [m.name for m in task.chosen]
     varied = dict(zip(short_names(task.plan.keys), task.plan.keys, strict=True))
     units = {name: unit for name, key in varied.items() if (unit := unit_of_key(key, scene))}
     units |= {m.name: m.unit for m in task.chosen if m.unit}
@@ -117,23 +118,25 @@ def checked(task: Task) -> Task:
         if lengths.setdefault(dimension, length) != length or dimension in varied or dimension in RESERVED:
             remedy = "give one of them another name, or both one length"
             raise InputError(f"measure: two dimensions are called {dimension}; {remedy}")
-    if series := {m.name: m.series for m in task.chosen if m.series}:
+    series = {m.name: m.series for m in task.chosen if m.series}
+
+    def units_of_series(scene: Scene) -> dict[str, str]:
         at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
-        try:
-            run = Trajectory.of(run_to_setting(scene.model_copy(update=at_start)))
-        except RunError:
-            return replace(task, units=units)  # every case will say why
+        run = Trajectory.of(run_to_setting(scene.model_copy(update=at_start)))
         with inside("measure"):
-            units = {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])} | units
+            return {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])}
+
+    with suppress(RunError):  # every case will say why
+        units = (from_a_case(task, units_of_series) if series else {}) | units
     return replace(task, units=units)
 
 
-def typical(task: Task) -> Scene:
-    """The scene of a case whose numbers can be had: the last one, else one before. Raises InputError if there is none."""
+def from_a_case(task: Task, make: Callable[[Scene], T]) -> T:
+    """What `make` makes of the last case, else of one before it that it takes. Raises InputError if it takes none."""
     places, errors = np.unique(np.linspace(0, task.plan.count - 1, TRIED).astype(int))[::-1], list[InputError]()
     for row in task.plan.rows(places):
         try:
-            return set_numbers(task.scene, task.plan.keys, row)
+            return make(set_numbers(task.scene, task.plan.keys, row))
         except InputError as error:
             errors.append(error)
     raise errors[-1]
@@ -189,8 +192,7 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
 class Batch:
     """The cases of a sweep side by side; `series` are those of its setting, and looser ones or a ladder of settings."""
 
-    def __init__(self, task: Task) -> None:
-        scene = typical(task)
+    def __init__(self, task: Task, scene: Scene) -> None:
         flips = any(m.name.startswith("flip_time") for m in task.chosen)
         self._flips = accumulated(build(scene.model)) if flips else []
         if all(m.ends for m in task.chosen):
@@ -232,7 +234,7 @@ class Batch:
             states = np.tile(self._state, (len(rows), 1, 1))
             states[:, *self._joints] = rows
             places = np.flatnonzero(np.all(np.abs(states) <= [[FARTHEST], [LARGEST]], axis=(1, 2)))
-            return places, self.series[0].started(*np.moveaxis(states[places], 1, 0))
+            return places, self.series[0].started(*np.moveaxis(states[places], 1, 0)) if len(places) else None
         cases = dict[int, Cases]()
         for place, row in enumerate(rows):
             with suppress(PendpinError):  # simulate says why
