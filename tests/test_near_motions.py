@@ -364,6 +364,42 @@ def test_a_given_period_stays() -> None:
         pp.follow(orbit, "effects[2].frequency", 3.0)
 
 
+def test_a_given_period_is_a_whole_multiple_of_that_of_each_drive() -> None:
+    """With frequencies 2 and 3 the period is 2 pi, or n times that with the same orbit, its multipliers to the power n."""
+    drives = (fx.Motor(joint=joint, amplitude=0.3, frequency=f) for joint, f in (("theta", 2.0), ("phi", 3.0)))
+    driven = scene(fx.Viscous(coefficient=0.1), *drives, q=(0.0, 0.0), model=pp.Chain(rods=[ROD]))
+    once, twice = (pp.periodic_orbit(driven, period=n * 2 * math.pi) for n in (1, 2))
+    np.testing.assert_allclose(
+        np.sort_complex(twice.multipliers), np.sort_complex(once.multipliers**2), rtol=0, atol=1e-10
+    )  # each transition is off by 1e-11 of its size, and a period magnifies what the orbits differ by
+    assert pp.periodic_orbit(driven, period=6.28319).stable == once.stable  # as it is printed
+    for period, place in ((math.pi, "3"), (2 * math.pi / 3, "2"), (1.234, "2"), (6.282, "2"), (1e-6, "2")):
+        with pytest.raises(
+            pp.InputError, match=rf"not a whole multiple of that of effects\[{place}\] \(motor\), [23]\."
+        ):
+            pp.periodic_orbit(driven, period=period)
+
+
+def test_a_table_that_ends_before_the_period_ends_the_orbit_as_it_ends_a_run(tmp_path) -> None:
+    """One line says that the times of a file do not cover the run, whoever asks; a table that lasts has its orbit."""
+    file, times = tmp_path / "rates.csv", np.linspace(0.0, 10.0, 201)
+    file.write_text("".join(f"{t:.17g},{0.1 * np.sin(2 * np.pi * t / 5):.17g}\n" for t in times))
+    slewed = scene(fx.Viscous(coefficient=0.2), fx.Rotation(csv=file, axis=(0, 0, 1)), model=TWO, duration=5.0)
+    said = set[str]()
+    for ask in (
+        lambda: pp.periodic_orbit(slewed, period=12.0),
+        lambda: stability(slewed, period=12.0),
+        lambda: pp.simulate(slewed.replace(duration=12.0)),
+    ):
+        with pytest.raises(
+            pp.InputError, match=r"rates\.csv: its times, 0 to 10 s, do not cover the run, 0 to 12 s"
+        ) as no:
+            ask()
+        said.add(str(no.value))
+    assert len(said) == 1
+    assert pp.periodic_orbit(slewed, period=5.0).miss < 1e-11
+
+
 @pytest.mark.parametrize("given", [False, True])
 def test_only_a_found_period_is_free(given: bool) -> None:
     """A rod in a plane has the period 4 K(sin(theta/2)) / omega: in a stronger field a given one needs a longer swing."""

@@ -34,6 +34,7 @@ TIGHT = 1e-13  # the tolerance of the integration: Newton's method and the multi
 OFF = 100 * TIGHT  # of a transition over a period
 STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
+TURNS = 1e-5  # by which a period may miss a whole number of those of a drive, as one with the digits printed does
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
 # Of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way.
 FLAT = 1e-7
@@ -86,7 +87,8 @@ def periodic_orbit(
         scene: a Scene, or the path of a TOML file.
         guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; if absent the scene's own start, then, for a period that is
             given or that of the drive, the rods hanging or upright next to it.
-        period: s; if absent that of the drive, and without a drive it is found from the first return of a run.
+        period: s, a whole multiple of that of each drive; what a table over time or an effect of your own does is taken to
+            repeat after it. If absent that of the drive, and without a drive it is found from the first return of a run.
 
     Returns:
         The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the RunRecord over one period.
@@ -109,7 +111,9 @@ def periodic_orbit(
             raise InputError(f"guess: {shown(guess)} is neither a Start nor {size} finite numbers, q then v")
     first = period_of(scene) if period is None else seconds("period", period, lasting=True)
     free = first is None
-    if first is None:  # the time at which a run first comes near its start again
+    if first is not None:
+        scene = scene.replace(duration=first)  # a file of rates or positions has to last so long
+    else:  # the time at which a run first comes near its start again
         run = simulate(
             scene.replace(start=Start.at_state(scene.start.time, *np.split(state, 2))).with_solver(samples=SAMPLES)
         )
@@ -154,6 +158,7 @@ def wrap(angle: Array) -> Array:
 
 def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
     """The orbit next to a state y (2 nv,) by Newton's method; a period that is `free` is found too. RunError if none is."""
+    refuse_other_periods(scene, period)
     turns, best, patience = None, None, 3
     for _ in range(STEPS):
         now = integrate_period(scene, y, period)
@@ -182,6 +187,16 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
     order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
     at = scene.replace(start=Start.at_state(scene.start.time, *np.split(y, 2)), duration=period)
     return PeriodicOrbit(at, period, free, values[order], errors[order], size, transition)
+
+
+def refuse_other_periods(scene: Scene, period: float) -> None:
+    """Raise InputError where a period in s is not a whole multiple of that of each sinusoid that acts."""
+    for i, effect in enumerate(scene.effects):
+        frequency = getattr(effect, "frequency", None) if effect.sinusoidal and not effect.idle else None
+        turns = period * frequency / (2 * np.pi) if frequency else 1.0
+        if frequency and abs(turns - max(1, round(turns))) > TURNS:
+            own = f"of effects[{i}] ({effect.kind}), {2 * np.pi / frequency:.12g} s"
+            raise InputError(f"period: {period:.12g} s is not a whole multiple of that {own}")
 
 
 class Return(NamedTuple):
