@@ -140,6 +140,19 @@ def test_extend_bit_for_bit(method: str) -> None:
     assert whole.stats.steps == long.stats.steps
 
 
+@pytest.mark.parametrize("method", ["rk4", "euler"])
+@pytest.mark.parametrize(("start", "step"), [(0.0, 1 / 256), (7.1, 0.003), (1e6, 0.005)])
+def test_extend_from_inside_a_step(method: str, start: float, step: float) -> None:
+    """A run that ends inside a step, or at a time that is rounded beside its late start, goes on with the same steps."""
+    solver = {"solver.method": method, "solver.step": step}
+    scene = pp.load_scene(EXAMPLES / "double_pendulum.toml").replace(solver | {"start.time": start})
+    run, long = (pp.simulate(scene, duration=duration) for duration in (1.3, 2.0))
+    whole = run.extend(0.7)
+    np.testing.assert_array_equal(whole.t, long.t)
+    np.testing.assert_array_equal(whole.q, long.q)
+    np.testing.assert_array_equal(whole.v, long.v)
+
+
 def test_a_saved_run_goes_on_too(tmp_path: Path) -> None:
     """From what its file holds."""
     run = pp.simulate(SCENES["smooth"], samples=31)

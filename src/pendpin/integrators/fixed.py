@@ -81,6 +81,15 @@ class GridPlace(NamedTuple):
         return GridPlace(origin, done, offset), blocks, (origin + offset, max(elapsed - offset, 0.0))
 
 
+def last_step_end(times: Array, step: float) -> int:
+    """The last of the output times (n,) in s of a run, rising, at which one of its steps of this size in s ends."""
+    place, last = GridPlace(float(times[0]), 0), 0
+    for sample, t in enumerate(times.tolist()):
+        place, _, _ = place.go_to(t, step)
+        last = sample if place.origin == t else last
+    return last
+
+
 class FixedMemory(NamedTuple):
     """What a method with a fixed step keeps from segment to segment."""
 

@@ -13,7 +13,7 @@ from pendpin.errors import InputError, Interrupted, RunError, shown
 from pendpin.ground.arguments import numbers, seconds
 from pendpin.ground.arrays import Array, ArrayLike, Indices, Mask, subdivided
 from pendpin.integrators import Run
-from pendpin.integrators.fixed import NEAR
+from pendpin.integrators.fixed import NEAR, last_step_end
 from pendpin.runs.integration import integrate_to_end
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.run import fill_in, loop_of
@@ -134,6 +134,8 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
     """The run and its continuation for `duration` s (Trajectory.extend)."""
     duration = seconds("duration", duration, lasting=True)
     scene = scene_of(run)
+    exact = dict(zip(scene.clock, scene.times, strict=True))  # s since the start: beside a late one times lose digits
+    done = np.array([exact.get(t, t - scene.start.time) for t in run.t])
     total, samples, even = scene.duration + float(duration), scene.solver.samples, scene.solver.times is None
     if even and (samples is None or scene.duration == 0):  # the start alone has no density
         scene = scene.replace({"solver.samples": None}, duration=total)
@@ -147,9 +149,11 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
         total = max(total, times[-1] - scene.start.time)
         scene = scene.replace({"solver.samples": None, "solver.times": times}, duration=total)
     ahead = np.flatnonzero(scene.clock > run.t[-1] + NEAR_SAMPLE * (scene.clock[-1] - run.t[-1]))
-    more, last = Continuation(run, scene), len(run.t) - 1
-    piece = more.piece(last, np.concatenate([[run.t[-1] - scene.start.time], scene.times[ahead]]))
-    new = replace(samples_of(more.fill_pieces([piece], [last]), slice(1, None)), t=scene.clock[ahead])
+    more, step = Continuation(run, scene), scene.solver.step
+    last = len(done) - 1 if step is None else last_step_end(done, step)  # inside a step it would not go on as one run
+    piece = more.piece(last, np.concatenate([done[last:], scene.times[ahead]]))
+    new = samples_of(more.fill_pieces([piece], [last]), slice(len(done) - last, None))
+    new = replace(new, t=scene.clock[ahead])
     counts = {name: getattr(run.stats, name) + getattr(piece, name) for name in COUNTS}
     stats = replace(run.stats, stopped=None, **counts)
     return replace(joined([run, new]), stats=stats, scene=scene.recorded(), source=scene)

@@ -90,8 +90,8 @@ class Trajectory(RunRecord):
     def extend(self, duration: float) -> Self:
         """The run continued for another duration in s, with samples as dense as before.
 
-        With rk4 and euler, if the run ends on a step, the result is bit for bit that of one long run; else it is that within
-        the run's accuracy.
+        With rk4 and euler the result is bit for bit that of one long run with the same sample times; with other methods and
+        thin rods it is that within the run's accuracy. Fixed steps go on from the last sample at which one ends.
         """
         return self.of(continuation.extend(with_samples(self), duration))
 
