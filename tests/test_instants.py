@@ -177,6 +177,38 @@ def test_crossings_are_those_of_a_dense_search(number: int) -> None:
     assert benchmark["faults"](benchmark["query_of"](0, number)) == []
 
 
+@pytest.mark.parametrize("begin", [1.7e9, 1e12])
+@pytest.mark.parametrize("rubs", [True, False], ids=["friction", "stop"])
+def test_a_late_run_has_the_crossings_of_one_from_0_on(rubs: bool, begin: float) -> None:
+    """Of crossings and extremes, where doubles are farther apart than events and samples beside them would be."""
+    effect = pp.effects.DryFriction(kinetic=0.3) if rubs else pp.effects.Stop(lower=-0.2, upper=0.3, restitution=0.8)
+    rod = pp.Rod(length=1.0, mass=1.0, joint="hinge")
+    start = pp.Start(positions=(0.5 if rubs else 0.25,))
+    scene = pp.Scene(model=pp.Chain(rods=(rod,)), duration=5.0, start=start, effects=(GRAVITY, effect))
+    early, late = pp.simulate(scene), pp.simulate(scene.replace({"start.time": begin}))
+    assert early.events
+    one, two = (run.crossings("theta", 0.05).t for run in (early, late))
+    assert len(one) == len(two) == (3 if rubs else 7)
+    # doubles: two for an instant, one for the label of an event, one to subtract
+    assert np.abs(two - begin - one).max() <= 4 * np.spacing(begin)
+    for name in ("theta", "theta_rate"):
+        for a, b in ((early.maximum(name), late.maximum(name)), (early.minimum(name), late.minimum(name))):
+            # a rate of 1 rad/s and an acceleration of 10 rad/s², where it jumps, at a double beside the right time
+            assert b.value == pytest.approx(a.value, abs=1e-9 + 20 * np.spacing(begin))
+
+
+def test_samples_a_few_doubles_apart_change_no_crossing() -> None:
+    """They tell no polynomial, so that the run is sampled where they are near."""
+    even = 3.0 + np.linspace(0.0, 2.0, 61)
+    times = np.unique(np.concatenate([even, *(even[20:30] + k * np.spacing(even[20:30]) for k in (1, 2, 3, 5, 9))]))
+    scene = swinging(THICK, pp.effects.DryFriction(kinetic=0.3), begin=3.0)
+    one, two = (pp.simulate(scene, times=tuple(t), tolerance=1e-10) for t in (even, times))
+    for name in ("theta", "theta_rate", "R3"):
+        level = float(one[name].mean())
+        assert one.crossings(name, level).t == pytest.approx(two.crossings(name, level).t, abs=1e-8)
+        assert one.maximum(name).value == pytest.approx(two.maximum(name).value, abs=1e-8)
+
+
 # --- the instant in an interval, of functions of time alone -------------------------------------------------------------
 
 

@@ -33,6 +33,7 @@ GROWN = 4  # times as many intervals as after the first cut: a passage of a pole
 MOST = 200_000  # samples after that
 KEPT = 1_000_000  # positions in the pieces that are kept: searches for several extremes look at the same times
 BESIDE = 1e-7  # of the run: how far before and behind an event a sample is taken, as rates jump in between
+APART = 32  # and units in the last place of a time, at least: the points at which this is searched are apart
 
 
 class Continuation:
@@ -166,7 +167,7 @@ def resolve(run: RunRecord) -> Continuation:
     """The run, with more samples where its own do not show how it moved. InputError if these would be too many."""
     dense = STEPS * run.stats.steps / max(len(run.t) - 1, 1)  # parts of a whole interval between samples
     most = np.inf
-    events, margin = times_of_events(run), BESIDE * (run.t[-1] - run.t[0])  # samples just before and behind them
+    events, margin = times_of_events(run), margin_of_events(run)  # samples just before and behind them
     events = events[np.isin(_intervals_of(run, events), find_coarse(run))]
     beside = np.clip(np.concatenate([events - margin, events + margin]), run.t[0], run.t[-1])
     more = Continuation(run)
@@ -214,6 +215,11 @@ def times_of_events(run: RunRecord) -> Array:
     return np.array([event.t for event in run.events])
 
 
+def margin_of_events(run: RunRecord) -> float:
+    """How far before and behind an event of a run a sample is taken, s."""
+    return max(BESIDE * float(run.t[-1] - run.t[0]), APART * float(np.spacing(np.abs(run.t[[0, -1]]).max())))
+
+
 def find_coarse(run: RunRecord) -> Indices:
     """The intervals (k,), but for those of events, in which q or v do not follow from their rates at both ends."""
     if len(run.t) == 1:  # which may have events: of a run that was stopped before its second sample
@@ -225,7 +231,7 @@ def find_coarse(run: RunRecord) -> Indices:
     for x, rate, floor in ((run.q, run.v, 0.0), (run.v, run.a, least)):
         coarse |= strays(dt, x, rate, floor).any(1)
     closed = _intervals_of(run, times_of_events(run))
-    closed = closed[dt[closed, 0] <= 3 * BESIDE * (run.t[-1] - run.t[0])]
+    closed = closed[dt[closed, 0] <= 3 * margin_of_events(run)]
     coarse[closed] = False
     return np.flatnonzero(coarse)
 

@@ -15,13 +15,14 @@ from numpy.polynomial import chebyshev
 from pendpin.errors import InputError, is_number, shown
 from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
-from pendpin.motions.continuation import BESIDE, ROUNDING, Continuation, resolve, times_of_events
+from pendpin.motions.continuation import ROUNDING, Continuation, margin_of_events, resolve, times_of_events
 from pendpin.trajectory import RunRecord, samples_of
 from pendpin.trajectory.columns import DRIFT
 
 Quantity = Callable[[RunRecord], Array]  # of a run, (n,); of which the largest is looked for, (n, m)
 
 POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of both is the error
+CANCELLED = 2.0**26  # times their sum: shares of samples that cancel to it leave half of the digits
 OVERSHOOT = 4.0  # times the range of the samples near an interval: what a quantity may exceed them by
 DEEPEST = 12  # times an interval is cut in two, about; its points alone are looked at then
 MOST = 200_000  # samples
@@ -69,7 +70,8 @@ class _Pieces(NamedTuple):
     @property
     def times(self) -> Array:
         """The times (p, DEGREE + 1) of the values."""
-        return self.begin[:, None] * (1 - SHARES) + self.end[:, None] * SHARES
+        begin, end = self.begin[:, None], self.end[:, None]
+        return np.clip(begin * (1 - SHARES) + end * SHARES, begin, end)  # which rounding may leave
 
     def turns(self, i: int | np.integer, series: Array) -> tuple[Array, Array]:
         """The ends and turning points of the interpolation in piece i, a Chebyshev series: times in s and values."""
@@ -166,7 +168,7 @@ def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf)
     intervals, columns = np.nonzero(high)
     begin, end = times[intervals], times[intervals + 1]
     jumps = np.searchsorted(events, begin, "right") < np.searchsorted(events, end, "right")
-    apart = ~(jumps & (end - begin <= 3 * BESIDE * (times[-1] - times[0])))
+    apart = ~(jumps & (end - begin <= 3 * margin_of_events(run)))
 
     def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
         """The pieces in which the quantity may still exceed the best one."""
@@ -228,25 +230,31 @@ def _search(
 
 
 def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns: Indices) -> _Pieces:
-    """Polynomials through POINTS[0] of n samples near some intervals; unknown of few samples, or across events (k,)."""
+    """Polynomials through POINTS[0] of n samples near some intervals; unknown of few or close samples, or across events."""
     begin, end, most = t[intervals], t[intervals + 1], POINTS[0]
     ends = x[intervals, columns][:, None], x[intervals + 1, columns][:, None]
+    line = ends[0] * (1 - SHARES) + ends[1] * SHARES
     if len(t) < most:
-        return _Pieces(begin, end, columns, ends[0] * (1 - SHARES) + ends[1] * SHARES, np.full(len(begin), np.inf))
+        return _Pieces(begin, end, columns, line, np.full(len(begin), np.inf))
     inside = begin[:, None] + (end - begin)[:, None] * SHARES[1:-1]
 
     def through(count: int) -> Array:  # polynomials through samples near p intervals, inside these (p, k); barycentric
         near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
         apart = (t[near][:, :, None] - t[near][:, None, :]) / (end - begin)[:, None, None]
         apart[:, np.arange(count), np.arange(count)] = 1.0
-        shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
-        return (shares * x[near, columns[:, None]][:, None]).sum(-1) / shares.sum(-1)
+        with np.errstate(divide="ignore", invalid="ignore"):  # a time inside may be a sample, where these are close
+            shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
+            total, size = shares.sum(-1), np.abs(shares).sum(-1)
+            values = (shares * x[near, columns[:, None]][:, None]).sum(-1) / total
+        return np.where(size < CANCELLED * np.abs(total), values, np.nan)
 
     fine, rough = (through(count) for count in POINTS)
     first = _first_near(len(t), most)[intervals]
     across = np.searchsorted(events, t[first]) < np.searchsorted(events, t[first + most - 1], "right")
-    error = np.where(across, np.inf, UNSEEN * np.abs(fine - rough).max(1))
-    return _Pieces(begin, end, columns, np.concatenate([ends[0], fine, ends[1]], 1), error)
+    error = UNSEEN * np.abs(fine - rough).max(1)
+    known = np.isfinite(error)
+    values = np.where(known[:, None], np.concatenate([ends[0], fine, ends[1]], 1), line)
+    return _Pieces(begin, end, columns, values, np.where(known & ~across, error, np.inf))
 
 
 def _first_near(samples: int, count: int) -> Indices:
@@ -278,7 +286,11 @@ def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> A
     # The better end; behind it where the quantity has jumped and not passed 0.
     nearer = np.abs(fa) <= np.abs(fb)
     instant, off = np.where(nearer, a, b), np.where(nearer, fa, fb)
-    jump = JUMP * np.maximum(np.abs(changes.before), np.abs(changes.after))
-    jumped = (off * changes.after < 0) & (np.abs(off) > jump)
-    behind = instant + AFTER * np.maximum(changes.end - changes.begin, np.abs(instant))
+    # A smooth quantity changes so much between two doubles where an interval is a few of them, as in a late run.
+    width = changes.end - changes.begin
+    share = np.maximum(JUMP, 2 * CLOSE * np.spacing(np.abs(instant)) / np.maximum(width, 1e-300))
+    jumped = (off * changes.after < 0) & (
+        np.abs(off) > share * np.maximum(np.abs(changes.before), np.abs(changes.after))
+    )
+    behind = instant + AFTER * np.maximum(width, np.abs(instant))
     return np.where(jumped, np.minimum(changes.end, behind), instant)

@@ -27,7 +27,7 @@ from pendpin.integrators.adaptive import Call, block_stepper, cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
 from pendpin.model.build import build, start_state
-from pendpin.motions.continuation import BESIDE, at, times_of_events
+from pendpin.motions.continuation import at, margin_of_events, times_of_events
 from pendpin.motions.search import extreme
 from pendpin.runs.preparation import bind_for_run
 from pendpin.runs.run import fill_in
@@ -268,7 +268,7 @@ def up_to_extreme(run: RunRecord, of: str | None, name: str, sign: float) -> Run
     value, t = extreme(run, name, sign)
     if name == "swing" and min(value, np.pi - value) < _KINK:
         raise InputError(f"of: {of} is {value:.6g} rad, and swing has no derivative at 0 and at half a turn")
-    beside = np.abs(times_of_events(run) - t) <= BESIDE * (run.t[-1] - run.t[0])
+    beside = np.abs(times_of_events(run) - t) <= margin_of_events(run)
     if beside.any() and run.places[name][0] not in OF_POSITIONS:
         raise InputError(f"of: {of} is reached at {t:.6g} s, where a joint sticks or slips: it has no derivative there")
     return joined([samples_of(run, (run.t < t) | (np.arange(len(run.t)) == 0)), at(run, [t])])
