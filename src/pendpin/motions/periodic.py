@@ -87,8 +87,8 @@ def periodic_orbit(
         scene: a Scene, or the path of a TOML file.
         guess: a Start, or (q, v) as (2 nv,) in rad and rad/s; if absent the scene's own start, then, for a period that is
             given or that of the drive, the rods hanging or upright next to it.
-        period: s, a whole multiple of that of each drive; what a table over time or an effect of your own does is taken to
-            repeat after it. If absent that of the drive, and without a drive it is found from the first return of a run.
+        period: s, a whole multiple of that of each drive; tables over time and effects of your own are assumed to repeat
+            after it. If absent that of the drive, and without a drive it is found from the first return of a run.
 
     Returns:
         The PeriodicOrbit: period in s, multipliers (2 nv,), stable, and `orbit`, the RunRecord over one period.
@@ -209,8 +209,9 @@ class Return(NamedTuple):
     turns: Array  # (2 nv,) rad, the whole turns of the angles
 
 
-def integrate_period(scene: Scene, y: Array, period: float, key: str | None = None) -> Return:
+def integrate_period(scene: Scene, y: Array, period: float, key: str | None = None, image: float = 1.0) -> Return:
     """The motion from y (2 nv,) after a period in s, with its derivative by the number at a key path, if there is one."""
+    # `image` -1: it is to end at the mirror image of its start, but for whole turns.
     refuse_contacts(scene)
     size = len(y)
     start = Start.at_state(scene.start.time, *np.split(y, 2))
@@ -229,7 +230,7 @@ def integrate_period(scene: Scene, y: Array, period: float, key: str | None = No
     end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
     rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])
     by_number = np.zeros(size) if key is None else changes[-1, -1]
-    whole = 2 * np.pi * np.round((end - y) / (2 * np.pi))
+    whole = 2 * np.pi * np.round((end - image * y) / (2 * np.pi))
     angle = (np.arange(size) < size // 2) & ~slides
     return Return(end, changes[-1, :size].T, by_number, rate[0], np.where(angle, whole, 0.0))
 

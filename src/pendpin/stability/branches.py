@@ -150,10 +150,12 @@ def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled", "
             place = curve.locate(last, tangent, length, lambda x: curve.tangent(x, tangent)[-1] * way[-1] > 0)  # noqa: B023
             folds.append(fold := curve.number(place))
         if here.stable != orbits[-1].stable:
-            place = curve.locate(last, tangent, length, lambda x: curve.orbit(x).stable == here.stable)  # noqa: B023
+            mirrored = max(_half_gap(each, -1.0) for each in (orbits[-1], here)) < MIRRORED
+            within = curve.among_mirrored(last) if mirrored else curve
+            place = within.locate(last, tangent, length, lambda x: within.orbit(x).stable == here.stable)  # noqa: B023
             value = curve.number(place)
             at_fold = fold is not None and abs(value - fold) < AT_CHANGE * max(abs(fold), abs(curve.way))
-            changes.append(_change_at(value, curve.orbit(place), at_fold))
+            changes.append(_change_at(value, within.orbit(place), at_fold))
         points.append(u)
         orbits.append(here)
         tangent = way
@@ -175,6 +177,14 @@ class _Curve(NamedTuple):
     free: bool  # the period is found with the orbit; else it is set, by the drive or by who gave it
     tuned: bool  # the number is the frequency of the drive: the period keeps its number of turns of the drive
     turns: Array
+    image: float = 1.0  # -1 among orbits that end at their own mirror image: the period above is then half of theirs
+
+    def among_mirrored(self, u: Array) -> "_Curve":
+        """The curve on which orbits are their own mirror images, as that at u is."""
+        # At a symmetry breaking others branch off: there Newton's matrix is singular, but not that of half a period.
+        scene, y, period = self.at(u)
+        turns = integrate_period(scene, y, period / 2, image=-1.0).turns
+        return self._replace(period=self.period / 2, turns=turns, image=-1.0)
 
     def number(self, u: Array) -> float:
         """The number of the scene at a point."""
@@ -188,17 +198,18 @@ class _Curve(NamedTuple):
 
     def orbit(self, u: Array) -> PeriodicOrbit:
         """The orbit at a point, with its multipliers."""
-        return close_orbit(*self.at(u), free=self.free)
+        scene, y, period = self.at(u)
+        return close_orbit(scene, y, period if self.image > 0 else 2 * period, free=self.free)
 
     def gap(self, u: Array) -> tuple[Array, Array]:
         """By how much the motion misses its start, (2 nv,), and the derivative by u."""
         scene, y, period = self.at(u)
         over_period = integrate_period(scene, y, period, self.key)
         by_number = over_period.by_number - (over_period.rate * period / self.number(u) if self.tuned else 0.0)
-        columns = [over_period.transition - np.eye(len(y)), by_number[:, None] * self.way]
+        columns = [over_period.transition - self.image * np.eye(len(y)), by_number[:, None] * self.way]
         if self.free:
             columns.insert(1, over_period.rate[:, None] * self.period)
-        return over_period.end - y - self.turns, np.hstack(columns)
+        return over_period.end - self.image * y - self.turns, np.hstack(columns)
 
     def tangent(self, u: Array, before: Array) -> Array:
         """The direction of the curve at u: that of all along which orbits stay orbits which is nearest to `before`."""
@@ -243,7 +254,7 @@ def _orbit_on_new_branch(orbit: PeriodicOrbit, key: str, to: float, onto: str) -
     multiplier, periods, kind = ONTO[onto]
     values, ways = np.linalg.eig(orbit.transition)
     nearest = int(np.argmin(np.abs(values - multiplier)))
-    if abs(values[nearest] - multiplier) > AT_CHANGE or (periods == 1 and _half_gap(orbit, 1.0) > MIRRORED):
+    if abs(values[nearest] - multiplier) > AT_CHANGE or (periods == 1 and _half_gap(orbit, -1.0) > MIRRORED):
         beside = f"its multiplier next to {multiplier:g} is {values[nearest]:.6g}"
         raise InputError(f"onto: this orbit is not at {kind}: {beside}")
     first, y, way = number_at(orbit.scene, key), _state(orbit), np.real(ways[:, nearest])
@@ -253,7 +264,7 @@ def _orbit_on_new_branch(orbit: PeriodicOrbit, key: str, to: float, onto: str) -
         period = periods * orbit.period * (first / number if _is_tuned(orbit.scene, key) else 1.0)
         try:
             other = close_orbit(scene, y + size * np.sqrt(share) * way, period, free=orbit.free)
-            apart = _half_gap(other, multiplier)
+            apart = _half_gap(other, -multiplier)
         except RunError:
             continue
         if apart > APART * np.sqrt(share) and np.abs(_state(other) - y).max() < NEARBY:
@@ -268,21 +279,20 @@ def _change_at(value: float, orbit: PeriodicOrbit, at_fold: bool) -> Change:
     if orbit.free:  # one is 1 along the orbit itself
         multipliers = np.delete(multipliers, np.argmin(np.abs(multipliers - 1)))
     crossing = multipliers[np.argmin(np.abs(np.abs(multipliers) - 1))]
-    if abs(crossing + 1) < AT_CHANGE:
-        return Change(value, "period doubling", orbit)
-    if abs(crossing - 1) > AT_CHANGE:
+    if abs(crossing.imag) > AT_CHANGE:
         return Change(value, "torus", orbit)
+    if crossing.real < 0:
+        return Change(value, "period doubling", orbit)
     if at_fold:
         return Change(value, "fold", orbit)
-    return Change(value, "symmetry breaking" if _half_gap(orbit, 1.0) < MIRRORED else "branch point", orbit)
+    return Change(value, "symmetry breaking" if _half_gap(orbit, -1.0) < MIRRORED else "branch point", orbit)
 
 
-def _half_gap(orbit: PeriodicOrbit, sign: float) -> float:
-    """How far half a period later an orbit is from its own mirror image (sign 1), or from its start (-1), but for turns."""
-    y, half = _state(orbit), integrate_period(orbit.scene, _state(orbit), orbit.period / 2)
-    apart, size = half.end + sign * y, len(y) // 2
-    apart[:size] -= 2 * np.pi * np.round(apart[:size] / (2 * np.pi))
-    return float(np.abs(apart).max())
+def _half_gap(orbit: PeriodicOrbit, image: float) -> float:
+    """How far half a period later an orbit is from its start (image 1), or from its own mirror image (-1), but for turns."""
+    y = _state(orbit)
+    half = integrate_period(orbit.scene, y, orbit.period / 2, image=image)
+    return float(np.abs(half.end - image * y - half.turns).max())
 
 
 def _is_tuned(scene: Scene, key: str) -> bool:
