@@ -285,6 +285,12 @@ total_energy = Ekin + Epot
         "Epot = -m*g*L*cos(theta)",
         "Epot = -m*g*L*sin(theta)",
     ),
+    "units of a pendulum": (
+        r"""In units of a pendulum: $H = \frac12p^2 - \cos q$, $\dot q = p$, $\dot p = -\sin q$; driven
+        $$\ddot q = -\sin q - \gamma\dot q + A\cos(\frac23t)$$""",
+        r"- \cos q$",
+        r"- \sin q$",
+    ),
     "Mathematica": ("```mathematica\ntheta''[t] + g/l Sin[theta[t]] == 0\n```", "+ g/l", "+ l/g"),
 }
 

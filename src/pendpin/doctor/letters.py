@@ -159,7 +159,8 @@ def weight(equation: Equation, spec: Spec) -> float:
     every, accelerations = [*parts(equation.sides)], {name for name in spec.unknowns if name.startswith("dd")}
     moves = any(part.kind == "derivative" or part.value in accelerations for part in every)
     still = equation.names if moves else set().union(*map(symbols, equation.sides))  # a' = b, where b is computed
-    if not still & spec.still and not any(part.kind in ("product", "power") for part in every):
+    saying = ("product", "power", "function") if moves else ("product", "power")
+    if not still & spec.still and not any(part.kind in saying for part in every):
         return HARDLY  # as L = T - V, or a name for a sine
     telling = accelerations | {
         name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)

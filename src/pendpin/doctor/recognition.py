@@ -29,6 +29,7 @@ Name = tuple[str, str]  # a letter and its index
 
 DRIVES = {("tau", ""), ("u", ""), ("tau", "m"), ("tau", "in"), ("tau", "ext"), ("Q", "")}  # of the joint of a pendulum
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
+MEASURES = {*"gmlMLRrJI"}  # letters of a page that is not in units of a pendulum
 UNKNOWN = "no system that pendpin knows"
 REMEDY = "say which system it is with --rod, or what its symbols are with --symbols"
 # what counts for a reading, or against it, in equations that hold
@@ -406,6 +407,7 @@ def _others(page: _Page) -> Iterator[Reading]:
             for spec in bodies:
                 sideways, drive = (f" {word}" in spec.kind for word in ("horizontal", "driven"))
                 other = (sideways and "horizontal" not in said) or (drive and not every.keys() & DRIVES)
+                other = other or (" unit" in spec.kind and any(name[0] in MEASURES for name in every))
                 if not other and not (" equal" in spec.kind and unequal):
                     alike[spec.kind.split()[1], drive].append(spec)
             found = list[Reading]()

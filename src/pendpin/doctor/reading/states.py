@@ -188,7 +188,8 @@ def _style_matrices(equations: list[Sides]) -> Rename | None:
     tables = [sides for sides in equations if any(side.kind == "matrix" for side in sides)]
     equal = {side.written for sides in tables for side in sides if side.kind == "symbol" and side.written}
     inside = _written([tuple(side for side in sides if side.kind == "matrix") for sides in tables])
-    matrices = {written for written in equal - inside if not written.styled and not written.dots}
+    moving = {replace(name, dots=0) for name in _written(equations) if name.dots and name.letter in "xyz"}  # or a cart
+    matrices = {written for written in equal - inside - moving if not written.styled and not written.dots}
     return (lambda name: replace(name, styled=name.styled or name in matrices)) if matrices else None
 
 
