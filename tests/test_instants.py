@@ -368,6 +368,20 @@ def test_the_side_of_an_impact() -> None:
         run.maximum("R3")
 
 
+def test_beside_a_stop_a_rod_sticks_when_it_sticks() -> None:
+    """Not a ten-millionth of the run sooner, where the run is sampled: there it slides on, within a bounce too small."""
+    rod, limits = pp.Rod(length=1.0, mass=1.0, joint="hinge"), pp.effects.Stop(lower=-2.0, upper=2.0)
+    effects = (GRAVITY, pp.effects.DryFriction(kinetic=0.3), limits)
+    scene = pp.Scene(model=pp.Chain(rods=(rod,)), duration=5.0, start=pp.Start(positions=(0.5,)), effects=effects)
+    run = pp.simulate(scene, tolerance=1e-10)
+    event = run.events[-1]
+    assert event.kind == "stick"
+    sliding, held = run.at([np.nextafter(event.t, 0), event.t])["theta_acceleration"]
+    assert (sliding, held) == (pytest.approx(-0.953, abs=1e-3), 0.0)
+    *_, instant = run.crossings("theta_acceleration", sliding / 2).t
+    assert event.t <= instant <= event.t + 2e-13 * event.t  # how far behind a jump its instant is
+
+
 def test_the_force_of_a_load_that_is_stopped_is_not_that_of_a_sample(tmp_path: Path) -> None:
     """Its support falls and stands still: sixty samples a second show a fraction of the largest force."""
     t = np.linspace(0, 1, 101)

@@ -82,11 +82,12 @@ def rates_and_mode(
     # Joints whose bounces are too small come to rest. They may carry others into their stops, so this is repeated.
     if not contacts.stops:
         return v, contacts.choose(t, q, v, scales, loose)
-    resting = np.zeros(len(q), bool)
+    resting, struck = np.zeros(len(q), bool), False
     for _ in range(2 * len(q) + 2):
         before, v = v, contacts.strike(q, v, t)
+        struck = struck or bool((v != before).any())
         mode = contacts.choose(t, q, v, scales, loose)
-        small = _too_small(contacts, t, q, v, mode)
+        small = _too_small(contacts, t, q, v, mode, struck)
         if not small.any():
             return v, mode
         if (small & ~resting).any():
@@ -99,11 +100,11 @@ def rates_and_mode(
     return v, contacts.choose(t, q, v, scales, loose)
 
 
-def _too_small(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode) -> Mask:
+def _too_small(contacts: Contacts, t: float, q: Array, v: Array, mode: Mode, struck: bool) -> Mask:
     """The joints (nv,) whose motion is too small to follow: `REST` is farther than they go."""
-    # These leave their stops and fall back, or slide, against friction or from it, so near to a standstill.
+    # These leave their stops and fall back, or slide after an impact, against friction or from it, so near to a standstill.
     joints, _ = contacts.at_stops(q)
-    leaving, sliding = np.zeros(len(q), bool), (contacts.static > 0) & (v != 0)
+    leaving, sliding = np.zeros(len(q), bool), (contacts.static > 0) & (v != 0) & struck
     leaving[joints] = v[joints] != 0
     if not (leaving | sliding).any():
         return leaving
