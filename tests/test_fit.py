@@ -324,6 +324,21 @@ def test_a_double_pendulum_by_its_tips(tmp_path: Path, capfd, monkeypatch) -> No
     assert pp.load_scene(out).effects[1].coefficient == found["values"][key]
 
 
+def test_more_coordinates_of_a_tip_say_more() -> None:
+    """A rod in space: by x and y, and by z too, the numbers are the true ones, by all three with smaller errors."""
+    data = Data(columns={axis: f"rod.{axis}" for axis in "xyz"}, offsets="zero", noise=1e-4)
+    truth = scene_of(1, Viscous(coefficient=2e-4), data=data)
+    run = pp.simulate(pp.Scene(**truth.given() | {"start": pp.Start(positions={"theta": 0.7, "phi": 0.3})}))
+    tips = run.tips[:, 0] + np.random.default_rng(0).normal(0, 1e-4, (len(run.t), 3))
+    table = {"t": run.t} | dict(zip("xyz", tips.T, strict=True))
+    guess, free = truth.replace({"effects[1].coefficient": 5e-4}), ["effects[1].coefficient", "model.rods[0].com"]
+    part = guess.replace(data=Data(columns={"x": "rod.x", "y": "rod.y"}, offsets="zero", noise=1e-4))
+    two, three = pp.fit(part, table, free), pp.fit(guess, table, free)
+    for key, true in zip(free, (2e-4, 0.1), strict=True):
+        assert all(abs(fit.values[key] - true) < 4 * fit.errors[key] < 0.2 * true for fit in (two, three))
+        assert three.errors[key] < two.errors[key]
+
+
 def test_an_inertia_stays_that_of_a_real_body() -> None:
     """Whatever the search coordinates: the three inertias meet the triangle inequality."""
     scene = scene_of(1)

@@ -12,6 +12,7 @@ import pendpin as pp
 from fit_scenes import ANGLE, NOISE, scene_of, swings_of
 from pendpin.cli import main
 from pendpin.effects import Viscous
+from pendpin.scene import Data
 
 FREE = ["model.rods[0].com", "effects[1].coefficient"]
 FITS = 12
@@ -50,6 +51,16 @@ def test_an_interval_is_no_wider_than_the_noise_where_the_numbers_are_known() ->
     half = prediction.interval[0]
     assert 0.9 < half.min() / (1.96 * NOISE) < half.max() / (1.96 * NOISE) < 1.3
     assert prediction.covered["a1"] == pytest.approx(0.95, abs=0.04)  # of 200 samples: three standard errors
+
+
+def test_there_is_no_interval_where_there_are_no_errors() -> None:
+    """As of a model that does not follow the motion: the samples scatter as far as it swings, and are said to be exact."""
+    data = Data(segment="segment", columns={"a1": ("theta",)}, noise=NOISE)
+    table = swings_of(scene(2.0), [0.5])
+    table["a1"] = table["a1"] + np.random.default_rng(0).normal(0, 0.4, len(table["t"]))
+    fit = pp.fit(scene(2.0).replace(data=data), table, FREE, hold_out=table)
+    assert (fit.errors, fit.hold_out.interval, fit.hold_out.covered) == ({}, None, {})
+    assert "interval" not in str(fit)
 
 
 def test_the_region_of_two_numbers_is_that_of_their_covariance() -> None:

@@ -112,3 +112,10 @@ def test_wrong_arguments_are_refused(given: dict, said: str) -> None:
     scene = scene_of(1, Viscous(coefficient=1e-4)).replace(data=ANGLE)
     with pytest.raises(pp.InputError, match=re.escape(said)):
         pp.fit(scene, TABLE, **({"free": "friction"} | given))
+
+
+def test_tips_that_nothing_moves_are_refused() -> None:
+    """From hanging down no joint moves a tip's z; one that the start moves is fitted."""
+    scene = scene_of(1, data=Data(columns={"a1": "rod.z"}))
+    with pytest.raises(pp.InputError, match=r"data\.columns: no joint moves them"):
+        pp.fit(scene, TABLE, "model.rods[0].com")

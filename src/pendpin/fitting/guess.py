@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from scipy.optimize import least_squares, lsq_linear
 
-from pendpin.fitting.data import Sensors, Swing, tips_at
+from pendpin.fitting.data import Swing, tips_at
 from pendpin.fitting.problem import Pendulum, Problem
 from pendpin.ground.arrays import Array
 from pendpin.model.build import Model
@@ -20,6 +20,8 @@ FAR_OFF = 1e3  # times the accelerations: an error, or none that is a number
 ENOUGH = 1e-3  # of the sum of squares: what a step gains that still pays
 PULL = 1e-3  # weight of the guess
 STARTS = 12  # of the search for angles, for each sample of tips
+ALIKE = 1e-6  # rad or m: joint angles, or tips, that differ by less are the same
+BESIDE = 0.3  # rad: joint angles farther from those of the sample before are searched for from there too
 
 
 def time_to_move(t: Array, y: Array, noise: float) -> float:
@@ -80,29 +82,45 @@ def joint_angles(pendulum: Pendulum, swings: Sequence[Swing], z: Array) -> tuple
         inverse = np.linalg.pinv(sensors.angles[:, moving])
         return tuple(s._replace(y=s.y @ inverse.T) for s in swings)
     model = pendulum.at(z).variations.equations.model
-    return tuple(s._replace(y=_angles_from_tips(model, sensors, moving, s)) for s in swings)
+    return tuple(s._replace(y=_angles_from_tips(pendulum, model, s)) for s in swings)
 
 
-def _angles_from_tips(model: Model, sensors: Sensors, moving: list[int], swing: Swing) -> Array:
-    """Joint angles (m, n) that bring tips where they were measured: Gauss-Newton from several starts, sample by sample."""
+def _angles_from_tips(pendulum: Pendulum, model: Model, swing: Swing) -> Array:
+    """Joint angles (m, n) that bring tips where they were measured: Gauss-Newton from several starts, sample by sample.
+
+    Several positions may do so: theta + pi and pi - phi turn a rod as theta and phi do, and x and y alone say nothing of
+    above and below. Of these it is the one nearest to the scene's start, then the nearest to the sample before.
+    """
+    sensors, moving = pendulum.sensors, list(pendulum.moving)
     n, m, draw = len(moving), len(swing.t), np.random.default_rng(0)
-    y = np.repeat(np.nan_to_num(swing.y), STARTS, 0)  # (m STARTS, columns)
-    q = np.tile(draw.uniform(-np.pi, np.pi, (STARTS, n)), (m, 1))
+    whole = ~np.isnan(swing.y).any(1)
 
-    def off(q: Array) -> Array:  # columns at joint angles (m STARTS, n) less the measured ones (m STARTS, columns), m
+    def off(q: Array, y: Array) -> Array:  # columns at joint angles (C, n) less the measured ones (C, columns)
         angles = np.zeros((len(q), sensors.angles.shape[1]))
         angles[:, moving] = q
         return angles @ sensors.angles.T + tips_at(model, angles) @ sensors.tips.T - y
 
-    for _ in range(20):
-        r = off(q)
-        J = np.stack([(off(q + 1e-6 * unit) - r) / 1e-6 for unit in np.eye(n)], -1)  # (C, columns, n)
-        step = np.linalg.pinv(J, rcond=1e-6) @ r[..., None]
-        q = q - np.clip(step[..., 0], -1.0, 1.0)
-    best = (off(q) ** 2).sum(1).reshape(m, STARTS).argmin(1)
-    angles = q.reshape(m, STARTS, n)[np.arange(m), best]
-    angles[np.isnan(swing.y).any(1)] = np.nan
-    whole = ~np.isnan(angles).any(1)
+    def reach(q: Array, y: Array) -> tuple[Array, Array]:  # from joint angles (C, n), with the sums of squares (C,)
+        for _ in range(20):
+            r = off(q, y)
+            J = np.stack([(off(q + 1e-6 * unit, y) - r) / 1e-6 for unit in np.eye(n)], -1)  # (C, columns, n)
+            step = np.linalg.pinv(J, rcond=1e-6) @ r[..., None]
+            q = q - np.clip(step[..., 0], -1.0, 1.0)
+        return q, (off(q, y) ** 2).sum(1)
+
+    def distance(q: Array, squares: Array) -> Array:  # (C,) rad from the last ones; of a worse fit inf
+        return np.where(squares <= 4 * squares.min() + ALIKE**2, np.abs(wrap(q - last)).max(1), np.inf)
+
+    y = np.repeat(np.nan_to_num(swing.y), STARTS, 0)  # (m STARTS, columns)
+    q, squares = reach(np.tile(draw.uniform(-np.pi, np.pi, (STARTS, n)), (m, 1)), y)
+    q, squares = q.reshape(m, STARTS, n), squares.reshape(m, STARTS)
+    angles, last = np.full((m, n), np.nan), pendulum.home
+    for k in np.flatnonzero(whole):
+        one, fit = q[k], squares[k]
+        if (away := distance(one, fit)).min() > BESIDE:  # perhaps none of the starts came there
+            one, fit = map(np.append, (one, fit), reach(last[None], swing.y[k : k + 1]), (0, 0))
+            away = distance(one, fit)
+        last = angles[k] = one[np.argmin(np.where(away <= away.min() + ALIKE, fit, np.inf))]
     angles[whole] = np.unwrap(wrap(angles[whole]), axis=0)
     return angles
 

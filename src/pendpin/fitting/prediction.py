@@ -132,7 +132,8 @@ def predict(
     columns = problem.show(x, solved.starts, full.t)
     predicted = tuple(columns[: len(swing.t), :, k] for k, swing in enumerate(swings))
     widths = None
-    if interval and certainty.enough and np.isfinite(columns).all():
+    known = interval and certainty.enough and fitted_prediction(setting, solution).follows(setting.noise)
+    if known and np.isfinite(columns).all():
         whole = replace(problem, batch=full._replace(y=np.nan_to_num(full.y)))
         _, by_start, by_unknowns = whole.evaluate(x, solved.starts)
         slopes, starts = by_unknowns + by_start @ solved.follow, certainty.inflation * by_start @ solved.R_inverse

@@ -48,6 +48,7 @@ class Pendulum:
     free: Free
     sensors: Sensors
     moving: tuple[int, ...]  # joints, in model order
+    home: Array  # (n,) rad, their positions at the start that the scene says
     places: list[int]  # (2n,) of these in a state: of their angles, then of their rates
     pace: float  # s, the time scale of the data
     last: "list[Bound]" = field(default_factory=list)  # the one that was asked for last
@@ -155,8 +156,10 @@ def bind_pendulum(scene: Scene, free: Free, sensors: Sensors, begin: float, end:
     equations = EquationsOfMotion(engine, effects, begin)
     still = staying_zero(equations, [part * len(q) + j for part in range(2) for j in resting])
     moving = tuple(j for j in range(len(q)) if j not in still or len(q) + j not in still)
+    if not moving:
+        raise InputError("data.columns: no joint moves them from zero; measure a tip's x or y, or give start.positions")
     places = [part * len(q) + j for part in range(2) for j in moving]
-    return Pendulum(moved, model, free, sensors, moving, places, pace)
+    return Pendulum(moved, model, free, sensors, moving, q[list(moving)], places, pace)
 
 
 class Residuals(NamedTuple):

@@ -84,7 +84,7 @@ class Fit(Result):
         """Predict other swings, with 95 % prediction intervals; their starts are fitted on the first part `start` of each.
 
         A Prediction: predicted and interval, swing by swing, (m, columns) in rad or m; rms, max and covered by column.
-        There are no intervals (None) without standard errors, as of data that are too short.
+        There are no intervals (None) without standard errors, as of data that are too short or not explained.
         """
         return predict(self.setting, self.solution, read_swings(data, self.setting.table), start)
 
