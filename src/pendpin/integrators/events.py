@@ -20,6 +20,7 @@ from pendpin.integrators.base import ROUNDING, SHORTEST
 REFINEMENTS = 4  # of the time of an event, with the state integrated anew
 NEAR = 1e-7  # of a step: a correction of the time so small is made without integrating anew
 INSTANT = 1e-12  # of a step: times no farther from an event happen with it
+LOOKS, SHORTER = 2, 16.0  # steps, and times as short each, that also have to show an event at the start of a segment
 
 Guards = Callable[[Array, Array], Array]  # t (n,), y (n, size) -> (n, m), what an event brings down to 0
 
@@ -70,19 +71,24 @@ class AtRest(Stepper):
 
 
 def integrate_to_event(
-    stepper: Stepper, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array
+    stepper: Stepper, guards: Guards, floor: Array, t: float, y: Array, end: float, times: Array, looks: int = LOOKS
 ) -> SegmentToEvent:
     """Integrate from t to `end` or to the first event; samples at those of `times` (n,), after t, that are reached.
 
     An event is a time at which a guard falls to 0 and then below -floor (m,). The state is integrated again up to the
     event and the time is corrected with it: both have the accuracy of a step. An output time at the event belongs to the
-    next segment: its sample is the state after the event.
+    next segment: its sample is the state after the event. A segment ends early, without one, if only the interpolation of a
+    long first step showed one at its start.
     """
-    samples, taken = np.empty((0, len(y))), 0
+    samples, taken, begin, start = np.empty((0, len(y))), 0, t, y
     for part in stepper.steps(t, y, end):
         event = None
         if len(floor) and len(part.bounds) > 1:
             event = first_crossing(lambda t, part=part: guards(t, part.inside(t)), part.bounds, floor)
+        first = float(part.bounds[1] - begin) if event and looks else 0.0
+        if event and SHORTER * instant(begin, 0.0) < first and event.t <= begin + instant(begin, first):
+            # A joint that leaves its stop with the third power of time moves less at first than radau's interpolation errs.
+            return integrate_to_event(stepper, guards, floor, begin, start, begin + first / SHORTER, times, looks - 1)
         count = event.place + 1 if event else len(part.bounds) - 1
         t = before = float(part.bounds[count])
         y, taken = part.states[count], taken + count

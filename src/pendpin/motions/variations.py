@@ -130,9 +130,10 @@ class Variations:
             samples.reshape(len(samples), 1 + len(self.keys), 2, nv)[:, :, 1, mode.held] = 0.0
             ahead = AS_FAR * (segment.t - t)  # one swing lasts about as long as the one before it
             parts, done, t, state = [*parts, samples], done + len(samples), segment.t, segment.y.copy()
-            if segment.fired is None or segment.failure:
+            if segment.failure or (segment.fired is None and t == end):
                 break
-            mode = self._cross(t, state, guards, scales, segment.fired)
+            if segment.fired is not None:
+                mode = self._cross(t, state, guards, scales, segment.fired)
         if done == len(times) - 1 and t == end:  # an event at the last time
             parts.append(state[None])
         return np.concatenate(parts), mode
