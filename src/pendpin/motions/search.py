@@ -25,6 +25,7 @@ POINTS = (6, 4)  # samples by which a quantity is interpolated; the distance of 
 CANCELLED = 2.0**26  # times their sum: shares of samples that cancel to it leave half of the digits
 OVERSHOOT = 4.0  # times the range of the samples near an interval: what a quantity may exceed them by
 DEEPEST = 12  # times an interval is cut in two, about; its points alone are looked at then
+CORNER, FEW = 52, 4  # or so often, to a trillionth of it, where the largest value is at a corner; so many parts then
 MOST = 200_000  # samples
 EXACT = 0.01  # of the run's tolerance: how well the largest value is resolved
 FIXED = 1e-8  # in place of a tolerance, of a method with a fixed step
@@ -63,9 +64,16 @@ class _Pieces(NamedTuple):
     values: Array  # (p, DEGREE + 1)
     error: Array  # (p,), what the interpolation leaves out
 
-    def some(self, which: Mask) -> "_Pieces":
-        """The pieces at which a mask (p,) is set."""
+    def some(self, which: Mask | Indices) -> "_Pieces":
+        """Some of the pieces, those at which a mask (p,) is set or those of the indices."""
         return _Pieces(*(x[which] for x in self))
+
+    def highest_corners(self) -> "_Pieces":
+        """The FEW highest pieces of those that rise and then fall, as rounding does not."""
+        rise = np.diff(self.values)
+        fallen = np.minimum.accumulate(rise, 1) < 0
+        corners = self.some(~np.any(fallen[:, :-1] & (rise[:, 1:] > 0), 1))
+        return corners.some(np.argsort(-corners.values.max(1))[:FEW])
 
     @property
     def times(self) -> Array:
@@ -118,7 +126,7 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
     known, every = [(times, values)], np.arange(len(times) - 1)
     pieces = _interpolate(times, values[:, None], times_of_events(more.run), every, np.zeros_like(every))
 
-    def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
+    def settle(pieces: _Pieces, cuts: int) -> _Pieces:
         """The pieces that are unsettled: neither away from 0, nor monotone, nor rounding, nor turning round away from 0."""
         series = pieces.values @ COEFFICIENTS.T
         size, error = np.abs(series), np.maximum(pieces.error, tiny)
@@ -132,7 +140,7 @@ def sign_changes(more: Continuation, quantity: Quantity, size: float = 0.0) -> C
                 known.append((t[1:-1], x[1:-1]))
                 left[i] = False
         pieces = pieces.some(left)
-        if sampled:
+        if cuts:
             known.append((pieces.times[:, 1:-1].reshape(-1), pieces.values[:, 1:-1].reshape(-1)))
         return pieces
 
@@ -170,22 +178,23 @@ def find_largest(more: Continuation, quantity: Quantity, first: float = -np.inf)
     jumps = np.searchsorted(events, begin, "right") < np.searchsorted(events, end, "right")
     apart = ~(jumps & (end - begin <= 3 * margin_of_events(run)))
 
-    def settle(pieces: _Pieces, sampled: bool) -> _Pieces:
+    def settle(pieces: _Pieces, cuts: int) -> _Pieces:
         """The pieces in which the quantity may still exceed the best one."""
-        if sampled:
+        more_than = tiny if cuts > DEEPEST else 0.0  # at a corner; the top of what is smooth is known
+        if cuts:
             i, k = np.unravel_index(int(np.argmax(pieces.values)), pieces.values.shape)
-            if pieces.values[i, k] > best[-1][0]:
+            if pieces.values[i, k] > best[-1][0] + more_than:
                 best.append((float(pieces.values[i, k]), float(pieces.times[i, k]), int(pieces.column[i])))
         series = pieces.values @ COEFFICIENTS.T
         left = series[:, 0] + np.abs(series[:, 1:]).sum(1) + pieces.error > best[-1][0] + tiny
         for i in np.flatnonzero(left & (pieces.error <= tiny)):
             t, x = pieces.turns(i, series[i])
-            if (top := float(x.max())) > best[-1][0]:
+            if (top := float(x.max())) > best[-1][0] + more_than:
                 best.append((top, float(t[int(x.argmax())]), int(pieces.column[i])))
             left[i] = False
         return pieces.some(left)
 
-    _search(more, quantity, _interpolate(times, values, events, intervals[apart], columns[apart]), settle)
+    _search(more, quantity, _interpolate(times, values, events, intervals[apart], columns[apart]), settle, CORNER)
     return *best[-1], values.shape[1]
 
 
@@ -209,11 +218,15 @@ def impacts(run: RunRecord) -> int:
 
 
 def _search(
-    more: Continuation, quantity: Quantity, pieces: _Pieces, settle: Callable[[_Pieces, bool], _Pieces]
+    more: Continuation,
+    quantity: Quantity,
+    pieces: _Pieces,
+    settle: Callable[[_Pieces, int], _Pieces],
+    deepest: int = DEEPEST,
 ) -> None:
     """Sample the pieces of a quantity (n, m) that are not settled at their points; cut those that this does not settle."""
-    pieces, room, middle = settle(pieces, False), MOST, (DEGREE + 1) // 2
-    for _ in range(DEEPEST):
+    pieces, room, middle = settle(pieces, 0), MOST, (DEGREE + 1) // 2
+    for cuts in range(1, deepest + 1):
         room -= (DEGREE - 1) * len(pieces.begin)
         if room < 0 or not len(pieces.begin):
             return
@@ -222,7 +235,8 @@ def _search(
         values = np.concatenate([pieces.values[:, :1], inside, pieces.values[:, -1:]], 1)
         series = np.abs(values @ COEFFICIENTS.T)
         error = UNSEEN * np.maximum(series[:, -1], series[:, -2])
-        pieces = settle(pieces._replace(values=values, error=error), True)
+        pieces = settle(pieces._replace(values=values, error=error), cuts)
+        pieces = pieces if cuts < DEEPEST else pieces.highest_corners()
         # Two parts, cut at the Chebyshev point next to the middle; their values inside are not known.
         cut, x = pieces.times[:, middle], pieces.values[:, [0, middle, middle, -1]].reshape(-1, 2)
         begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
