@@ -136,6 +136,17 @@ REFUSED: dict[str, tuple[Call, str]] = {
         lambda: run().sensitivity("model.rods[0].length", of="swing.min"),
         "swing has no derivative at 0",
     ),
+    **{
+        name: (
+            lambda name=name: pp.simulate(scene(), energy_balance=True).sensitivity("model.rods[0].mass", of=name),
+            rf"of: {name}: derivatives of works and efforts are not computed; those of angles, .* are$",
+        )
+        for name in ("work_gravity.final", "work_gravity", "effort_gravity_theta.max")
+    },
+    "a quantity almost named as a work": (
+        lambda: pp.simulate(scene(), energy_balance=True).sensitivity("model.rods[0].mass", of="wor_gravity"),
+        r"of: 'wor_gravity' is not one of: (?!.*work_)",  # what would be refused then is not proposed
+    ),
     "a negative duration": (lambda: pp.lyapunov(scene(), duration=-1.0), "duration: -1.0 is not"),
     "an infinite duration": (lambda: pp.lyapunov(scene(), duration=math.inf), "duration: inf is not"),
     "a scene of 0 s": (lambda: pp.lyapunov(scene(duration=0.0, solver=pp.Solver())), "a motion of 0 s"),

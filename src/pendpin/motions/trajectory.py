@@ -119,7 +119,8 @@ class Trajectory(RunRecord):
 
         Raises:
             InputError: for keys that are not numbers of the scene, as `state_transition`, and for an extreme that has no
-                derivative: of a rate where a joint sticks or slips, or of the swing at 0 or half a turn.
+                derivative: of a rate where a joint sticks or slips, or of the swing at 0 or half a turn. Also for works and
+                efforts: their derivatives are not computed.
         """
         from pendpin.motions.variations import sensitivity
 

@@ -279,14 +279,18 @@ def _quantity_and_statistic(run: RunRecord, of: str) -> tuple[str, str]:
     """The quantity and the statistic, "" for none, that `of` names. Raises InputError."""
     if not isinstance(of, str):
         raise InputError(f"of: {shown(of)} is not the name of a quantity, such as R3_1.max")
-    if of in run.places:
+    places = {name: place for name, place in run.places.items() if place[0] not in run.work}
+    if of in places:
         return of, ""
     name, _, statistic = of.rpartition(".")
     if name and statistic not in STATISTICS:
         raise InputError(f"of: {of}: {not_one_of(statistic, STATISTICS)}")
-    if (name or of) not in run.places:
+    if (name or of) not in places:
+        if (name or of).startswith(("work_", "effort_")):  # a sum over the motion; a part of what acts at a state
+            reason = "derivatives of works and efforts are not computed; those of angles, forces, energies and tips are"
+            raise InputError(f"of: {of}: {reason}")
         with_one = choices(f".{each}" for each in STATISTICS)
-        raise InputError(f"of: {not_one_of(name or of, run.places)}; alone, or with {with_one}")
+        raise InputError(f"of: {not_one_of(name or of, places)}; alone, or with {with_one}")
     return name, statistic
 
 
