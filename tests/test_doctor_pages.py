@@ -1,5 +1,7 @@
 """Pages as students and programmers write them: what is right holds, a fault that is planted in it is never said to hold."""
 
+import re
+
 import pytest
 
 import pendpin as pp
@@ -429,3 +431,60 @@ state_dot = [lin_vel; ang_vel; lin_accel; ang_accel];
     assert {"lin_accel", "ang_accel"} <= {*held}
     wrong = pp.diagnose(text.replace("cos(ang_pos) + (m1", "cos(ang_pos) - (m1")).findings
     assert "ang_accel" not in {one.latex[:9] for one in wrong if one.verdict == "holds"}
+
+
+HEIGHT = r"""$E_{kin} = \frac12 ml^2\dot\varphi^2$, $E_{pot} = m g h$ with $h = l(1-\sin\varphi)$,
+$$\frac12ml^2\dot\varphi^2 + mgl(1-\cos\varphi) = E$$ $$\ddot\varphi = -\frac gl\sin\varphi$$"""
+LISTS = """L = 1.0
+g = 9.81
+theta_vals = [theta0]
+theta = theta_vals[-1]
+theta_ddot = -g/L*np.sin(theta)
+theta_dot_new = theta_dot + theta_ddot*dt
+"""
+
+
+@pytest.mark.parametrize(("text", "line"), [(HEIGHT, "E_{pot}"), (LISTS, "theta")], ids=["a height", "lists"])
+def test_a_line_of_names_or_heights_is_not_accused(text, line):
+    """m g h is a potential whatever h is said to be, and a list that begins with theta_0 is no angle."""
+    found = [one for one in pp.diagnose(text).findings if one.latex.startswith(line)]
+    assert found
+    assert "fails" not in {one.verdict for one in found}
+
+
+@pytest.mark.parametrize(
+    "line",
+    [
+        "dtheta_dot_dt = -gamma*theta_dot - g/L*np.sin(theta) + A*np.cos(Omega*t)",
+        r"$$T = 2\pi\sqrt{\frac{{I_c + Md^2}}{{Mg{\kern 1pt}d}}} {\rm   }$$",
+        r"$$\theta(t) = \theta_0\e^{-\gamma t}\cos(\omega t)$$",
+        r"$$l\ddot\theta = -g\sin\theta,\quad g = 4\pi^2\frac{l}{T^2}\unit{m/s^2}$$",
+    ],
+    ids=["the rate of a rate", "kern and an empty group", "a macro for e", "a unit"],
+)
+def test_marks_of_latex_and_names_of_rates_are_read(line):
+    remarks = [one.remark for one in pp.diagnose(f"A pendulum. {line}").findings]
+    assert not re.search("has no meaning|stands where|theta_dot,dt", str(remarks))
+
+
+def test_a_cart_stays_a_number_beside_a_vector_of_its_letter():
+    """x is the place of a cart and the vector of states."""
+    text = r"""A cart. $x_b = x + L\sin\theta$ and $\dot x_b = \dot x + L\dot\theta\cos\theta$
+$$(M+m)\ddot x + mL\ddot\theta\cos\theta - mL\dot\theta^2\sin\theta = F$$
+$$l\ddot\theta + \ddot x\cos\theta - g\sin\theta = 0$$
+$$x = \begin{bmatrix} x \\ \dot x \\ \theta \\ \dot\theta \end{bmatrix}$$"""
+    assert [one.verdict for one in pp.diagnose(text).findings[:4]] == ["holds"] * 4
+
+
+def test_a_length_may_have_the_letter_of_lagrange_beside_a_letter_of_a_distance():
+    """Beside d, which usually is the distance of the centre of mass, L may still be that."""
+    text = r"""A pendulum on a cart with the friction $d$: $$T = \frac12(M+m)\dot x^2 + mL\dot x\dot\theta\cos\theta
++ \frac12(mL^2 + I)\dot\theta^2$$ $$V = -mgL\cos\theta$$ $$(M+m)\ddot x + mL\ddot\theta\cos\theta
+- mL\dot\theta^2\sin\theta + d\dot x = u$$"""
+    assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}
+
+
+def test_a_page_with_a_length_is_in_no_units_of_a_pendulum():
+    """Where l stands, theta'' = -sin(theta) is no law of a pendulum but of one with g = l."""
+    text = r"$$\ddot\theta = -\sin\theta$$ for a pendulum of the length $l$ with $E = \frac12 m l^2\dot\theta^2 + V$"
+    assert pp.diagnose(text).findings[0].verdict != "holds"

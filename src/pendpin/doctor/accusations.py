@@ -167,9 +167,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
     here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    laws = [
-        other for other in here if other.is_true and multiplies(other.one) and _is_law(other.finding.equation, spec)
-    ]
+    laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
     if not any(map(_moves, laws)) and not any(map(_is_near, here)):
         return f"{as_read}; but no other equation shows that it is meant so{else_wrong}"
     if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS else "":
@@ -328,12 +326,7 @@ def shows_itself(case: Case) -> bool:
 
 def says(one: Printed) -> bool:
     """Whether an equation says more than names."""
-    return multiplies(one) or any(part.kind == "sum" for part in parts(one.sides))
-
-
-def multiplies(one: Printed) -> bool:
-    """Whether an equation says more than sums of names, as L = T - V."""
-    return any(part.kind in ("product", "power", "derivative") for part in parts(one.sides))
+    return any(part.kind in ("sum", "product", "power", "derivative") for part in parts(one.sides))
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:

@@ -208,7 +208,6 @@ UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat
 ANGLES = ("theta", "phi")
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
-RATES = ("omega", "omega1", "omega2")  # where they are no coordinate's rate
 MOST_DOTS = 6
 FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
 ENERGY = (1, 2, -2)  # powers of kg, m, s
@@ -245,7 +244,7 @@ def bound(node: Node, words: Vocabulary) -> Node:
         of_state = str(before.value).startswith("?") or before.value in FUNCTIONS_OF_STATE
         of_place = units.get(before.value) == ENERGY and names <= {"x", "y", "z"}  # as U(y)
         in_brackets = child.kind == "matrix" or bool(child.bracketed)
-        called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq", *RATES}  # L(t, q, dq)
+        called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq"}  # L(t, q, dq)
         several = len(inside) > 1 and names <= called and before.written is not None and not before.written.styled
         only = names <= {"q", "dq"} or (of_state and names <= {*words.state}) or of_place
         if in_brackets and is_name and (several or only):

@@ -147,7 +147,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         lambda match: f"|{match[1].rjust(len(match[0]) - 2)}|",
     ),
     (r"(\^\s*(?:\w|\{[^{}]*\}))\s*(_(?:\w|\{[^{}]*\}|\\[a-z]+))", r"\2\1"),  # l^2_1 is l_1^2
-    (r"\{\s*(?:\\(?:rm|it|bf)\s*)?\}(?!\s*[\^_])|\\m?kern\s*-?[\d.]+\s*[a-z]{2}", ""),  # braces around nothing
+    (r"\{\s*(?:\\(?:rm|it|bf)\s*|\\m?kern\s*-?[\d.]+\s*[a-z]{2}\s*)?\}(?!\s*[\^_])", ""),  # braces around nothing
     # of a whole equation
     (r"\\(?:boldsymbol|mathbf|textbf|bm|boxed)\s*(?=\{(?:[^{}=]|\{(?:[^{}]|\{[^{}]*\})*\})*=)", ""),
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
