@@ -435,12 +435,20 @@ state_dot = [lin_vel; ang_vel; lin_accel; ang_accel];
 
 HEIGHT = r"""$E_{kin} = \frac12 ml^2\dot\varphi^2$, $E_{pot} = m g h$ with $h = l(1-\sin\varphi)$,
 $$\frac12ml^2\dot\varphi^2 + mgl(1-\cos\varphi) = E$$ $$\ddot\varphi = -\frac gl\sin\varphi$$"""
-LISTS = """L = 1.0
-g = 9.81
-theta_vals = [theta0]
-theta = theta_vals[-1]
-theta_ddot = -g/L*np.sin(theta)
-theta_dot_new = theta_dot + theta_ddot*dt
+LISTS = """L, A, g = 1.0, 0.1, 9.81
+theta0 = np.pi - 0.1
+def swing(omega):
+    theta_vals = [theta0]
+    theta_dot_vals = [theta_dot0]
+    for t in times:
+        theta = theta_vals[-1]
+        theta_dot = theta_dot_vals[-1]
+        y_ddot = -omega**2*A*np.cos(omega*t)
+        theta_ddot = -(g + y_ddot)/L*np.sin(theta)
+        theta_dot_new = theta_dot + theta_ddot*dt
+        theta_new = theta + theta_dot_new*dt
+        theta_dot_vals.append(theta_dot_new)
+        theta_vals.append(theta_new)
 """
 
 

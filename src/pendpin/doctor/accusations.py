@@ -135,9 +135,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
         return f"{as_read}; {one.remark}"
     values = [str(side.value) for side in one.sides]
-    names_alone = all(side.kind == "symbol" for side in one.sides)
-    own = sum(value.startswith("?") for value in values)  # names of the text
-    if names_alone and ({*values} & {*spec.state} or own == len(values) or not (own or case.finding.dimensions)):
+    own = all(value.startswith("?") for value in values)  # names of the text
+    if all(side.kind == "symbol" for side in one.sides) and ({*values} & {*spec.state} or own):
         return "it gives a state a name"
     if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
