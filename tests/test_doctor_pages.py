@@ -390,8 +390,8 @@ $$\zeta = \frac{b}{2mL^2\omega_n}$$"""
         $$(M+m)\ddot x + ml\ddot\theta\cos\theta - ml\dot\theta^2\sin\theta = F$$
         $$l\ddot\theta + \ddot x\cos\theta - g\sin\theta = 0$$
         $$V = mgl\cos\theta - F x$$""", "V = mgl"),
-        (r"""A trolley. $$T = \frac12m_u\dot x^2 + \frac12m(\dot x^2 + 2l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$$
-        $$V = -mgl\cos\theta$$ $$l\ddot\theta = -g\sin\theta$$""", "T = "),
+        (r"""A robot on wheels. $$T = \frac12(M+m+\frac{J}{r^2})\dot x^2 + ml\dot x\dot\theta\cos\theta
+        + \frac12ml^2\dot\theta^2$$ $$V = -mgl\cos\theta$$ $$l\ddot\theta = -g\sin\theta$$""", "T = "),
         ("V = -m*g*L*cos(theta)\nL = T - V\nq = (x, y, theta)", "V = "),
     ],
     ids=["resonance", "the potential of a force", "a cart of another kind", "an angle that stands nowhere"],
