@@ -496,3 +496,7 @@ def test_a_page_with_a_length_is_in_no_units_of_a_pendulum():
     """Where l stands, theta'' = -sin(theta) is no law of a pendulum but of one with g = l."""
     text = r"$$\ddot\theta = -\sin\theta$$ for a pendulum of the length $l$ with $E = \frac12 m l^2\dot\theta^2 + V$"
     assert pp.diagnose(text).findings[0].verdict != "holds"
+
+
+def test_a_law_in_units_of_a_pendulum_says_enough_by_itself():
+    assert pp.diagnose(r"$$\ddot\theta = -\sin\theta$$").findings[0].verdict == "holds"
