@@ -478,7 +478,8 @@ def test_a_cart_stays_a_number_beside_a_vector_of_its_letter():
     """x is the place of a cart and the vector of states."""
     text = r"""A cart. $x_b = x + L\sin\theta$ and $\dot x_b = \dot x + L\dot\theta\cos\theta$
 $$(M+m)\ddot x + mL\ddot\theta\cos\theta - mL\dot\theta^2\sin\theta = F$$
-$$L\ddot\theta + \ddot x\cos\theta - g\sin\theta = 0$$ $$x = \begin{bmatrix} x \\ \dot x \\ \theta \\ \dot\theta \end{bmatrix}~ A = \begin{bmatrix} 0 & 1 & 0 & 0 \\
+$$L\ddot\theta + \ddot x\cos\theta - g\sin\theta = 0$$
+$$x = \begin{bmatrix} x \\ \dot x \\ \theta \\ \dot\theta \end{bmatrix}~ A = \begin{bmatrix} 0 & 1 & 0 & 0 \\
 0 & 0 & -mg/M & 0 \\ 0 & 0 & 0 & 1 \\ 0 & 0 & (M+m)g/(ML) & 0 \end{bmatrix}$$"""
     assert [one.verdict for one in pp.diagnose(text).findings[:4]] == ["holds"] * 4
 

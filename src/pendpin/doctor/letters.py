@@ -30,7 +30,6 @@ _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi 
 ANGLE_LETTERS = set(_ANGLE_LETTERS.split())
 SLIDES = "xXsqzpyudr"  # letters of what slides
 MOST_ANGLES, MOST_SLIDES = 5, 2
-VALUES = ("0", "max", "m", "min", "i", "f", "h", "p", "eq", "init")  # indices of values and parts of a coordinate
 RARELY = 15  # times that a letter stands more often than another that is a slip
 MOST_COUNTED = 60  # equations that tell which system a text is about
 MOST_KNOWN = 20_000  # credits of equations that are remembered
@@ -82,7 +81,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
     if letters.moving.keys() <= {("x", "")} and (COORDINATE, "1") in often:  # a linear model alone, x' = A x + B u
         yield {}
     angles = sorted(letters.angles, key=lambda name: -often[name])
-    angles = [name for name in angles if name[1] not in VALUES or (name[0], "") not in often]
+    angles = [name for name in angles if name[1] != "0" or (name[0], "") not in often]  # theta_0 is where theta begins
     alone = [name for name in angles if name in letters.moving] or angles  # a page may begin with one pendulum
     if len(coordinates) > 1:
         angles = [name for name in angles if name in alone or (name in letters.turned and name[1])]

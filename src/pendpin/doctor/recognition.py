@@ -12,7 +12,7 @@ import numpy as np
 
 from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.conventions import EVERY, SINGLE, conventions_of, likeliest_rod
-from pendpin.doctor.letters import VALUES, Letters, Renamed, credit, letters_of, renamings, settled, telling
+from pendpin.doctor.letters import Letters, Renamed, credit, letters_of, renamings, settled, telling
 from pendpin.doctor.printed import Printed, Text, name_states, parse_statements
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
@@ -398,9 +398,7 @@ def _others(page: _Page) -> Iterator[Reading]:
         every_way = [one for letters in page.letters for one in renamings(family, letters)]
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
         # the user says it, though no coordinate is in it, or a page on periods and inertias has none
-        periods = (
-            family == "plane" and ("pi", "") in every and {name[1] for name in page.letters[0].angles} <= {*VALUES}
-        )
+        periods = family == "plane" and ("pi", "") in every and not page.letters[0].angles
         still = page.kind == family or periods
         for renamed in ways or [Renamed()] * still:
             alike: dict[tuple[str, bool], list[Spec]] = defaultdict(list)  # by the body and a drive: the same names
