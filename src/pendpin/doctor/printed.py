@@ -13,7 +13,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, 
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
-from pendpin.doctor.reading.states import as_derivatives, find_rename
+from pendpin.doctor.reading.states import as_derivatives, dampings, find_rename, highest_rate
 from pendpin.doctor.reading.tokens import is_latex, tokens
 from pendpin.doctor.reading.tree import (
     Mismatch,
@@ -33,7 +33,6 @@ from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
-DAMPINGS = {*"bcdkfq", "alpha", "beta", "gamma", "delta", "zeta", "eta", "lambda", "mu", "nu"}  # letters of dampings
 SOME = Fraction(7, 10)  # what a function of time alone is at an instant
 
 THIN = System(SPECS["thin"])
@@ -157,7 +156,7 @@ class Text:
         self._telling = [
             sorted(one.letters | letters_in(name) | {("u", "")}) for one, name in zip(raw, self._names, strict=True)
         ]
-        self._letters, self._dampings = set[Name]().union(*self._telling), _dampings(raw)
+        self._letters, self._dampings = set[Name]().union(*self._telling), dampings([one.sides for one in raw])
 
     def own_words(self, words: Vocabulary) -> Vocabulary:
         """Some words, where letters that the text uses otherwise do not stand for what they usually do."""
@@ -202,8 +201,8 @@ class Text:
         first = {name: place for place, name, _ in reversed(made)}
         made = [one for one in made if first[one[1]] < one[0] or one[1] not in one[2].names]
         # a damping of a known size, as beta = 2 omega_0, is a special case
-        dampings = {f"?{'_'.join(name).rstrip('_')}" for name in self._dampings}
-        made = [one for one in made if one[1] not in dampings or any(name[:1] == "?" for name in symbols(one[2]))]
+        damping = {f"?{'_'.join(name).rstrip('_')}" for name in self._dampings}
+        made = [one for one in made if one[1] not in damping or any(name[:1] == "?" for name in symbols(one[2]))]
         # of what is computed twice, each use means what was computed last before it
         twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
 
@@ -253,7 +252,7 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
     """
     spec = words.spec
     laws = set().union(*map(symbols, sides)) & {*spec.unknowns} if spec else set[str]()
-    if spec is None or "t" in spec.parameters or not (laws or any(_highest_rate(side) > 1 for side in sides)):
+    if spec is None or "t" in spec.parameters or not (laws or any(highest_rate(side) > 1 for side in sides)):
         return sides
 
     def settle(node: Node) -> Node:
@@ -262,13 +261,6 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
         return replace(node, children=tuple(map(settle, node.children))) if node.children else node
 
     return tuple(map(settle, sides))
-
-
-def _highest_rate(node: Node) -> int:
-    """The highest order in time of what stands in an expression: 2 for an acceleration."""
-    if node.kind == "symbol" and node.written:
-        return node.written.dots + (node.written.letter in ("omega", "w"))
-    return (node.kind == "derivative" and node.value == "t") + max(map(_highest_rate, node.children), default=0)
 
 
 def _read_name(one: Printed) -> tuple[Node, ...]:
@@ -306,40 +298,6 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
             own[name] = ""
     return own
-
-
-def _dampings(equations: list[Printed]) -> set[Name]:
-    """Letters that stand in products with one rate only, wherever something moves."""
-    orders: dict[Name, set[int]] = {}
-
-    def visit(node: Node, around: int) -> None:
-        if node.kind == "product":  # also of fractions and brackets
-            around += _order(node)
-        elif node.kind != "power" or node.value < 0:
-            around = around if node.kind == "symbol" else 0
-        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
-            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
-        for child in node.children:
-            visit(child, around - _order(child) * (node.kind == child.kind == "product"))
-
-    def moves(one: Printed) -> bool:
-        """Whether it is a sum in which something moves, and no b/2m or r^2 + b r."""
-        every = [*parts(one.sides)]
-        return any(p.kind == "sum" for p in every) and any(p.written and p.written.dots for p in every)
-
-    for side in (side for one in equations if moves(one) for side in one.sides):
-        visit(side, 0)
-    return {name for name, found in orders.items() if found == {1}}
-
-
-def _order(node: Node) -> int:
-    """How many rates are multiplied in an expression."""
-    if node.kind == "power":
-        return abs(int(node.value)) * _order(node.children[0])
-    if node.kind == "product":
-        return sum(map(_order, node.children))
-    written = node.written if node.kind == "symbol" else None
-    return int(written is not None and (written.dots == 1 or (written.letter in ("omega", "w") and not written.dots)))
 
 
 def _styled(sides: tuple[Node, ...]) -> tuple[Node, ...]:

@@ -16,6 +16,7 @@ _PAIR, _ENTRY = re.compile(r"\[(\d),(\d)\]"), re.compile(r"\[\d+\]")
 _BODIES = ("AB", "ab", "01")  # indices of two bodies
 _RATES = re.compile("[dDpfF]")  # in the letter of a vector of rates: dydt, f, and p beside u
 _STATES = set("xyzqsu")  # letters of states with numbers, in x_1' = x_2
+DAMPINGS = {*"bcdkfq", "alpha", "beta", "gamma", "delta", "zeta", "eta", "lambda", "mu", "nu"}  # letters of dampings
 NOWHERE = (0, 0)  # in the text
 COORDINATE = "coordinate"  # the letter of one for which the text has no name
 MOST_STEPS = 4  # from a name to the state it is a rate of
@@ -203,3 +204,44 @@ def _name_own(equations: list[Sides]) -> Rename | None:
         if two and left.written and left.written.dots == 1:
             own |= {left.written} if all(t.written and not t.written.dots for t in right.children) else set()
     return (lambda name: replace(name, letter=f"d{name.letter}", dots=0) if name in own else name) if own else None
+
+
+def dampings(equations: list[Sides]) -> set[Name]:
+    """Letters that stand in products with one rate only, wherever something moves."""
+    orders: dict[Name, set[int]] = {}
+
+    def visit(node: Node, around: int) -> None:
+        if node.kind == "product":  # also of fractions and brackets
+            around += _order(node)
+        elif node.kind != "power" or node.value < 0:
+            around = around if node.kind == "symbol" else 0
+        if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
+            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
+        for child in node.children:
+            visit(child, around - _order(child) * (node.kind == child.kind == "product"))
+
+    def moves(sides: Sides) -> bool:
+        """Whether it is a sum in which something moves, and no b/2m or r^2 + b r."""
+        every = [*parts(sides)]
+        return any(p.kind == "sum" for p in every) and any(p.written and p.written.dots for p in every)
+
+    for side in (side for sides in equations if moves(sides) for side in sides):
+        visit(side, 0)
+    return {name for name, found in orders.items() if found == {1}}
+
+
+def _order(node: Node) -> int:
+    """How many rates are multiplied in an expression."""
+    if node.kind == "power":
+        return abs(int(node.value)) * _order(node.children[0])
+    if node.kind == "product":
+        return sum(map(_order, node.children))
+    written = node.written if node.kind == "symbol" else None
+    return int(written is not None and (written.dots == 1 or (written.letter in ("omega", "w") and not written.dots)))
+
+
+def highest_rate(node: Node) -> int:
+    """The highest order in time of what stands in an expression: 2 for an acceleration."""
+    if node.kind == "symbol" and node.written:
+        return node.written.dots + (node.written.letter in ("omega", "w"))
+    return (node.kind == "derivative" and node.value == "t") + max(map(highest_rate, node.children), default=0)
