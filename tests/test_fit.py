@@ -390,11 +390,16 @@ def test_noise_alone_is_no_motion() -> None:
         pp.fit(scene_of(1, data=ANGLE), table)
 
 
+@pytest.mark.parametrize("offsets", ["free", "zero"])
 @pytest.mark.parametrize("unit", [1e3, 60.0, 1 / 60, 1e-3])
-def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float) -> None:
-    """Times in ms, in minutes, or 60 or 1000 times too fast: the verdict names the units; nothing pretends to be known."""
-    table = swings_of(scene_of(1, data=ANGLE), [1.0])
-    found = pp.fit(scene_of(1, data=ANGLE), table | {"t": table["t"] * unit})
+def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float, offsets: str) -> None:
+    """Times in ms, in minutes, or 60 or 1000 times too fast: the verdict names the units; nothing pretends to be known.
+
+    In ms no motion comes to its end, so that with zeros that are not free no unknown changes any residual.
+    """
+    scene = scene_of(1, data=Data(**ANGLE.model_dump() | {"offsets": offsets}))
+    table = swings_of(scene, [1.0])
+    found = pp.fit(scene, table | {"t": table["t"] * unit})
     assert not found.errors
     assert not found.combinations
     assert set(found.undetermined) == set(found.values)

@@ -237,14 +237,15 @@ def _whiten(x: Array, decay: Array, gain: Array, new: Array) -> Array:
 
 def sum_covariance(series: Series, kinds: Kinds, scores: Array) -> Array:
     """The covariance (k, k) of the sum of noise times scores (N, k)."""
-    white, total = scores.T @ scores, 0.0
+    white, total = scores.T @ scores, np.zeros((scores.shape[1], scores.shape[1]))
     for time, ratio, variance, weight in zip(*kinds, strict=True):
         share = ratio / (1 + ratio)
         decay, left = np.exp(-series.gap / time), np.sqrt(-np.expm1(-2 * series.gap / time))
         bands = np.array([np.append(0.0, -(decay / left)[1:]), 1 / left])
-        root, _ = lapack("tbtrs")(bands, scores, uplo="U")
-        total = total + weight * variance * ((1 - share) * white + share * root.T @ root)
-    return np.asarray(total)
+        # without scores, SciPy's tbtrs would take one column and write behind it
+        root = lapack("tbtrs")(bands, scores, uplo="U")[0] if scores.size else scores
+        total += weight * variance * ((1 - share) * white + share * root.T @ root)
+    return total
 
 
 def memory_lags(r: Array) -> int:
