@@ -390,6 +390,18 @@ def test_noise_alone_is_no_motion() -> None:
         pp.fit(scene_of(1, data=ANGLE), table)
 
 
+def test_noise_that_hides_the_rates_hides_no_motion() -> None:
+    """With noise of 3 degrees five samples may show a start at rest as one that goes over the top; residuals are noise."""
+    data = Data(**ANGLE.model_dump() | {"offsets": "zero"})
+    truth = scene_of(1, Viscous(coefficient=1e-4), data=data, duration=6.0, rate=40)
+    table = swings_of(truth, [1.0])
+    for seed in (2, 3, 4):
+        noise = np.random.default_rng(seed).normal(0, 0.05, len(table["t"]))
+        found = pp.fit(truth, table | {"a1": table["a1"] + noise}, ["effects[1].coefficient", "model.rods[0].com"])
+        assert found.train.rms["a1"] <= noise.std() * 1.001, seed  # the motion without the noise is one of the model's
+        assert found.errors, seed
+
+
 @pytest.mark.parametrize("offsets", ["free", "zero"])
 @pytest.mark.parametrize("unit", [1e3, 60.0, 1 / 60, 1e-3])
 def test_numbers_of_a_model_that_does_not_follow_have_no_errors(unit: float, offsets: str) -> None:

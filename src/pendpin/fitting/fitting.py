@@ -144,14 +144,19 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
         starts = start_states(setting, problem, x, setting.angles)
         return _finish(setting, problem, x, solve_starts(problem, x, starts, 0), 0)
     x = guess.regress(setting.regression, p)
-    whole, starts, misfit = _try_whole_swings(setting, problem, x)
-    if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior))[2] < misfit:
+    angles = setting.angles
+    whole, starts, misfit = _try_whole_swings(setting, problem, x, angles)
+    if not misfit < SURE and (other := _try_whole_swings(setting, problem, problem.prior, angles))[2] < misfit:
         x, (whole, starts, misfit) = problem.prior, other  # noise spoils accelerations first
     if not misfit < 1:
         progress("short pieces")
         problem = _rescale(setting, problem, x)
-        x, _, _ = search(problem, x, start_states(setting, problem, x, setting.angles), FAR, COARSE)
-        whole, starts, _ = _try_whole_swings(setting, problem, x)
+        x, solved, _ = search(problem, x, start_states(setting, problem, x, angles), FAR, COARSE)
+        # the pieces show rates without the noise of the samples; where a piece did not come to its end, nothing is known
+        shown = shown_swings(setting, problem, x, solved.starts)
+        shown = [swing._replace(y=np.where(np.isinf(swing.y), np.nan, swing.y)) for swing in shown]
+        angles = guess.joint_angles(setting.pendulum, shown, x[: problem.nz])
+        whole, starts, _ = _try_whole_swings(setting, problem, x, angles)
     progress("whole swings")
     problem = _rescale(setting, replace(problem, batch=whole.batch), x)
     x, solved, _ = search(problem, x, starts, FAR, COARSE)
@@ -222,12 +227,26 @@ def _rescale(setting: Setting, problem: Problem, x: Array) -> Problem:
     return replace(problem, scale=np.where(positive, np.minimum(scale, MOST_CHANGE), scale))
 
 
-def _try_whole_swings(setting: Setting, problem: Problem, x: Array) -> tuple[Problem, Array, float]:
-    """Whole swings at x (nx,), cut where they forget their starts (2n, P), and their misfit: 1 where a search can begin."""
+def shown_swings(setting: Setting, problem: Problem, x: Array, starts: Array) -> tuple[Swing, ...]:
+    """The swings as the sensors show them at unknowns x (nx,) from the starts (2n, P) of the pieces, or infinite."""
+    columns, shown = problem.show(x, starts, problem.batch.t), []
+    for k, swing in enumerate(setting.swings):
+        pieces = zip(np.flatnonzero(problem.batch.swing == k), cut_pieces(swing, problem.batch.longest), strict=True)
+        shown.append(swing._replace(y=np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces])))
+    return tuple(shown)
+
+
+def _try_whole_swings(
+    setting: Setting, problem: Problem, x: Array, angles: Sequence[Swing]
+) -> tuple[Problem, Array, float]:
+    """Whole swings at x (nx,), cut where they forget their starts (2n, P), and their misfit: 1 where a search can begin.
+
+    The starts are first read from swings of joint angles.
+    """
     longest, spread = max(swing.t[-1] - swing.t[0] for swing in setting.swings), spread_of(setting.swings)
     while True:
         whole = replace(problem, batch=batch(setting.swings, longest))
-        starts = start_states(setting, whole, x, setting.angles)
+        starts = start_states(setting, whole, x, angles)
         J = whole.evaluate(x, starts).by_start
         growth = np.abs(J.reshape(len(J), -1, len(setting.columns), J.shape[-1]) / whole.weights[:, None])
         growth[..., len(setting.pendulum.moving) :] /= 2 * setting.pendulum.pace

@@ -7,8 +7,8 @@ from typing import NamedTuple
 import numpy as np
 
 from pendpin.errors import InputError, amount, is_number, shown
-from pendpin.fitting.data import FEWEST, Swing, batch, cut_pieces, spread_of, thin_out
-from pendpin.fitting.fitting import FINEST, Setting, Solution, start_states
+from pendpin.fitting.data import FEWEST, Swing, batch, spread_of, thin_out
+from pendpin.fitting.fitting import FINEST, Setting, Solution, shown_swings, start_states
 from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.problem import solve_starts
 from pendpin.fitting.uncertainty import NOISY, huber_scale
@@ -89,15 +89,10 @@ class Prediction(NamedTuple):
 
 def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
     """What the fit itself says of the swings that it was made from."""
-    p, starts = solution.problem, solution.solved.starts
-    columns = p.show(solution.x, starts, p.batch.t)
-    predicted = []
-    for k, swing in enumerate(setting.swings):
-        places = np.flatnonzero(p.batch.swing == k)
-        pieces = zip(places, cut_pieces(swing, p.batch.longest), strict=True)
-        predicted.append(np.concatenate([columns[: len(piece.t), :, place] for place, piece in pieces]))
+    shown = shown_swings(setting, solution.problem, solution.x, solution.solved.starts)
+    predicted = tuple(swing.y for swing in shown)
     compared = tuple(np.ones(len(swing.t), bool) for swing in setting.swings)
-    return Prediction(setting.swings, tuple(predicted), compared, setting.columns, setting.table, setting.robust)
+    return Prediction(setting.swings, predicted, compared, setting.columns, setting.table, setting.robust)
 
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
