@@ -102,6 +102,8 @@ def test_final_and_mean_are_those_of_the_samples() -> None:
     mean, final = (run.sensitivity("model.rods[0].mass", of=f"R3_1.{s}")[0] for s in ("mean", "final"))
     assert final == series[-1]
     assert mean == pytest.approx(np.trapezoid(series, run.t) / 2.0, rel=1e-12)
+    alone = pp.simulate(scene(duration=0.0, samples=1))  # the mean of a start alone is its value
+    assert alone.sensitivity("model.rods[0].mass", of="R3_1.mean")[0] == pytest.approx(series[0], rel=1e-9)
 
 
 PLANE = pp.Scene(  # examples/double_pendulum.toml

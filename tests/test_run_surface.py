@@ -49,6 +49,17 @@ def test_between_samples_a_run_is_as_accurate_as_at_them(scene: pp.Scene) -> Non
         assert np.abs(part - other[at_others]).max() <= 10 * error
 
 
+@pytest.mark.parametrize("name", ["smooth", "friction"])
+def test_a_late_run_is_as_accurate_between_its_samples(name: str) -> None:
+    """At 1e9 s: a sample is at its share of the duration, whatever the double of its time; derivatives too."""
+    early, late = (pp.simulate(SCENES[name].replace({"start.time": t}), samples=31) for t in (0.0, 1e9))
+    t = 1e9 + np.linspace(0.03, 2.99, 50)  # rounded to 1e-7 s
+    one, other = early.at(t - 1e9), late.at(t)
+    np.testing.assert_allclose(other.q, one.q, rtol=0, atol=1e-9)
+    one, other = (run.sensitivity("model.rods[0].length") for run in (early, late))
+    np.testing.assert_allclose(other, one, rtol=0, atol=1e-9 * np.abs(one).max())
+
+
 def test_at_a_sample_it_is_the_sample(scene: pp.Scene) -> None:
     """Whatever else is asked for."""
     run = pp.simulate(scene, samples=31)

@@ -71,11 +71,10 @@ class Continuation:
         # wrong side, the state is taken just behind, or before, the event of the piece.
         begin, end = self.run.t[[sample, min(sample + 1, len(self.run.t) - 1)]]
         expected = [event for event in self.run.events if begin < event.t <= end]
-        start = self.scene.start.time
-        asked = times = t - start
+        asked = times = since_start(self.scene, t)
         if not expected or len(t) == 1:
             return self.piece(sample, times)
-        whole = np.concatenate([times, [end - start]]) if t[-1] < end else times
+        whole = np.concatenate([times, since_start(self.scene, end[None])]) if t[-1] < end else times
         piece = self.piece(sample, whole)
         margin = SIDE * (end - begin) + CLOSE * np.spacing(max(abs(times[0]), abs(times[-1])))
         for event, met in zip(expected, piece.happened, strict=False):
@@ -120,6 +119,12 @@ class Continuation:
         return replace(rows, t=arrays["t"], work=work)
 
 
+def since_start(scene: Scene, t: Array) -> Array:
+    """Times (n,) of a scene in s since its start; of samples exactly, as beside a late start their times are rounded."""
+    place = np.minimum(np.searchsorted(scene.clock, t), len(scene.clock) - 1)
+    return np.where(scene.clock[place] == t, scene.times[place], t - scene.start.time)
+
+
 def at(run: RunRecord, times: ArrayLike) -> RunRecord:
     """The run at any times within it, integrated to there from the samples before (Trajectory.at)."""
     t = np.atleast_1d(numbers("times", times, finite=True))
@@ -135,8 +140,7 @@ def extend(run: RunRecord, duration: float) -> RunRecord:
     """The run and its continuation for `duration` s (Trajectory.extend)."""
     duration = seconds("duration", duration, lasting=True)
     scene = scene_of(run)
-    exact = dict(zip(scene.clock, scene.times, strict=True))  # s since the start: beside a late one times lose digits
-    done = np.array([exact.get(t, t - scene.start.time) for t in run.t])
+    done = since_start(scene, run.t)
     total, samples, even = scene.duration + float(duration), scene.solver.samples, scene.solver.times is None
     if even and (samples is None or scene.duration == 0):  # the start alone has no density
         scene = scene.replace({"solver.samples": None}, duration=total)

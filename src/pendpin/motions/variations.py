@@ -27,7 +27,7 @@ from pendpin.integrators.adaptive import Call, block_stepper, cyrk
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
 from pendpin.model.build import build, start_state
-from pendpin.motions.continuation import at, margin_of_events, times_of_events
+from pendpin.motions.continuation import at, margin_of_events, since_start, times_of_events
 from pendpin.motions.search import extreme
 from pendpin.runs.preparation import bind_for_run
 from pendpin.runs.run import fill_in
@@ -218,7 +218,7 @@ EXTREMES = {"max": 1.0, "min": -1.0}  # between the samples too: the sign for `e
 STATISTICS: dict[str, Statistic] = {  # derivatives (K,), from those (n, K) of a quantity at times (n,)
     **dict.fromkeys(EXTREMES, lambda t, dx: dx[-1]),  # the time of the extreme is the last
     "final": lambda t, dx: dx[-1],
-    "mean": lambda t, dx: np.trapezoid(dx, t, axis=0) / (t[-1] - t[0]),
+    "mean": lambda t, dx: np.trapezoid(dx, t, axis=0) / (t[-1] - t[0]) if len(t) > 1 else dx[-1],
 }
 
 
@@ -232,7 +232,7 @@ def state_transition(run: RunRecord, t0: float, t1: float) -> Array:
     scene, nv = scene_of(run), len(run.joints)
     variations = Variations(scene, list_state_keys(nv))
     there = at(run, [t0])
-    y, times = np.concatenate([there.q[0], there.v[0]]), np.array([t0, t1]) - scene.start.time
+    y, times = np.concatenate([there.q[0], there.v[0]]), since_start(scene, np.array([t0, t1], float))
     return variations.integrate(y, np.eye(2 * nv), times, run.stats.tolerance or TIGHT)[1][-1].T
 
 
@@ -249,7 +249,7 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
         reason = f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
         raise InputError(reason)
     rows = up_to_extreme(run, of, name, EXTREMES[statistic]) if statistic in EXTREMES else run
-    times = rows.t - variations.scene.start.time
+    times = since_start(variations.scene, rows.t)
     start = np.concatenate([run.q[0], run.v[0]])
     _, changes = variations.integrate(start, variations.equations.starts, times, run.stats.tolerance or TIGHT)
     changes = np.moveaxis(changes, 1, 2)  # (n, 2 nv, K)
@@ -313,7 +313,7 @@ def _change_of(run: RunRecord, key: str, change: Array, name: str, shortest: flo
         total = []
         for moved, k, weight in zip(scenes, offsets, weights, strict=True):
             q, v = np.split(states + k * step * change, 2, axis=1)
-            rows = fill_in(moved, bind_for_run(moved), None, Run.at_states(run.t - scene.start.time, q, v))
+            rows = fill_in(moved, bind_for_run(moved), None, Run.at_states(since_start(scene, run.t), q, v))
             total.append(weight * run.of(replace(rows, t=run.t))[name])
         return np.sum(total, 0) / step
     raise InputError(f"{key}: values near {value:g} are refused, so {name} has no derivative by it")
