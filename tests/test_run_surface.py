@@ -141,6 +141,19 @@ def test_extend(scene: pp.Scene) -> None:
     np.testing.assert_array_equal(whole.q[:31], run.q)
 
 
+def test_extend_from_an_impact() -> None:
+    """A run that ends as its joint reaches a stop goes on with the impact: 1 rad at 1 rad/s, and half as fast back."""
+    point = pp.Chain(rods=[pp.Rod(length=1.0, mass=0.0, payload=1.0, joint="hinge")])
+    start = pp.Start(velocities={"theta": 1.0})
+    free = pp.Scene(model=point, start=start, effects=[pp.effects.Stop(upper=1.0, restitution=0.5)], duration=1.0)
+    run = pp.simulate(free, energy_balance=True)
+    whole = run.extend(1.0)
+    assert whole.v[-1] == pytest.approx(-0.5, rel=1e-12)
+    assert [event.kind for event in whole.events] == ["stop"]
+    assert whole.events[0].t == pytest.approx(1.0, rel=1e-12)
+    assert whole.work["stop"][-1] == pytest.approx(-0.375, rel=1e-12)
+
+
 @pytest.mark.parametrize("method", ["rk4", "euler"])
 def test_extend_bit_for_bit(method: str) -> None:
     """Fixed steps give what one long run gives."""

@@ -38,20 +38,25 @@ class LoopWithEvents(IntegrationLoop):
         self.scales: Any = None  # the Scales of the whole run, once it has begun: a later beginning keeps them
 
     def begin(self, q: Array, v: Array) -> RunState:
-        """The first sample, from q, v (nv,), after the impacts that are due at the start."""
-        t = float(self.times[0])
+        """The first sample, from q, v (nv,), after the impacts that are due: none of the start's counts as an event."""
+        t, names = float(self.times[0]), self.dynamics.model.joints
         y = np.concatenate([q, v, np.zeros(self.accounts)])
+        joints, side = self.contacts.at_stops(q)
+        struck = [Event(t, names[joint], "stop") for joint in joints[side * v[joints] < 0]] if t else []
         try:
             self.sample(t, y)
             self.scales = self.scales or self.contacts.scales(self.times, *self._angles(y), self.pace.varies)
             mode = self._meet(t, y)
             if self.sample(t, y):  # after the impacts
                 mode = self._meet(t, y)
-            y[2 * self.nv :] = 0.0  # the work of an impact at the start is not counted
+            works, y[2 * self.nv :] = y[2 * self.nv :].copy(), 0.0
             first = self._rows(y[None], self.times[:1], mode)[0]
         except (RunError, np.linalg.LinAlgError) as error:
             raise InputError(f"start: {error}") from None
-        return RunState.at_start(first, len(self.times), EventState(t, y, mode, 0, self.records))
+        if struck:  # a run that ended at this impact goes on
+            y[2 * self.nv :] = works
+        last = EventState(t, y, mode, 0, self.records)
+        return RunState.at_start(first, len(self.times), last).grown(first[None][:0], last, 0, 0, struck or None)
 
     def go_on(self, done: RunState) -> tuple[RunState, str | None]:
         """One segment: to the next event, over some output times, or to a corner of the pace."""
