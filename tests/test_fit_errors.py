@@ -241,12 +241,17 @@ def swing_of(y: np.ndarray) -> Swing:
 
 
 def test_sensor_noise_is_that_of_the_samples() -> None:
-    """Of each column, to 2 %; what is a polynomial of order 5 leaves nothing, nor do cells without a number."""
+    """Of each column, to 2 %; a polynomial of order 5 leaves nothing, nor do cells without a number, nor uneven times."""
     draw, t = np.random.default_rng(0), np.linspace(-1, 1, 20_000)
     y = np.column_stack([2e-3 * draw.normal(size=t.size), 5e-2 * draw.normal(size=t.size)])
     y[::7, 1] = np.nan
     assert sensor_noise([swing_of(y)]) == pytest.approx([2e-3, 5e-2], rel=0.02)
-    assert sensor_noise([swing_of(y + (1 + t**5)[:, None])]) == pytest.approx(sensor_noise([swing_of(y)]), rel=1e-3)
+    uneven = np.sort(draw.uniform(-1, 1, t.size))
+    for times in (t, uneven):
+        noise = sensor_noise([swing_of(y)._replace(t=times)])
+        assert noise == pytest.approx([2e-3, 5e-2], rel=0.03)
+        moving = y + 1e3 * (1 + times**5)[:, None]  # up to 0.5 from one sample to the next
+        assert sensor_noise([swing_of(moving)._replace(t=times)]) == pytest.approx(noise, rel=1e-3)
 
 
 def test_outliers_are_those_that_were_planted() -> None:

@@ -212,7 +212,7 @@ def table_of(y: np.ndarray) -> dict:
 
 
 def test_columns_are_in_radians_and_metres() -> None:
-    """Angles in degrees are turned, tips are not; empty samples go, cells without a number are counted."""
+    """Angles in degrees are turned, tips are not; empty samples go, cells without a number, or masked, are counted."""
     y = np.array([[0.1 * k, 0.2 * k] for k in range(12)])
     y[3] = np.nan
     y[5, 1] = np.nan
@@ -225,6 +225,9 @@ def test_columns_are_in_radians_and_metres() -> None:
     assert swing.y[:, 1].tolist()[:3] == kept[:3, 1].tolist()
     assert np.isnan(swing.y[4, 1])
     assert spread_of([swing])[0] == pytest.approx(np.radians(kept[:, 0]).std(), rel=1e-12)
+    masked = np.ma.array(np.nan_to_num(y, nan=999.0), mask=np.isnan(y))
+    (same,) = read_swings({"t": np.arange(12) * 0.1, "a": masked[:, 0], "b": masked[:, 1]}, data)
+    assert np.array_equal(same.y, swing.y, equal_nan=True)
 
 
 @pytest.mark.parametrize(("jump", "refused"), [(5.5, False), (-5.5, False), (5.8, True), (-5.8, True)])

@@ -1,7 +1,7 @@
 """Measured swings: read from a CSV as the scene's [data] table says, in pieces, each with a start of its own."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from itertools import pairwise
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -71,7 +71,7 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
     if not hasattr(data, "keys"):
         raise InputError(f"data: {shown(data)} is not the path of a CSV file, nor a table of columns")
     with inside("data"):
-        columns = {name: np.asarray(data[name]) for name in _pick_columns(list(data.keys()), table)}
+        columns = {name: np.ma.asarray(data[name]) for name in _pick_columns(list(data.keys()), table)}
         count = columns[table.time].size
         for name, values in columns.items():
             if values.ndim != 1:
@@ -140,12 +140,12 @@ def _cell(text: str, name: str, line: int, table: Data) -> Any:
     return number_in(f"line {line}, column {name}", text)
 
 
-def _swings(columns: dict[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:
+def _swings(columns: Mapping[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:
     """The swings of columns (N,), angles turned to rad; tips stay in m. `numbers` (N,) count the samples of `source`."""
     counted = source.rpartition(": ")[2]
     try:
-        t = np.asarray(columns[table.time], float)
-        y = np.array([np.asarray(columns[name], float) for name in table.columns]).T
+        t, *y = (np.ma.asarray(columns[name], float).filled(np.nan) for name in (table.time, *table.columns))
+        y = np.array(y).T
     except (TypeError, ValueError):
         raise InputError("a column holds something other than numbers, or columns differ in length") from None
     if not np.isfinite(t).all():

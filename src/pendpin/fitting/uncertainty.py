@@ -280,13 +280,18 @@ def summed_covariance(scores: Array, memory: int) -> Array:
 
 
 def sensor_noise(swings: Sequence[Swing]) -> Array:
-    """The noise of each column (columns,), from sixth differences of samples, in which a slow motion leaves nothing."""
+    """The noise of each column (columns,), from sixth differences of samples, in which a slow motion leaves nothing.
+
+    They are divided differences, so that uneven times and gaps leave nothing in them either.
+    """
     noise = []
     for k in range(swings[0].y.shape[1]):
-        series = (s.y[~np.isnan(s.y[:, k]), k] for s in swings)
-        differences = [np.abs(np.diff(y, 6)) / np.sqrt(924) for y in series if len(y) > 6]
-        pooled = np.concatenate(differences) if differences else np.zeros(1)
-        noise.append(1.4826 * np.median(pooled))
+        differences = []
+        for t, y in ((s.t[seen], s.y[seen, k]) for s in swings if (seen := ~np.isnan(s.y[:, k])).sum() > 6):
+            t, y = (np.lib.stride_tricks.sliding_window_view(x, 7).T for x in (t, y))  # (7, m - 6)
+            weights = [1 / np.prod((t[i] - np.delete(t, i, 0)) / (t[6] - t[0]), 0) for i in range(7)]
+            differences.append(np.abs(np.sum(weights * y, 0)) / np.linalg.norm(weights, axis=0))
+        noise.append(1.4826 * np.median(np.concatenate(differences or [np.zeros(1)])))
     return np.array(noise)
 
 
