@@ -196,17 +196,13 @@ def path(text: str) -> Path:  # older typers show its name as the type in the he
 
 SceneFile = Annotated[Path | None, Argument(parser=path, help="Scene file (TOML); the built-in single rod if absent.")]
 UrdfFile = Annotated[
-    str | None, Option(metavar="FILE|NAME", help="A URDF, or a robot by name such as ur5, under gravity, from rest.")
+    str | None, Option(metavar="FILE|NAME", help="A URDF, or a robot such as ur5, in gravity, from rest.")
 ]
-Changes = Annotated[
-    list[str] | None,
-    Option("--set", metavar="KEY=VALUE", help="Change a value of the scene, such as model.rods[0].mass=2."),
-]
+SET = "Change a value of the scene, such as model.rods[0].mass=2."
+Changes = Annotated[list[str] | None, Option("--set", metavar="KEY=VALUE", help=SET)]
 Lock = Annotated[list[str] | None, Option(metavar="NAME=POSITION", help="Freeze a joint of the URDF; in rad or m.")]
 Mimic = Annotated[str | None, Option(metavar="free|locked", help="Joints of the URDF with <mimic>.")]
-AsWritten = Annotated[
-    bool, Option("--as-written", help="Damping, friction and limits of the URDF act as its file writes them.")
-]
+AsWritten = Annotated[bool, Option("--as-written", help="Damping, friction and limits act as the URDF writes them.")]
 Strict = Annotated[bool, Option("--strict", help="Refuse a model with findings: impossible inertia, slips in names.")]
 Method = Annotated[str | None, Option(help="Integration method, such as dop853.")]
 Tolerance = Annotated[float | None, Option(help="Relative and absolute tolerance of a step.")]

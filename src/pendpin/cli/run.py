@@ -50,9 +50,7 @@ def run(
     from pendpin.motions.trajectory import simulate
     from pendpin.runs.checkpoint import EVERY, resumable
 
-    inputs.refuse_alone(
-        every is not None and checkpoint is None, "--every", "--checkpoint FILE, which it saves so often"
-    )
+    inputs.refuse_alone(every is not None and not checkpoint, "--every", "--checkpoint FILE, which it saves so often")
     scene = inputs.with_duration(chosen.scene, duration, samples)
     chosen = replace(chosen, scene=scene)
     if chosen.path is None and chosen.urdf is None:

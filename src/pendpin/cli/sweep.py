@@ -14,9 +14,7 @@ if TYPE_CHECKING:
     from pendpin.sweeps.plan import Plan
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
-MEASURE = (
-    "Number to be measured, such as swing, flip_time, theta_1.max or flip_time.spread (see --list). May be repeated."
-)
+MEASURE = "Number to be measured, such as swing, theta_1.max or flip_time.spread (see --list). May be repeated."
 
 
 @inputs.on_scene
@@ -177,9 +175,8 @@ def fit(
         table = data_table(guesses)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with working("fitting", limit, json) as progress, inside(str(scene)):
-        result = fitted(
-            guesses, swings, free or "physics", others, hold_out_start or 0.1, robust=robust, progress=progress
-        )
+        how: dict[str, Any] = {"robust": robust, "progress": progress}
+        result = fitted(guesses, swings, free or "physics", others, hold_out_start or 0.1, **how)
         if explain_residual and result.follows:
             result = explained(result, progress)
     with reported(report := result.report(), json) as files:

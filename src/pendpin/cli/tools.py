@@ -199,9 +199,8 @@ def stability(
     from pendpin.stability.lyapunov import lyapunov as exponents_of
 
     refuse_outputs(chosen.files, plot=plot)
-    inputs.refuse_alone(
-        (plot or planar) and not lyapunov, "--plot" if plot else "--planar", "--lyapunov, whose exponents it is of"
-    )
+    for option, given in (("--plot", plot), ("--planar", planar)):
+        inputs.refuse_alone(given and not lyapunov, option, "--lyapunov, whose exponents it is of")
     what = "the exponents" if lyapunov else "the rests"
     with chosen.noted() as scene, working(what, limit, json), inputs.naming_options("period"):
         found = exponents_of(scene, planar=planar) if lyapunov else report_on(scene, period)

@@ -259,9 +259,8 @@ def expand_as_written(model: Model, effects: Sequence[fx.Effect]) -> tuple[fx.Ef
         for acts, kind, says in laws:
             names = dict[tuple[tuple[str, float], ...], list[str]]()  # of the joints, by their numbers
             for joint in model.written if acts else ():
-                numbers = tuple(
-                    (name, x) for name, x in says(joint).items() if math.isfinite(x) and (x or kind is fx.Stop)
-                )
+                finite = [(name, x) for name, x in says(joint).items() if math.isfinite(x)]
+                numbers = tuple((name, x) for name, x in finite if x or kind is fx.Stop)
                 if numbers:
                     names.setdefault(numbers, []).append(joint.name)
             written += [kind(**dict(numbers), joints=some) for numbers, some in names.items()]

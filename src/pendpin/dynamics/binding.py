@@ -76,9 +76,8 @@ class Binding:
         first: dict[str, int] = {}
         for i, effect in enumerate(self.effects):
             if effect.sole is not None and (before := first.setdefault(effect.sole, i)) != i:
-                raise InputError(
-                    f"effects[{i}]: a second {effect.kind} beside effects[{before}]; {effect.sole}: put both into one"
-                )
+                second = f"effects[{i}]: a second {effect.kind} beside effects[{before}]"
+                raise InputError(f"{second}; {effect.sole}: put both into one")
         return [self.bound(effect, where) for effect, where in in_order(self.effects)]
 
     def bound(self, effect: Effect, where: str) -> "Bound | None":
@@ -187,10 +186,9 @@ class Bound(ABC):
             except PendpinError:
                 raise
             except Exception as error:
-                raise InputError(
-                    f"{self.where}: {self.effect.kind} does not run on symbols ({error}): write it with + - * / ** and "
-                    "the functions of xp, or let its property `smooth` be False"
-                ) from None
+                remedy = "write it with + - * / ** and the functions of xp, or let its property `smooth` be False"
+                reason = f"{self.where}: {self.effect.kind} does not run on symbols ({error}): {remedy}"
+                raise InputError(reason) from None
 
         return named
 
@@ -313,9 +311,8 @@ class BoundWrench(Bound):
         if isinstance(self.effect, Push) and self.effect.point is not None:
             body = model.bodies[chosen_bodies(model, self.effect.on, self.where)[0]]
             if not body.tip.any():
-                raise InputError(
-                    f"{self.where}.point: link {shown(body.link)} has no tip to measure it along; give it one in model.tips"
-                )
+                which = f"{self.where}.point: link {shown(body.link)}"
+                raise InputError(f"{which} has no tip to measure it along; give it one in model.tips")
         bodies, wrench = self.binding.bodies, self.binding.law(self.effect, "wrench")
         if self.effect.on is None:
             return self._named(lambda t, motion: wrench(t, bodies, motion))

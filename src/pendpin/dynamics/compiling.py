@@ -263,20 +263,16 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
     llvm.require('solver.engine: "compiled"')
     for i, effect in enumerate(equations.effects):
         if not (effect.symbolic or isinstance(effect, Torque)):
-            raise InputError(
-                f"effects[{i}]: {effect.kind} does not run on symbols, as compiled equations must; "
-                'use solver.engine = "auto"'
-            )
+            why = f"{effect.kind} does not run on symbols, as compiled equations must"
+            raise InputError(f'effects[{i}]: {why}; use solver.engine = "auto"')
     begin, engine = time.thread_time(), equations.engine
     effects, given = split_functions(engine.model, equations.effects, equations.start)
     if given is not None and equations.contacts is not None:
         raise InputError('solver.engine: "compiled" takes no Torque beside stops and dry friction; leave it out')
     by_rod = not isinstance(engine, Moving) and records_by_rod(engine.model, effects)
     if not by_rod and len(engine.model.joints) > MOST_WRITTEN_OUT:
-        raise InputError(
-            f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and longer chains with built-in effects, on '
-            "joints of one kind"
-        )
+        others = "longer chains with built-in effects, on joints of one kind"
+        raise InputError(f'solver.engine: "compiled" takes up to {MOST_WRITTEN_OUT} joints, and {others}')
     equations = equations._replace(effects=effects, given=given is not None, by_rod=by_rod)
     function, parameters = equations.function()
     return Compiled(engine, function, parameters.values, time.thread_time() - begin, given)

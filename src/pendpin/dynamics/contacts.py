@@ -288,10 +288,8 @@ def bind_contacts(model: Model, effects: Sequence[Effect], engine: AngleEngine) 
     lower, upper = -reach[0], reach[1]
     for joint in np.flatnonzero(lower >= upper):
         below, above = places[:, joint]
-        raise InputError(
-            f"{below} and {above}: their stops leave joint {shown(model.joints[joint])} no room: "
-            f"one keeps it above {lower[joint]:g}, the other below {upper[joint]:g}"
-        )
+        apart = f"one keeps it above {lower[joint]:g}, the other below {upper[joint]:g}"
+        raise InputError(f"{below} and {above}: their stops leave joint {shown(model.joints[joint])} no room: {apart}")
     lengths = np.where(model.slides, scale(model), 1.0)
     return Contacts(engine, lengths, static, lower, upper, restitution, tuple(rubbing), kinds)
 

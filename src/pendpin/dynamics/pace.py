@@ -117,10 +117,9 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
     corners, shortest = np.asarray(pace.corners, float), np.asarray(pace.shortest, float)
     rises = corners.ndim == 1 and np.isfinite(corners).all() and (np.diff(corners) > 0).all()
     if not rises or shortest.shape != (len(corners) + 1,) or not (shortest > 0).all():
-        raise InputError(
-            f"{effect.kind}: its pace has corners {corners.tolist()} and shortest times {shortest.tolist()}: corners have "
-            "to rise, shortest times to be above 0, one more than corners"
-        )
+        given = f"corners {corners.tolist()} and shortest times {shortest.tolist()}"
+        right = "corners have to rise, shortest times to be above 0, one more than corners"
+        raise InputError(f"{effect.kind}: its pace has {given}: {right}")
     return Pace(corners - early, shortest)
 
 

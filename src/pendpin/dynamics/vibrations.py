@@ -187,10 +187,8 @@ def _damped(matrices: Matrices) -> Vibrations:
 
     M, C, K = matrices
     if len(M) > MOST_DAMPED:
-        raise InputError(
-            f"model: damped modes are found for up to {MOST_DAMPED} coupled joints, here are {len(M)}: take fewer rods, "
-            "or leave damping out"
-        )
+        many = f"damped modes are found for up to {MOST_DAMPED} coupled joints, here are {len(M)}"
+        raise InputError(f"model: {many}: take fewer rods, or leave damping out")
     L, n = _factor(M), len(M)
     C, K = (solve_triangular(L, solve_triangular(L, part, lower=True).T, lower=True).T for part in (C, K))
     values, errors, vectors = spectrum(np.block([[np.zeros((n, n)), np.eye(n)], [-K, -C]]))

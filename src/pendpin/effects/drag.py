@@ -48,9 +48,7 @@ class Drag(BodyEffect):
     frequency: Positive | None = Field(None, description="rad/s")
     diameter: Positive | None = Field(None, description="m; twice the radius of each rod if absent")
     payload_coefficient: NotNegative = Field(0.47, description="of a payload's sphere, where it has a radius")
-    buoyancy: Annotated[bool, Strict()] = Field(
-        False, description="lift the rods by the weight of the air they displace"
-    )
+    buoyancy: Annotated[bool, Strict()] = Field(False, description="the weight of the air they displace lifts the rods")
 
     @model_validator(mode="after")
     def _gust_has_a_frequency(self) -> Self:

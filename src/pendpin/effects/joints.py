@@ -84,9 +84,7 @@ class Bending(JointEffect):
     strengths: ClassVar[tuple[str, ...]] = ("stiffness",)
     kind: Literal["bending"] = Field("bending", description="which effect it is")
     stiffness: NotNegative = Field(description="N m², EI")
-    clamp: Direction | None = Field(
-        None, description="direction in W to which rods on the world are clamped, of any length but 0"
-    )
+    clamp: Direction | None = Field(None, description="direction in W, not 0, to which rods on the world are clamped")
 
     def of_joints(self, lengths: Array, parents: Sequence[int] | None = None) -> Array:
         """For each angle of n rods of these lengths in m: 1/l and the direction (3,) of no moment, (2 n, 4).
@@ -128,10 +126,8 @@ def _half_angle_squares(s1: Any, c1: Any, s2: Any, c2: Any, x: Any, y: Any, z: A
     """The squares of sine and cosine of alpha / 2, from those of theta and phi and the direction (x, y, z) of no moment."""
     # A quarter of the squares of difference and sum of two unit vectors: both without cancellation, and never below 0.
     dx, dy, dz = s2, -s1 * c2, -c1 * c2
-    return (
-        ((dx - x) ** 2 + (dy - y) ** 2 + (dz - z) ** 2) * 0.25,
-        ((dx + x) ** 2 + (dy + y) ** 2 + (dz + z) ** 2) * 0.25,
-    )
+    difference, total = ((dx - x) ** 2 + (dy - y) ** 2 + (dz - z) ** 2), ((dx + x) ** 2 + (dy + y) ** 2 + (dz + z) ** 2)
+    return difference * 0.25, total * 0.25
 
 
 def _asin_over_x(w: Any, u: Any, xp: Any) -> Any:
@@ -173,9 +169,8 @@ class Motor(JointEffect):
         given = [name for name in (*_DRIVE, *_HOLD) if getattr(self, name) is not None]
         drive, hold = ([name for name in names if name in given] for names in (_DRIVE, _HOLD))
         if drive and hold:
-            raise ValueError(
-                f"{drive[0]} and {hold[0]} exclude each other: a motor has a torque or a controller; list two motors"
-            )
+            both = f"{drive[0]} and {hold[0]} exclude each other"
+            raise ValueError(f"{both}: a motor has a torque or a controller; list two motors")
         if not given:
             raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")
         both_or_neither(self, "amplitude", "frequency")
@@ -222,9 +217,7 @@ class Torque(OnJoints):
     def _one_pace(self) -> Self:
         declared = [name for name in ("steady", "shortest", "gradual") if getattr(self, name) not in (None, False)]
         if self.every is not None and declared:
-            raise ValueError(
-                f"every and {declared[0]} do not go together: what is sampled changes at its instants only"
-            )
+            raise ValueError(f"every and {declared[0]} do not go together: what is sampled changes at instants only")
         try:
             form = inspect.signature(self.function)
         except (TypeError, ValueError):  # of a function in C, which does not say what it takes

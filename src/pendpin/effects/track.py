@@ -143,10 +143,8 @@ def read_track(path: Path, columns: tuple[str, ...]) -> Track:
     longest, usual = int(np.argmax(steps)), np.median(steps)
     if steps[longest] > LONGEST_GAP * usual:
         begin, end = float(first) + t[longest], float(first) + t[longest + 1]
-        raise InputError(
-            f"nothing between t = {begin:.9g} and {end:.9g}, where a row comes every {usual:.3g} s; "
-            "a spline cannot fill that gap"
-        )
+        gap = f"nothing between t = {begin:.9g} and {end:.9g}, where a row comes every {usual:.3g} s"
+        raise InputError(f"{gap}; a spline cannot fill that gap")
     with np.errstate(all="ignore"):
         try:
             positions = np.array([position for _, *position in rows])
@@ -173,9 +171,8 @@ def _rows(text: str, columns: tuple[str, ...]) -> Iterator[tuple[Any, ...]]:
             many = f"{amount(len(cells), 'value')} instead of {len(columns)} between commas"
             raise InputError(f"line {number}: {many}: {', '.join(columns)}")
         if first and not any(letter.isdigit() for letter in line):
-            raise InputError(
-                f"line {number}: the columns are {', '.join(cells)}, where {', '.join(columns)} are wanted"
-            )
+            are, wanted = ", ".join(cells), ", ".join(columns)
+            raise InputError(f"line {number}: the columns are {are}, where {wanted} are wanted")
         _, *position = (_value(f"line {number}: {name}", cell) for name, cell in zip(columns, cells, strict=True))
         time = Decimal(cells[0])
         if before is not None and not float(time - before) > 0:

@@ -289,13 +289,8 @@ class Spherical(Thin):
 
 
 # The tensor T of q' = T q omega / 2 for q = (x, y, z, w) and omega in the body's frame, as (4, 12) for q @ T
-_ROWS = (
-    "0 0 0 0 0 -1 0 1 0 -1 0 0",
-    "0 0 1 0 0 0 -1 0 0 0 -1 0",
-    "0 -1 0 1 0 0 0 0 0 0 0 -1",
-    "1 0 0 0 1 0 0 0 1 0 0 0",
-)
-_QUATERNION_RATE = np.array([row.split() for row in _ROWS], float) / 2.0
+_ROWS = "0 0 0 0 0 -1 0 1 0 -1 0 0  0 0 1 0 0 0 -1 0 0 0 -1 0  0 -1 0 1 0 0 0 0 0 0 0 -1  1 0 0 0 1 0 0 0 1 0 0 0"
+_QUATERNION_RATE = np.array(_ROWS.split(), float).reshape(4, 12) / 2.0
 
 
 def _rotations(quaternions: Array) -> Array:

@@ -196,10 +196,8 @@ def _refuse_odd(swing: Swing, table: Data, angles: Array, counted: str) -> None:
         jumps = np.abs(np.diff(swing.y[seen, k])) > _JUMP
         if angles[k] and jumps.any():
             at = int(np.flatnonzero(seen)[1:][int(np.argmax(jumps))])
-            raise InputError(
-                f"{counted} {swing.rows[at]}, column {name}: it jumps by a turn before {swing.t[at]:g} s; "
-                "unwrap the angle, or check data.unit"
-            )
+            jump = f"it jumps by a turn before {swing.t[at]:g} s; unwrap the angle, or check data.unit"
+            raise InputError(f"{counted} {swing.rows[at]}, column {name}: {jump}")
 
 
 # --- what the columns measure ---------------------------------------------------------------------------------------
@@ -222,10 +220,8 @@ def sensors_of(table: Data, model: Model) -> Sensors:
         if isinstance(measured, str):
             text, dot, axis = measured.rpartition(".")
             if not dot or axis not in _AXES:
-                raise InputError(
-                    f"{where}: {shown(measured)} is not a coordinate of a tip; write a link and {choices(_AXES)}, such as "
-                    f"rod_1.y, or a joint in brackets: [{shown(measured)}]"
-                )
+                right = f"a link and {choices(_AXES)}, such as rod_1.y, or a joint in brackets: [{shown(measured)}]"
+                raise InputError(f"{where}: {shown(measured)} is not a coordinate of a tip; write {right}")
             links = tuple(body.link for body in model.bodies)
             link = "rod" if links == ("rod",) and text == "rod_1" else text
             tips[row, 3 * find(links, link, f"{where}: link") + _AXES.index(axis)] = 1.0

@@ -174,10 +174,8 @@ def _parse(key: str) -> tuple[str, int, str, int | None]:
             return "effects", place, name, None
         case ("effects", int(place), str(name), int(part)):
             return "effects", place, name, part
-    raise InputError(
-        f"free: {shown(key)} is not a number of a rod or an effect, such as model.rods[0].com or effects[1].coefficient, "
-        'nor "physics" or "friction"'
-    )
+    such = 'such as model.rods[0].com or effects[1].coefficient, nor "physics" or "friction"'
+    raise InputError(f"free: {shown(key)} is not a number of a rod or an effect, {such}")
 
 
 def _expand(scene: Scene, texts: Sequence[str]) -> list[str]:

@@ -109,13 +109,12 @@ class Drawing:
         """The drawing with all lengths times a factor."""
         lengths = np.ones((4, 4))
         lengths[:3, 3] = factor  # of a pose
-        shapes = (
-            replace(x, size=tuple(factor * s for s in x.size), placement=lengths * x.placement) for x in self.shapes
-        )
+        sizes = [tuple(factor * length for length in shape.size) for shape in self.shapes]
+        placed = zip(self.shapes, sizes, strict=True)
         return replace(
             self,
             poses=lengths * self.poses,
-            shapes=tuple(shapes),
+            shapes=tuple(replace(shape, size=size, placement=lengths * shape.placement) for shape, size in placed),
             trail=factor * self.trail,
             velocity=None if self.velocity is None else factor * self.velocity,
             joints=tuple(j._replace(length=factor * j.length, radius=factor * j.radius) for j in self.joints),

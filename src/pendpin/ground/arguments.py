@@ -45,9 +45,8 @@ def seconds(name: str, value: Any, lasting: bool = False) -> float:
     """A number of seconds, 0 or above, or infinity; if `lasting`, a finite one above 0."""
     number = value.item() if isinstance(value, np.generic) else value
     if not is_number(number) or not (0 < number < np.inf if lasting else number >= 0):
-        raise InputError(
-            f"{name}: {shown(value)} is not a number of seconds{' above 0' if lasting else ', 0 or above'}"
-        )
+        right = "a number of seconds above 0" if lasting else "a number of seconds, 0 or above"
+        raise InputError(f"{name}: {shown(value)} is not {right}")
     return number
 
 

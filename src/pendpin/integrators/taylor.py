@@ -17,7 +17,7 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Effect
 from pendpin.engines import Derivative, Engine, Function, ProgressCallback
 from pendpin.engines.machine.tape import Recording
-from pendpin.errors import InputError, MissingLibrary
+from pendpin.errors import InputError, MissingLibrary, choices
 from pendpin.ground.arrays import Array
 from pendpin.ground.libraries import heyoka, version, wait_for
 from pendpin.integrators.base import FREE, NOT_FINITE, Integrator, Segment, StepPlan
@@ -63,9 +63,8 @@ class Taylor(Integrator):
             raise MissingLibrary("solver.method: taylor needs heyoka: pip install heyoka") from None
         for i, effect in enumerate(effects):
             if not effect.smooth:
-                raise InputError(
-                    f"effects[{i}]: {effect.kind} is not smooth, and solver.method: taylor needs smooth effects; take dop853"
-                )
+                rough = f"effects[{i}]: {effect.kind} is not smooth"
+                raise InputError(f"{rough}, and solver.method: taylor needs smooth effects; take dop853")
         self._effects, self.tolerance, self._start, self._compiling = effects, tolerance, start, 0.0
         self.library, self.version = "heyoka", version("heyoka")
 
@@ -82,9 +81,7 @@ class Taylor(Integrator):
     def integrate(self, derivative: Derivative, y: Array, times: Array, plan: StepPlan = FREE) -> Segment:
         series, before, size = self._integrator, self._steps, len(self._integrator.state)
         if len(y) > size:
-            raise InputError(
-                "energy_balance: taylor does not integrate work; these methods do: " + ", ".join(event_methods())
-            )
+            raise InputError(f"energy_balance: taylor does not integrate work, but {choices(event_methods())} do")
         memory = plan.memory or self.memory(y)
         assert isinstance(memory, SeriesMemory)
         series.time, series.state[:] = times[0], memory.motion
@@ -98,9 +95,8 @@ class Taylor(Integrator):
             self._progress(series.time)
             ahead = times[done - 1 :].copy()
             ahead[0] = series.time
-            outcome, _, _, steps, _, reached = series.propagate_grid(
-                ahead, max_steps=STEPS_AT_ONCE, max_delta_t=LONGEST_STEP * plan.longest
-            )
+            limits = {"max_steps": STEPS_AT_ONCE, "max_delta_t": LONGEST_STEP * plan.longest}
+            outcome, _, _, steps, _, reached = series.propagate_grid(ahead, **limits)
             states[done : done + len(reached) - 1] = reached[1:]
             done, self._steps = done + len(reached) - 1, self._steps + steps
             if outcome == self._heyoka.taylor_outcome.err_nf_state:

@@ -95,9 +95,8 @@ def pinocchio() -> Any:
     except ImportError as error:
         raise MissingLibrary(f"Pinocchio does not import ({error}): pip install pin") from None
     if not hasattr(pinocchio, "aba"):
-        raise MissingLibrary(
-            "the installed `pinocchio` is another project: pip uninstall pinocchio && pip install --force-reinstall pin"
-        )
+        remedy = "pip uninstall pinocchio && pip install --force-reinstall pin"
+        raise MissingLibrary(f"the installed `pinocchio` is another project: {remedy}")
     return pinocchio
 
 

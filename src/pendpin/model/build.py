@@ -145,9 +145,8 @@ def _values(model: Model, values: dict[str, float] | tuple[float, ...], where: s
     """One number for each joint (nv,) in the scene's unit, from a list or a table by name. Raises InputError."""
     if not isinstance(values, dict):
         if len(values) != len(model.joints):
-            raise InputError(
-                f"{where}: a list of {len(values)}, where the model has {amount(len(model.joints), 'joint')}"
-            )
+            has = amount(len(model.joints), "joint")
+            raise InputError(f"{where}: a list of {len(values)}, where the model has {has}")
         return np.array(values)
     out = np.zeros(len(model.joints))
     names: dict[int, str] = {}
@@ -264,25 +263,19 @@ def _build_pin(model: PinModel) -> Model:
     for i in range(1, given.njoints):
         name, joint, body, above = given.names[i], given.joints[i], given.inertias[i], given.parents[i]
         if above not in branch:  # its mass matrix and derivatives would be wrong: docs/pinocchio_notes.md, 8
-            raise InputError(
-                f"model: joint {shown(name)} hangs on {shown(given.names[above])}, but a joint of another branch was added "
-                "between them; add each branch of a pin.Model in one go"
-            )
+            other = "a joint of another branch was added between them; add each branch of a pin.Model in one go"
+            raise InputError(f"model: joint {shown(name)} hangs on {shown(given.names[above])}, but {other}")
         branch = [*branch[: branch.index(above) + 1], i]
         slide, turn = np.split(twist_of(joint), 2) if joint.nv == 1 else np.zeros((2, 3))
         if slide.any() == turn.any():
-            raise InputError(
-                f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes revolute, continuous and prismatic "
-                "joints (a universal joint as two revolute ones)"
-            )
+            taken = "revolute, continuous and prismatic joints (a universal joint as two revolute ones)"
+            raise InputError(f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes {taken}")
         revolute = turn.any()
         plain = pin.JointModelRevoluteUnaligned(*turn) if revolute else pin.JointModelPrismaticUnaligned(*slide)
         loaded.addJoint(above, plain, given.jointPlacements[i], name)
         if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
-            reason = (
-                f"model: what joint {shown(name)} moves has the mass {body.mass:g} kg, or inertia that is not finite"
-            )
-            raise InputError(reason)
+            wrong = f"has the mass {body.mass:g} kg, or inertia that is not finite"
+            raise InputError(f"model: what joint {shown(name)} moves {wrong}")
         append_body(loaded, i, body)
         v, q = joint.idx_v, joint.idx_q  # continuous joints, of two numbers, have no limits
         both = (given.lowerPositionLimit[q], given.upperPositionLimit[q]) if joint.nq == 1 else (0.0, 0.0)
@@ -325,10 +318,8 @@ def _model_of_pin(
 
 def _refuse_size(nv: int, where: str) -> None:
     if (needed := DATA_BYTES_PER_CUBE * nv**3) > MAX_DATA_BYTES:
-        raise InputError(
-            f"{where}: {nv} joints need about {needed / 1e9:,.1f} GB in Pinocchio, "
-            f"above the limit of {MAX_DATA_BYTES / 1e9:g} GB; only rods on universal joints in a row may be more"
-        )
+        most = f"the limit of {MAX_DATA_BYTES / 1e9:g} GB; only rods on universal joints in a row may be more"
+        raise InputError(f"{where}: {nv} joints need about {needed / 1e9:,.1f} GB in Pinocchio, above {most}")
 
 
 def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> tuple[str, ...]:
@@ -358,10 +349,8 @@ def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str 
         raise InputError(f"{where}: its masses, lengths or inertia are too large: the mass matrix overflows")
     for name, inertia in zip(joints, np.diag(M), strict=True):
         if not inertia > 0:
-            reason = (
-                f"{where}: joint {shown(name)} moves no inertia: its links are massless, or points on its axis{remedy}"
-            )
-            raise InputError(reason)
+            why = "its links are massless, or points on its axis"
+            raise InputError(f"{where}: joint {shown(name)} moves no inertia: {why}{remedy}")
     value, joint = _least_eigenvalue(M)
     if value < SINGULAR * len(M):
         name = shown(joints[joint])

@@ -25,10 +25,8 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
     q, _ = start_state(model, scene.start)
     lines = [*ignored(model.written or (), scene.effects), *model.notes]
     for joint in np.flatnonzero((np.abs(q) > TURN) & ~model.slides)[:1]:
-        lines.append(
-            f"start.positions.{model.joints[joint]}: {q[joint]:.6g} rad is more than a whole turn; "
-            'for degrees write unit = "degrees" in [start]'
-        )
+        turned = f"{q[joint]:.6g} rad is more than a whole turn"
+        lines.append(f'start.positions.{model.joints[joint]}: {turned}; for degrees write unit = "degrees" in [start]')
     if not model.slides.any():
         lines += [
             f"effects[{i}].{name}: {getattr(effect, name):.6g} rad is more than a whole turn; effects have no degrees"

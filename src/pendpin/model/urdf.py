@@ -112,10 +112,8 @@ def read_urdf(model: UrdfModel) -> Urdf:
         if alone := [name for name in massless if name not in model.lock]:
             more = f" and {len(alone) - 6} more" * (len(alone) > 6)
             joint, its, they = ("joint", "its", "it is") if len(alone) == 1 else ("joints", "their", "they are")
-            findings.append(
-                f"{joint} {choices(map(shown, alone[:6]))}{more} can move massless links only: "
-                f"{its} motion is undefined and moves nothing else; {they} locked at 0"
-            )
+            which = f"{joint} {choices(map(shown, alone[:6]))}{more} can move massless links only"
+            findings.append(f"{which}: {its} motion is undefined and moves nothing else; {they} locked at 0")
         for name, numbers in inertias.items():
             if reason := _implausible(*numbers):
                 says = "no real body has this inertia; accelerations are computed as written"
@@ -401,10 +399,8 @@ def _check_tree(links: Mapping[str, Element], joints: Mapping[str, Element]) -> 
     for name, joint in joints.items():
         parent, child = (_needed("", joint, end).get("link", "") for end in ("parent", "child"))
         if child in above:
-            raise InputError(
-                f"link {shown(child)} hangs on two joints, {shown(above[child][0])} and {shown(name)}: "
-                "a kinematic loop; pendpin takes trees only"
-            )
+            both = f"{shown(above[child][0])} and {shown(name)}: a kinematic loop; pendpin takes trees only"
+            raise InputError(f"link {shown(child)} hangs on two joints, {both}")
         above[child] = (name, parent)
         children[parent].append(child)
     roots = [link for link in links if link not in above]
@@ -420,10 +416,8 @@ def _check_tree(links: Mapping[str, Element], joints: Mapping[str, Element]) -> 
         some = choices(map(shown, list(lost)[:4])) + ", ..." * (len(lost) > 4)
         raise InputError(f"a kinematic loop, cut off from {shown(roots[0])}: {some}")
     if depth > MAX_DEPTH:
-        raise InputError(
-            f"{depth} links in a row are too many for Pinocchio's URDF reader, which reads about {MAX_DEPTH}; "
-            'a scene with kind = "chain" takes longer ones'
-        )
+        many = f"too many for Pinocchio's URDF reader, which reads about {MAX_DEPTH}"
+        raise InputError(f'{depth} links in a row are {many}; a scene with kind = "chain" takes longer ones')
     return above
 
 

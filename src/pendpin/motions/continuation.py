@@ -183,10 +183,8 @@ def resolve(run: RunRecord) -> Continuation:
         shares = np.diff(more.run.t)[coarse] / np.diff(run.t)[_intervals_of(run, more.run.t[coarse])]
         parts = np.maximum(PARTS, np.ceil(dense * shares)).astype(int)
         if len(more.run.t) + parts.sum() > MOST:
-            raise InputError(
-                f"crossings: {len(run.t)} samples are too few for a run of {run.stats.steps} steps; "
-                f"run it with samples = {run.stats.steps}"
-            )
+            few = f"{len(run.t)} samples are too few for a run of {run.stats.steps} steps"
+            raise InputError(f"crossings: {few}; run it with samples = {run.stats.steps}")
         cuts = np.ones(len(more.run.t) - 1, int)
         cuts[coarse] = parts
         _add_samples(more, subdivided(more.run.t, cuts))

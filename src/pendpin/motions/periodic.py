@@ -114,9 +114,8 @@ def periodic_orbit(
     if first is not None:
         scene = scene.replace(duration=first)  # a file of rates or positions has to last so long
     else:  # the time at which a run first comes near its start again
-        run = simulate(
-            scene.replace(start=Start.at_state(scene.start.time, *np.split(state, 2))).with_solver(samples=SAMPLES)
-        )
+        start = Start.at_state(scene.start.time, *np.split(state, 2))
+        run = simulate(scene.replace(start=start), samples=SAMPLES)
         states = np.concatenate([np.where(model.slides, run.q, np.sin(run.q)), run.v], 1)
         away = np.linalg.norm(states - states[0], axis=1)
         inner = away[1:-1]
@@ -157,8 +156,16 @@ def wrap(angle: Array) -> Array:
 
 
 def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOrbit:
-    """The orbit next to a state y (2 nv,) by Newton's method; a period that is `free` is found too. RunError if none is."""
-    refuse_other_periods(scene, period)
+    """The orbit next to a state y (2 nv,) by Newton's method; a period that is `free` is found too.
+
+    Raises InputError for a period in s that is not a whole multiple of that of each sinusoid, RunError if there is none.
+    """
+    for i, effect in enumerate(scene.effects):
+        frequency = getattr(effect, "frequency", None) if effect.sinusoidal and not effect.idle else None
+        count = period * frequency / (2 * np.pi) if frequency else 1.0
+        if frequency and abs(count - max(1, round(count))) > TURNS:
+            own = f"of effects[{i}] ({effect.kind}), {2 * np.pi / frequency:.12g} s"
+            raise InputError(f"period: {period:.12g} s is not a whole multiple of that {own}")
     turns, best, patience = None, None, 3
     for _ in range(STEPS):
         now = integrate_period(scene, y, period)
@@ -179,24 +186,12 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
     assert best is not None
     size, y, period, transition = best
     if not size <= CLOSED * max(1.0, float(np.abs(transition).max())):
-        raise RunError(
-            f"no periodic motion found near the guess: after {period:.6g} s the state misses its start by {size:.2g}; "
-            "give another start or period"
-        )
+        miss = f"after {period:.6g} s the state misses its start by {size:.2g}"
+        raise RunError(f"no periodic motion found near the guess: {miss}; give another start or period")
     values, errors, _ = spectrum(transition, OFF * max(1.0, float(np.linalg.norm(transition, 2))))
     order = np.lexsort((np.imag(values), -np.real(values), -np.round(np.abs(values), 9)))
     at = scene.replace(start=Start.at_state(scene.start.time, *np.split(y, 2)), duration=period)
     return PeriodicOrbit(at, period, free, values[order], errors[order], size, transition)
-
-
-def refuse_other_periods(scene: Scene, period: float) -> None:
-    """Raise InputError where a period in s is not a whole multiple of that of each sinusoid that acts."""
-    for i, effect in enumerate(scene.effects):
-        frequency = getattr(effect, "frequency", None) if effect.sinusoidal and not effect.idle else None
-        turns = period * frequency / (2 * np.pi) if frequency else 1.0
-        if frequency and abs(turns - max(1, round(turns))) > TURNS:
-            own = f"of effects[{i}] ({effect.kind}), {2 * np.pi / frequency:.12g} s"
-            raise InputError(f"period: {period:.12g} s is not a whole multiple of that {own}")
 
 
 class Return(NamedTuple):
@@ -222,10 +217,9 @@ def integrate_period(scene: Scene, y: Array, period: float, key: str | None = No
     _, rates = variations.equations.rates(np.zeros(1), variations.start[None], first[None])
     fastest = float(np.abs(np.linalg.eigvals(np.nan_to_num(rates[0, :size]))).max())
     if fastest * period > MOST_RADIANS:
-        raise RunError(
-            f"the motion takes too many steps: something in it settles within {1 / fastest:.1e} s, and the period is "
-            f"{period:.3g} s; give what is damped or held more mass, or leave the damper or spring out"
-        )
+        stiff = f"something in it settles within {1 / fastest:.1e} s, and the period is {period:.3g} s"
+        remedy = "give what is damped or held more mass, or leave the damper or spring out"
+        raise RunError(f"the motion takes too many steps: {stiff}; {remedy}")
     states, changes = variations.integrate(y, first, np.array([0.0, period]), TIGHT)
     end, slides = states[-1], np.tile(variations.equations.model.slides, 2)
     rate, _ = variations.equations.rates(np.array([period]), end[None], changes[-1:])

@@ -68,13 +68,6 @@ class _Pieces(NamedTuple):
         """Some of the pieces, those at which a mask (p,) is set or those of the indices."""
         return _Pieces(*(x[which] for x in self))
 
-    def highest_corners(self) -> "_Pieces":
-        """The FEW highest pieces of those that rise and then fall, as rounding does not."""
-        rise = np.diff(self.values)
-        fallen = np.minimum.accumulate(rise, 1) < 0
-        corners = self.some(~np.any(fallen[:, :-1] & (rise[:, 1:] > 0), 1))
-        return corners.some(np.argsort(-corners.values.max(1))[:FEW])
-
     @property
     def times(self) -> Array:
         """The times (p, DEGREE + 1) of the values."""
@@ -236,7 +229,11 @@ def _search(
         series = np.abs(values @ COEFFICIENTS.T)
         error = UNSEEN * np.maximum(series[:, -1], series[:, -2])
         pieces = settle(pieces._replace(values=values, error=error), cuts)
-        pieces = pieces if cuts < DEEPEST else pieces.highest_corners()
+        if cuts >= DEEPEST:  # the highest of those that rise and then fall, as rounding does not
+            rise = np.diff(pieces.values)
+            fallen = np.minimum.accumulate(rise, 1) < 0
+            pieces = pieces.some(~np.any(fallen[:, :-1] & (rise[:, 1:] > 0), 1))
+            pieces = pieces.some(np.argsort(-pieces.values.max(1))[:FEW])
         # Two parts, cut at the Chebyshev point next to the middle; their values inside are not known.
         cut, x = pieces.times[:, middle], pieces.values[:, [0, middle, middle, -1]].reshape(-1, 2)
         begin, end = np.stack([pieces.begin, cut], 1).reshape(-1), np.stack([cut, pieces.end], 1).reshape(-1)
@@ -303,8 +300,7 @@ def find_instants(more: Continuation, quantity: Quantity, changes: Changes) -> A
     # A smooth quantity changes so much between two doubles where an interval is a few of them, as in a late run.
     width = changes.end - changes.begin
     share = np.maximum(JUMP, 2 * CLOSE * np.spacing(np.abs(instant)) / np.maximum(width, 1e-300))
-    jumped = (off * changes.after < 0) & (
-        np.abs(off) > share * np.maximum(np.abs(changes.before), np.abs(changes.after))
-    )
+    around = np.maximum(np.abs(changes.before), np.abs(changes.after))
+    jumped = (off * changes.after < 0) & (np.abs(off) > share * around)
     behind = instant + AFTER * np.maximum(width, np.abs(instant))
     return np.where(jumped, np.minimum(changes.end, behind), instant)

@@ -116,9 +116,8 @@ class Start(StartRecord):
                     break
                 way = np.real(vectors[:, first])
                 rest = _relax(pull, rest + ASIDE * way / (np.abs(way).max() or 1.0), dynamics.model, stiffness)
-        lost = (
-            np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST
-        )  # where levers are so long, nothing turns
+        # where levers are so long, nothing turns
+        lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST
         if lost or not np.abs(pull(rest)).max(initial=0.0) <= REST * size:
             raise _no_rest_error(dynamics.model, rest - q)
         contacts, joints = dynamics.contacts, dynamics.model.joints

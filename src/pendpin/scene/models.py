@@ -32,6 +32,7 @@ FARTHEST = 1e9  # rad, or m: positions of joints
 Position = Annotated[Number, Field(ge=-FARTHEST, le=FARTHEST)]
 Place = Annotated[Number, Field(ge=-LARGEST_SIZE, le=LARGEST_SIZE)]
 Size = Annotated[NotNegative, Field(le=LARGEST_SIZE)]
+Copies = Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)]
 OTHER_JOINTS = {  # what is asked for and not offered, with what serves
     "revolute": 'a revolute joint is called "hinge"',
     "continuous": 'a continuous joint is called "hinge"',
@@ -65,9 +66,7 @@ class Rod(Record):
     )
     payload: Size = Field(0.0, description="kg, mass at the tip")
     payload_radius: Size = Field(0.0, description="m, of the payload, a sphere about the tip; 0 is a point")
-    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(
-        1, description="how many such rods, one hanging on the other"
-    )
+    copies: Copies = Field(1, description="how many such rods, one hanging on the other")
     joint: Annotated[Literal["universal", "hinge"], BeforeValidator(_offered_joint)] = Field(
         "universal", description="on which it turns: two angles, theta and phi, or one"
     )
@@ -119,10 +118,8 @@ class Rod(Record):
         both = (I1 + m * h * h, I2 + m * h * h)
         about_joint = {"universal": both, "x": both[:1], "y": both[1:]}[self.turns]
         if min(about_joint) < 1 / LARGEST_SIZE or max(about_joint) > LARGEST_SIZE:
-            raise ValueError(
-                f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100): "
-                "a rod needs a centre of mass away from its joint, or an inertia about it"
-            )
+            odd = f"the inertia about the joint, {min(about_joint):g} kg m², is out of range (1e-100 to 1e100)"
+            raise ValueError(f"{odd}: a rod needs a centre of mass away from its joint, or an inertia about it")
         return self
 
 
@@ -135,9 +132,7 @@ class Chain(Record):
 
     kind: Literal["chain"] = Field("chain", description="which kind of model it is")
     rods: Annotated[tuple[Rod, ...], Field(min_length=1)] = Field(description="from the first to the last")
-    copies: Annotated[int, Field(strict=True, ge=1, le=MAX_RODS)] = Field(
-        1, description="how often the list is repeated"
-    )
+    copies: Copies = Field(1, description="how often the list is repeated")
 
     @property
     def count(self) -> int:
@@ -194,10 +189,9 @@ class Chain(Record):
             while above not in (parent, -1):
                 above = rows[above][1]
             if above != parent:  # Pinocchio's mass matrix wants the joints of a branch together
-                raise ValueError(
-                    f"{where}: rod_{first + 1} hangs on rod_{parent + 1}, and rod_{first} before it on "
-                    f"another branch: list a branch as a whole, all that hangs below rod_{parent + 1} right behind it"
-                )
+                apart = f"rod_{first + 1} hangs on rod_{parent + 1}, and rod_{first} before it on another branch"
+                remedy = f"list a branch as a whole, all that hangs below rod_{parent + 1} right behind it"
+                raise ValueError(f"{where}: {apart}: {remedy}")
             rows += [(entry, parent, rod.at), *((entry, i, None) for i in range(first, first + rod.copies - 1))]
         return tuple(rows)
 

@@ -72,9 +72,7 @@ class Data(Record):
         description='by column: the joints whose angles add up to it, or the coordinate of a tip, as "rod_1.y"'
     )
     unit: Literal["radians", "degrees"] = Field("radians", description="of the angles")
-    offsets: _Offsets = Field(
-        "free", description="the zero of each column: free, zero, or by column in `unit` (m for tips)"
-    )
+    offsets: _Offsets = Field("free", description="zeros of the columns: free, zero, or each in `unit` (m for tips)")
     noise: Positive | None = Field(None, description="rad, standard deviation of the sensors; estimated if absent")
 
     def in_si(self, column: str) -> tuple[float, str]:
@@ -167,10 +165,9 @@ class Scene(Record):
                     effect.model_dump(mode="json", include={name})
                 except PydanticSerializationError:
                     kind = type(getattr(effect, name)).__name__
-                    raise InputError(
-                        f"effects[{i}].{name}: a {kind} cannot be saved with the run: give {type(effect).__name__} a "
-                        "field_serializer for it (pydantic)"
-                    ) from None
+                    remedy = f"give {type(effect).__name__} a field_serializer for it (pydantic)"
+                    reason = f"effects[{i}].{name}: a {kind} cannot be saved with the run: {remedy}"
+                    raise InputError(reason) from None
         raise InputError("scene: it holds what no file can")
 
     def by(self, method: str, setting: float) -> Self:

@@ -68,10 +68,8 @@ class Ensemble:
     def __repr__(self) -> str:
         k, n, nv = self.q.shape
         failed = f", {len(self.stats.failures)} ended early" if self.stats.failures else ""
-        return (
-            f"Ensemble of {amount(k, 'start')}: {amount(n, 'sample')} of {amount(nv, 'joint')}, {self.stats.method}, "
-            f"{self.stats.seconds:.3g} s{failed}"
-        )
+        how = f"{self.stats.method}, {self.stats.seconds:.3g} s{failed}"
+        return f"Ensemble of {amount(k, 'start')}: {amount(n, 'sample')} of {amount(nv, 'joint')}, {how}"
 
 
 @np.errstate(over="ignore", invalid="ignore", divide="ignore")  # overflow is reported as an error of the run
@@ -216,8 +214,6 @@ def _starts(model: Model, scene: Scene, positions: ArrayLike, velocities: ArrayL
     if count != len(found[1]):
         raise InputError(f"velocities: {len(found[1])} starts, where positions have {count}")
     if (size := 16.0 * count * n * nv) > MAX_BYTES:
-        raise InputError(
-            f"positions: {count} starts with {n} samples of {nv} joints need {size / 1e9:.3g} GB, more "
-            f"than {MAX_BYTES / 1e9:g} GB; use fewer starts, or fewer solver.samples"
-        )
+        more = f"{size / 1e9:.3g} GB, more than {MAX_BYTES / 1e9:g} GB; use fewer starts, or fewer solver.samples"
+        raise InputError(f"positions: {count} starts with {n} samples of {nv} joints need {more}")
     return found

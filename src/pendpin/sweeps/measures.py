@@ -86,10 +86,8 @@ def measure(name_or_function: str | Function) -> Measure:
         )
     if series:
         raise InputError(f"measure: {name_or_function}: {not_one_of(statistic, (*STATISTICS, SPREAD[1:]))}")
-    raise InputError(
-        f"measure: {not_one_of(name_or_function, (*MEASURES, ATTRACTOR))}; nor a series of a run followed by "
-        f"{choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
-    )
+    series = f"a series of a run followed by {choices(f'.{name}' for name in STATISTICS)}, such as theta_1.max"
+    raise InputError(f"measure: {not_one_of(name_or_function, (*MEASURES, ATTRACTOR))}; nor {series}")
 
 
 def fitted(m: Measure, scene: Scene, keys: Sequence[str]) -> Measure:

@@ -78,10 +78,8 @@ class CheckReport(Result):
         head = ("quantity", "of", "routes", "relative", "ulps", "state", "")
         few, n, against = self.in_50_digits, self.states, REFERENCE if self.in_50_digits else self.routes[0]
         where = f"at {few} of the {n} states, the worst among them" if few else f"at {n} states"
-        words = [
-            f"Largest differences, divided by the size of the terms: each route against {against} {where}; "
-            f"any two at all {n}."
-        ]
+        each = f"each route against {against} {where}; any two at all {n}"
+        words = [f"Largest differences, divided by the size of the terms: {each}."]
         if in_50_digits := [row for row in self.rows if REFERENCE in (row.first, row.second)]:
             row = max(in_50_digits, key=_badness)
             name = row.first if row.second == REFERENCE else row.second

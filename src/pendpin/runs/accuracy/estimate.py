@@ -95,10 +95,9 @@ def list_assumptions(effects: Sequence[Effect]) -> tuple[str, ...]:
         if smooth is False:
             note = f"{name} is not smooth: the estimated error assumes that no step jumps over what it does"
         else:
-            note = (
-                f"{name} does not declare that it is smooth in positions and rates: the estimated error assumes it, and "
-                f"what acts within a short step may be missed; if it is, declare `{declaration}`"
-            )
+            assumed = "the estimated error assumes it, and what acts within a short step may be missed"
+            note = f"{name} does not declare that it is smooth in positions and rates: {assumed}"
+            note += f"; if it is, declare `{declaration}`"
         notes.append(note)
     return tuple(notes)
 

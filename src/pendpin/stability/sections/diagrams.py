@@ -153,9 +153,8 @@ def _draw_starts(
     if not dynamics.conservative:
         raise InputError("energy: effects of this scene have no potential energy; give starts of your own in a sweep")
     if model.pin is None:
-        raise InputError(
-            f"energy: {len(model.joints)} joints are too many for starts of one energy; give a single start"
-        )
+        many = f"{len(model.joints)} joints are too many for starts of one energy"
+        raise InputError(f"energy: {many}; give a single start")
     # the joints that do not stay at 0 in the scene's own motion
     on_angles = Dynamics(dynamics.model, dynamics.effects, form="angles", start=dynamics.start)
     engine, nv = on_angles.in_motion(q0, v0, False).engine, len(q0)

@@ -11,6 +11,7 @@ import numpy as np
 from pendpin.errors import InputError, RunError, is_number, shown
 from pendpin.ground.arguments import seconds, whole_number
 from pendpin.ground.arrays import Array
+from pendpin.ground.files import number_in
 from pendpin.motions.periodic import period_of
 from pendpin.motions.search import crossings
 from pendpin.motions.trajectory import Trajectory
@@ -178,11 +179,7 @@ def read_crossing(text: str, of: Sequence[str], count: int, skip: int) -> Crossi
     ways = {"rising": 1, "falling": -1, "both": 0}
     if not equals or (comma and way.strip() not in ways):
         raise InputError(f"at: {shown(text)} is not NAME = LEVEL, rising; the other ways are falling and both")
-    try:
-        value = float(level)
-    except ValueError:
-        value = np.nan
-    if not np.isfinite(value):
+    if not np.isfinite(value := number_in("at", level)):
         raise InputError(f"at: {shown(level.strip())} is not a finite number")
     return crossing(name.strip(), value, ways[way.strip()] if comma else 1, of=of, count=count, skip=skip)
 

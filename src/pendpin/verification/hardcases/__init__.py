@@ -82,9 +82,8 @@ def catalogue_report() -> Report:
     """The names of the hard cases, their titles and bounds."""
     rows = [(case.name, case.title, f"{case.bound:.1e}") for case in CASES.values()]
     data = [{name: getattr(case, name) for name in ("name", "title", "figure", "bound")} for case in CASES.values()]
-    return Report(
-        (Table(("case", "what", "bound"), rows), f"`pendpin run` takes their scenes: {FOLDER / 'scenes'}"), data
-    )
+    table, where = Table(("case", "what", "bound"), rows), FOLDER / "scenes"
+    return Report((table, f"`pendpin run` takes their scenes: {where}"), data)
 
 
 def hard(

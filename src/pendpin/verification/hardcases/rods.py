@@ -156,9 +156,8 @@ def _kapitza(run: Trajectory) -> float:
 def _edge(solve: Solve, full: bool) -> float:
     """How many of two rods are wrong: friction 1e-9 above the torque of the weight must hold, 1e-9 below must not."""
     needed = ROD.mass * ROD.properties.h * G * np.sin(0.3)  # N m
-    sticking, loose = (
-        solve(scene("stick-edge", {"effects[1].static": needed * (1 + margin)})) for margin in (1e-9, -1e-9)
-    )
+    frictions = needed * (1 + 1e-9), needed * (1 - 1e-9)
+    sticking, loose = (solve(scene("stick-edge", {"effects[1].static": friction})) for friction in frictions)
     moved = (sticking.q != sticking.q[0]).any() or sticking.v.any()
     return float(moved) + float(np.abs(loose.q[:, 0] - 0.3).max() < 0.1)
 

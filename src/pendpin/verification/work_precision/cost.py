@@ -96,10 +96,9 @@ def cost(
     if not 0 < accuracy < 1:
         raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
     if KNOWN * accuracy < EPS:
-        raise InputError(
-            f"accuracy: {accuracy:g} is finer than can be measured: numbers of 64 bits are rounded to {EPS:.1g} of "
-            f"themselves, and the reference has to be {1 / KNOWN:g} times as accurate"
-        )
+        rounded = f"numbers of 64 bits are rounded to {EPS:.1g} of themselves"
+        needed = f"the reference has to be {1 / KNOWN:g} times as accurate"
+        raise InputError(f"accuracy: {accuracy:g} is finer than can be measured: {rounded}, and {needed}")
     if peers:
         simulators.peers(scene)  # a scene that one of them does not take is refused before anything is measured
     end = time.process_time() + (np.inf if thorough else LIMIT * (1 + peers))

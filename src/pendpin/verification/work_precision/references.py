@@ -86,10 +86,9 @@ def reference(scene: Scene, error: float, solutions: Sequence[Maker] | None = No
     doubt = np.maximum.accumulate(one.doubt[:n] + other.doubt[:n]) + one.rounding + other.rounding
     if (against := gap > CONTRADICTION * doubt).any():
         i = int(np.argmax(against))
-        raise InputError(
-            f"no reference: {one.name} and {other.name} differ by {gap[i]:.1e} of the length at {scene.times[i]:.3g} s, "
-            f"where their estimated errors are {doubt[i]:.1e}: one of them is wrong"
-        )
+        apart = f"differ by {gap[i]:.1e} of the length at {scene.times[i]:.3g} s"
+        errors = f"where their estimated errors are {doubt[i]:.1e}: one of them is wrong"
+        raise InputError(f"no reference: {one.name} and {other.name} {apart}, {errors}")
     good = int(np.argmax(np.append(gap > error, True)))
     halted = good == n and (one.halted or other.halted)
     if good < min(2, len(scene.times)):
@@ -120,9 +119,8 @@ def by_elliptic_functions(scene: Scene, limit: float) -> Solution:
         direction = exact.direction(angles)
     else:
         direction = exact.spherical(exact.direction(q), exact.direction_rate(q, v), reduced, gravity, scene.times)
-    return Solution(
-        "elliptic functions in 100 digits", direction[:, None] * scale(model), np.zeros(len(direction)), EPS
-    )
+    tips, exactly = direction[:, None] * scale(model), np.zeros(len(direction))
+    return Solution("elliptic functions in 100 digits", tips, exactly, EPS)
 
 
 def on_recursion(scene: Scene) -> Scene:

@@ -191,9 +191,9 @@ class CostReport(Result):
             errors, all_methods = [error for error in ACCURACIES if error >= self.error], []
             for curve in self.curves:
                 point, unit = curve.point_at(self.accuracy), " s" if curve.kind == "step" else ""
-                figures = (
-                    (f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)) if point else ("",) * 3
-                )
+                figures = ["", "", ""]
+                if point:
+                    figures = [f"{point.setting:.0e}{unit}", str(point.steps), str(point.evaluations)]
                 all_methods.append((curve.name, *(time_text(curve.seconds_at(error)) for error in errors), *figures))
             titles = ("error:", *(f"{error:.0e}" for error in errors), f"{self.accuracy:g} by", "steps", "evals")
             no_run = (curve for curve in self.curves if curve.failures and not curve.points)
