@@ -24,16 +24,12 @@ def run(
     accuracy: inputs.Accuracy = None,
     limit: Annotated[float | None, Option(min=0, help="Stop the run after this time in s, with compiling.")] = None,
     checkpoint: Annotated[Path | None, Option(help="Save the state of the run here; continue from it.")] = None,
-    every: Annotated[
-        float | None, Option(min=0, help="Time between two saves of that file, in s; 5 if absent.")
-    ] = None,
+    every: Annotated[float | None, Option(min=0, help="Time between two saves of that file in s; 5 if absent.")] = None,
     out: Annotated[Path, Option(help="Where the run is saved: .npz, or .csv for a table.")] = Path("run.npz"),
     html: Annotated[Path | None, Option(help="Animation as one HTML page.")] = None,
     plot: inputs.Plot = None,
     energy_balance: Annotated[bool, Option("--energy-balance", help="Compute the work of every effect.")] = False,
-    anyway: Annotated[
-        bool, Option("--anyway", help="Continue when the energy goes wrong; a note says from when.")
-    ] = False,
+    anyway: Annotated[bool, Option("--anyway", help="Continue when the energy goes wrong; a note says when.")] = False,
     view: Annotated[bool, Option("--view", help="Show the motion in a browser, until Ctrl-C.")] = False,
     json: inputs.Json = False,
 ) -> None:
@@ -90,9 +86,7 @@ def run(
 
 
 def view(
-    runs: Annotated[
-        list[Path], Argument(metavar="RUN", help="Saved runs (.npz), up to 4; all but the first as ghosts.")
-    ],
+    runs: Annotated[list[Path], Argument(metavar="RUN", help="Saved runs (.npz), up to 4; the later ones as ghosts.")],
     html: Annotated[Path | None, Option(help="Write the animation to one HTML page and show nothing.")] = None,
     film: Annotated[Path | None, Option(help="Write a film, .gif or .mp4, and show nothing.")] = None,
 ) -> None:
@@ -128,9 +122,7 @@ def plot(
         list[str] | None,
         Argument(metavar="NAME", help="Quantities to draw, such as theta_1 R3_2; the whole figure if absent."),
     ] = None,
-    compare: Annotated[
-        list[Path] | None, Option(help="Another saved run to be drawn on the same axes; may be repeated.")
-    ] = None,
+    compare: Annotated[list[Path] | None, Option(help="A saved run to be drawn over it; may be repeated.")] = None,
     out: Annotated[Path | None, Option(help="File for the figure (.png, .pdf or .svg); RUN.png if absent.")] = None,
 ) -> None:
     """Draw a saved run: energy, angles, reactions and the path of the tip, or quantities by name, such as energy_drift."""
@@ -191,9 +183,7 @@ def reference(
 
 
 def new(
-    example: Annotated[
-        str, Argument(help="Name of an example, such as crane; `pendpin new --list` lists all.")
-    ] = "single_rod",
+    example: Annotated[str, Argument(help="An example, such as crane; `pendpin new --list` lists all.")] = "single_rod",
     listed: Annotated[bool, Option("--list", help="List the examples.")] = False,
 ) -> None:
     """Print a commented example scene, to be changed: pendpin new crane > my.toml.

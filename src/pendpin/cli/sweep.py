@@ -17,6 +17,11 @@ VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal
 MEASURE = "Number to be measured, such as swing, theta_1.max or flip_time.spread (see --list). May be repeated."
 
 
+FREE = 'Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction"; "physics" if absent.'
+HELD_OUT = "Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."
+EXPLAIN = "Fit again without each part of the model, and with parts that it lacks."
+
+
 @inputs.on_scene
 def sweep(
     chosen: inputs.SceneInput,
@@ -26,17 +31,11 @@ def sweep(
     out: Annotated[Path | None, Option(help="Zarr store of the results. If it exists, the sweep continues it.")] = None,
     csv: Annotated[Path | None, Option(help="Table of all cases, for small sweeps.")] = None,
     plot: Annotated[Path | None, Option(help="Figure of the first measure: .png, .pdf or .svg.")] = None,
-    cases: Annotated[
-        Path | None, Option(help="CSV of cases: keys in the first line, a case in each further line.")
-    ] = None,
-    in_pairs: Annotated[
-        bool, Option("--zip", help="Vary all keys together: the first values, the second values, ...")
-    ] = False,
+    cases: Annotated[Path | None, Option(help="CSV: keys in the first line, a case in each further line.")] = None,
+    in_pairs: Annotated[bool, Option("--zip", help="Vary all keys together: first values, second values, ...")] = False,
     sample: Annotated[int | None, Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str | None, Option(help="latin, sobol or random; latin if absent.")] = None,
-    sobol: Annotated[
-        int | None, Option(min=2, help="Compute Sobol' indices from this number of base cases, a power of 2.")
-    ] = None,
+    sobol: Annotated[int | None, Option(min=2, help="Sobol' indices from so many base cases, a power of 2.")] = None,
     seed: Annotated[int, Option(min=0, help="Seed of random cases.")] = 0,
     workers: Annotated[int | None, Option(min=1, help="Processes on this machine; threads if absent.")] = None,
     dask: Annotated[str | None, Option(help="Address of a running Dask cluster, such as tcp://host:8786.")] = None,
@@ -136,26 +135,13 @@ def _write_files(dataset: Any, csv: Path | None, plot: Path | None, measure: str
 def fit(
     scene: Annotated[Path, Argument(help="Scene file (TOML) with guesses and a table named data.")],
     data: Annotated[list[Path], Argument(help="Measured swings: one CSV file or several.")],
-    free: Annotated[
-        list[str] | None,
-        Option(
-            help='Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction"; "physics" if absent.'
-        ),
-    ] = None,
+    free: Annotated[list[str] | None, Option(help=FREE)] = None,
     hold_out: Annotated[list[Path] | None, Option(help="CSV of other swings, which the fitted model predicts.")] = None,
-    hold_out_start: Annotated[
-        float | None,
-        Option(help="Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."),
-    ] = None,
-    explain_residual: Annotated[
-        bool,
-        Option("--explain-residual", help="Fit again without each part of the model, and with parts that it lacks."),
-    ] = False,
+    hold_out_start: Annotated[float | None, Option(help=HELD_OUT)] = None,
+    explain_residual: Annotated[bool, Option("--explain-residual", help=EXPLAIN)] = False,
     robust: Annotated[bool, Option("--robust", help="Give outliers less weight.")] = False,
     out: Annotated[Path | None, Option(help="Where to write the fitted scene (TOML).")] = None,
-    csv: Annotated[
-        Path | None, Option(help="Table of samples: measured, fitted or predicted, residual, interval.")
-    ] = None,
+    csv: Annotated[Path | None, Option(help="Samples: measured, fitted or predicted, residual, interval.")] = None,
     plot: inputs.Plot = None,
     limit: inputs.Limit = None,
     json: inputs.Json = False,

@@ -63,9 +63,7 @@ def hard(
 def validate(
     cases: Annotated[list[str] | None, Argument(metavar="CASE", help="Names of cases; all if absent.")] = None,
     listed: Annotated[bool, Option("--list", help="List the cases with their sources and run none.")] = False,
-    methods: Annotated[
-        list[str] | None, Option(help="Methods, separated by commas; all that can run a case if absent.")
-    ] = None,
+    methods: Annotated[list[str] | None, Option(help="Methods, with commas; all that run a case if absent.")] = None,
     html: Annotated[Path | None, Option(help="A page with the table, the motions and the sources.")] = None,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
@@ -102,15 +100,11 @@ def cost(
     accuracy: Annotated[float, Option(help="Accuracy of interest: tip error divided by the chain's length.")] = 1e-9,
     peers: Annotated[bool, Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
     thorough: Annotated[
-        bool, Option("--thorough", help="Measure all methods at all settings, over the full duration.")
+        bool, Option("--thorough", help="All methods at all settings, over the full duration.")
     ] = False,
-    budget: Annotated[
-        float, Option(min=0, help="Stop measuring a method when one of its runs takes longer, in s.")
-    ] = 1.0,
+    budget: Annotated[float, Option(min=0, help="Stop measuring a method when its run takes longer, in s.")] = 1.0,
     plot: inputs.Plot = None,
-    short: Annotated[
-        bool, Option("--short", help="Draw the cheapest method of each tool, and the time of its next digit.")
-    ] = False,
+    short: Annotated[bool, Option("--short", help="Draw the cheapest method of each tool and its next digit.")] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
 ) -> None:
@@ -180,12 +174,8 @@ def doctor(
 @inputs.on_scene
 def stability(
     chosen: inputs.SceneInput,
-    lyapunov: Annotated[
-        bool, Option("--lyapunov", help="The Lyapunov exponents of the motion from the start, over its duration.")
-    ] = False,
-    planar: Annotated[
-        bool, Option("--planar", help="With --lyapunov: only changes in the plane in which the motion stays.")
-    ] = False,
+    lyapunov: Annotated[bool, Option("--lyapunov", help="Lyapunov exponents of the motion from the start.")] = False,
+    planar: Annotated[bool, Option("--planar", help="With --lyapunov: changes in the motion's plane alone.")] = False,
     period: Annotated[float | None, Option(help="Period in s of the motion; that of the drive if absent.")] = None,
     limit: inputs.Limit = None,
     plot: inputs.Plot = None,
@@ -248,12 +238,8 @@ def modes(
 @inputs.on_scene
 def effects(
     chosen: inputs.SceneInput,
-    accuracy: Annotated[
-        float, Option(help="Smallest change that matters: tip distance over the chain's length.")
-    ] = 1e-3,
-    thorough: Annotated[
-        bool, Option("--thorough", help="Compare over the full duration, however long that takes.")
-    ] = False,
+    accuracy: Annotated[float, Option(help="Least change that matters: tip distance over the chain's length.")] = 1e-3,
+    thorough: Annotated[bool, Option("--thorough", help="Compare over the full duration, whatever it takes.")] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
 ) -> None:

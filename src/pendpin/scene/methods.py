@@ -160,6 +160,9 @@ MethodName = Annotated[
 ]
 
 
+Accuracy = Annotated[Positive, Field(le=0.1)]
+
+
 class Solver(Record):
     """How the scene is integrated and how often the motion is recorded.
 
@@ -170,11 +173,9 @@ class Solver(Record):
 
     method: MethodName = Field("auto", description=f"{choices(NAMES)} (docs/accuracy.md)")
     engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
-        "auto", description="which equations compute the accelerations: auto, pinocchio, chain, compiled"
+        "auto", description="what computes accelerations"
     )
-    accuracy: Annotated[Positive, Field(le=0.1)] | None = Field(
-        None, description="the target: largest tip error during the run, divided by the chain's length"
-    )
+    accuracy: Accuracy | None = Field(None, description="the target: largest tip error over the chain's length")
     tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
         None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"
     )

@@ -25,7 +25,7 @@ from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arguments import number_at
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template
-from pendpin.ground.records import Number, Positive, Record
+from pendpin.ground.records import Number, Positive, Record, Vector
 from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build, start_state
@@ -33,7 +33,7 @@ from pendpin.model.kinematics import scale
 from pendpin.motions.periodic import periodic_orbit
 from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import METHODS, Scene
-from pendpin.scene.methods import Method
+from pendpin.scene.methods import Accuracy, Method
 from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once
 
 FOLDER = Path(__file__).parent / "cases"
@@ -95,8 +95,8 @@ class Quantity(Published):
     at: str = Field(description="the joint of an angle, rate, force or moment; the link of a centre of mass or tip")
     frame: Literal["world", "parent", "child"] = Field("world", description="of forces and moments")
     on: Literal["child", "parent"] = Field("child", description="what a force or moment acts on")
-    axes: tuple[tuple[Number, Number, Number], ...] = Field(
-        ((1, 0, 0), (0, 1, 0), (0, 0, 1)), description="the source's axes, in pendpin's frame"
+    axes: tuple[Vector, ...] = Field(
+        ((1, 0, 0), (0, 1, 0), (0, 0, 1)), description="the source's axes in pendpin's frame"
     )
     offset: Number = Field(0.0, description="added to an angle, rad")
     columns: tuple[str, ...] = Field(description="the source's names of the components")
@@ -136,7 +136,7 @@ class Case(Record):
     note: str = Field("", description="what is particular about the case")
     settings: dict[str, Positive] = Field(default_factory=dict, description="tolerances and steps other than the usual")
     leave_out: dict[str, str] = Field(default_factory=dict, description="methods that cannot run it, and why")
-    accuracy: Annotated[Positive, Field(le=0.1)] = Field(1e-9, description="target of the run whose claim is tested")
+    accuracy: Accuracy = Field(1e-9, description="target of the run whose claim is tested")
     scene: Scene = Field(description="the scene whose run is compared")
     quantities: tuple[Quantity, ...] = Field((), description="what is compared along the motion")
     frequencies: tuple[Frequencies, ...] = Field((), description="natural frequencies that are compared")
