@@ -35,7 +35,7 @@ def sweep(
     in_pairs: Annotated[bool, Option("--zip", help="Vary all keys together: first values, second values, ...")] = False,
     sample: Annotated[int | None, Option(min=1, help="Number of random cases.")] = None,
     sampling: Annotated[str | None, Option(help="latin, sobol or random; latin if absent.")] = None,
-    sobol: Annotated[int | None, Option(min=2, help="Sobol' indices from so many base cases, a power of 2.")] = None,
+    sobol: Annotated[int | None, Option(min=2, help="Sobol' indices: the number of base cases, a power of 2.")] = None,
     seed: Annotated[int, Option(min=0, help="Seed of random cases.")] = 0,
     workers: Annotated[int | None, Option(min=1, help="Processes on this machine; threads if absent.")] = None,
     dask: Annotated[str | None, Option(help="Address of a running Dask cluster, such as tcp://host:8786.")] = None,

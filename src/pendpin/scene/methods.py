@@ -172,9 +172,7 @@ class Solver(Record):
     """
 
     method: MethodName = Field("auto", description=f"{choices(NAMES)} (docs/accuracy.md)")
-    engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field(
-        "auto", description="what computes accelerations"
-    )
+    engine: Literal["auto", "pinocchio", "chain", "compiled"] = Field("auto", description="what computes accelerations")
     accuracy: Accuracy | None = Field(None, description="the target: largest tip error over the chain's length")
     tolerance: Annotated[Number, Field(le=0.1)] | None = Field(
         None, validate_default=True, description=f"for methods without a fixed step; {TOLERANCE:g} if none is given"
