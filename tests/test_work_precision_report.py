@@ -11,12 +11,13 @@ import pytest
 
 import pendpin as pp
 from bad_input import contents
+from pendpin.graphics.style import PALE
 from pendpin.model.kinematics import tip_distance
 from pendpin.runs import simulate as runs_by_setting
 from pendpin.verification import simulators
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.references import by_elliptic_functions
-from pendpin.verification.work_precision.report import CostReport, Curve, Point, cost_row
+from pendpin.verification.work_precision.report import CostReport, Curve, Point, cost_row, draw_cost
 from test_work_precision import THICK, THIN, needs_heyoka, scene
 
 # --- the report -----------------------------------------------------------------------------------------------------
@@ -78,6 +79,27 @@ def test_a_row_without_a_run_says_why() -> None:
     slow = curve("rk4", (1e-2, 1.0))
     assert cost_row([refused], 1e-3, 0.0).take == "taylor takes no stops"
     assert cost_row([refused, slow], 1e-3, 0.0).take == "no method reaches it in the time allowed"
+
+
+def test_the_figure_counts_the_pale_lines_that_it_draws() -> None:
+    """A method with less than two errors that the reference can tell has no line, and is not counted."""
+    pale = (
+        curve("slow", (1e-2, 1.0), (1e-4, 2.0)),
+        curve("point", (1e-2, 1.0)),
+        curve("wrong", (2.0, 1.0), (3.0, 2.0)),
+    )
+    axes = draw_cost(replace(REPORT, curves=REPORT.curves + pale)).axes[0]
+    lines = [line for line in axes.lines if line.get_color() == PALE and len(line.get_xdata()) > 1]
+    assert f"{len(lines)} other methods" in axes.get_legend_handles_labels()[1]
+
+
+def test_the_table_has_no_empty_column() -> None:
+    """A fastest method for a single run, and other simulators, have a column where there are any."""
+    row = cost_row(REPORT.curves, 1e-3, REPORT.error)
+    other = {"peer": "mujoco rk4", "peer_seconds": 1.0}, {"once": "rk4", "once_seconds": 1e-3}
+    for more in ({}, *other, other[0] | other[1]):
+        table = replace(REPORT, thorough=False, rows=(replace(row, **more),)).report().tables[0]
+        assert all(len(cells) == len(table.head) and all(cells) for cells in table.rows)
 
 
 def test_the_figure_is_written_whole(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:

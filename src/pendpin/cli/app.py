@@ -132,9 +132,13 @@ def options(version: Version = False) -> None:
     """The 3D compound pendulum and chains of rods: simulate, cross-check, draw, animate."""
 
 
-for command in (  # in the order of the help
-    *(run, check, view, plot, effects, cost, fit, hard, modes, stability, section, bifurcation, validate),
-    *(reference, doctor, urdf, new, schema, sweep),
-):
-    app.command(cls=Command)(command)
-app.command("map", cls=Command)(map_)
+COMMANDS = {  # in the order of the help
+    "Simulate and show": (run, view, plot, new),
+    "Check": (check, doctor, validate, hard),
+    "Study": (cost, effects, modes, stability, section, bifurcation, sweep, map_),
+    "Identify": (fit,),
+    "Exchange": (urdf, reference, schema),
+}
+for panel, commands in COMMANDS.items():
+    for command in commands:
+        app.command(command.__name__.removesuffix("_"), cls=Command, rich_help_panel=panel)(command)

@@ -105,7 +105,7 @@ def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
         yield "energy balance off by", f"{run.imbalance:.1e} of the energy exchanged"
     elif not stats.conservative:
         change = float(np.diff(run.energy().total[[0, -1]])[0])
-        yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) says which effect took it"
+        yield "energy change", f"{change:+.6g} J; --energy-balance (energy_balance=True) gives the work of each effect"
     if stats.notes:
         yield "notes", "\n".join(note[:MOST_OF_A_NOTE] for note in stats.notes)
     if left := leaving(run):

@@ -47,8 +47,7 @@ def remarks(scene: Scene) -> tuple[str, ...]:
             why = "in still air its derivative at rest is 0, and it damps nothing that is small"
             rows.append(f"effects[{i}]: drag is quadratic: {why}")
         if not effect.idle and changes_with_time(effect, scene.start.time, scene.duration, NEGLIGIBLE):
-            text = f"{effect.kind} is taken as it is at the start, though it may change with time"
-            rows.append(f"effects[{i}]: {text}")
+            rows.append(f"effects[{i}]: {effect.kind} may change with time; here it is as at the start")
     return tuple(rows)
 
 

@@ -220,8 +220,7 @@ class Bifurcation(Result):
     def report(self) -> Report:
         """Where the number of points changes, up and down."""
         rows = list[tuple[str, str, str]]()
-        words = {-1: f"no cycle of up to {MOST_CYCLE} points, or not settled: a larger skip tells", 0: "no motion"}
-        words[1] = "the same point in every period"
+        words = {-1: "no cycle found", 0: "no motion", 1: "the same point in every period"}
         for way, values, order in (("up", self.up, 1), ("down", self.down, -1)):
             at, counts = self.at[::order], self.points(values)[::order].tolist()
             for i, count in enumerate(counts):
@@ -230,7 +229,12 @@ class Bifurcation(Result):
         data = {"key": self.key, "at": self.at.tolist(), "of": self.section.of}
         data |= {"up": self.up.tolist(), "down": self.down.tolist()}
         fault = "no motion can be run" if np.isnan(self.up).all() and np.isnan(self.down).all() else None
-        return Report((Table(("way", f"from {self.key}", "motion"), rows), *self.why), data, fault)
+        why = list(self.why)
+        if any(words[-1] in row for row in rows):
+            why.append(
+                f"No cycle found: chaos, more than {MOST_CYCLE} points, or not settled. A larger skip tells which."
+            )
+        return Report((Table(("way", f"from {self.key}", "motion"), rows), *why), data, fault)
 
 
 def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section: Section) -> Bifurcation:

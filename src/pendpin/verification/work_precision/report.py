@@ -176,15 +176,15 @@ class CostReport(Result):
     def report(self) -> Report:
         """The fastest method for each accuracy; where all was measured, every method's time at some errors; sentences."""
         # the fastest method for each accuracy, beside the fastest of the other simulators where they were measured
-        peers, rows = any(row.peer for row in self.rows), []
+        peers, once, rows = any(row.peer for row in self.rows), any(row.once_seconds for row in self.rows), []
         for row in self.rows:
             times = (time_text(seconds) for seconds in (row.first_seconds, row.seconds))
             beside = f"{row.peer} {time_text(row.peer_seconds)}" if row.peer_seconds else ""
             beside += f", {row.ratio:.3g} x" if row.ratio else ""
-            once = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
-            rows.append((f"{row.accuracy:g}", row.take, *times, *([beside] if peers else []), once))
-        others = ["best of the others"] if peers else []
-        head = ("accuracy", "fastest method", "first run", "each further run", *others, "or, for a single run")
+            single = f"{row.once}: {time_text(row.once_seconds)}" if row.once_seconds else ""
+            rows.append((f"{row.accuracy:g}", row.take, *times, *[beside] * peers, *[single] * once))
+        others = (*["best of the others"] * peers, *["or, for a single run"] * once)
+        head = ("accuracy", "fastest method", "first run", "each further run", *others)
         methods: list[str | Table] = []
         if self.thorough:
             # the time of every method at some errors, and its run that meets the accuracy
@@ -279,10 +279,11 @@ def draw_cost(report: CostReport) -> Any:
     for tool, curve in best.items():
         name = f"{NAMES.get(tool, tool)}: {curve.name.removeprefix(tool).strip()}"
         _draw_curve(ax, curve, report.error, TOOLS[tool], name, 3.2 if tool == "pendpin" else 2.2)
-    others = [curve for curve in report.curves if curve not in best.values()]
-    for i, curve in enumerate(others):
-        label = "_again" if i else f"{len(others)} other curves that were measured"
-        ax.plot(*_points(curve, report.error), "-", color=PALE, linewidth=1, zorder=1, label=label)
+    drawn = ((curve, _points(curve, report.error)) for curve in report.curves if curve not in best.values())
+    others = [points for _, points in drawn if len(points[0]) > 1]  # one point makes no line
+    for i, points in enumerate(others):
+        label = "_again" if i else f"{len(others)} other methods"
+        ax.plot(*points, "-", color=PALE, linewidth=1, zorder=1, label=label)
     _frame(figure, ax, report)
     figure.legend(loc="outside upper right", ncols=3)  # beside the curves, not on them
     _draw_prices(prices, best)
