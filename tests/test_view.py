@@ -1,6 +1,5 @@
 """The live view and the HTML page, seen through a headless Chromium."""
 
-import itertools
 import os
 import re
 import signal
@@ -13,7 +12,6 @@ import urllib.request
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from socketserver import BaseServer
 
 import numpy as np
 import pytest
@@ -21,8 +19,6 @@ from scipy.spatial.transform import Rotation
 
 from browser import Browser
 from laws import HANG
-from pendpin.errors import InputError
-from pendpin.graphics import view
 from pendpin.graphics.page import POSES, contents, pick, quaternions
 from swinging import LEFT, RIGHT, swinging, tip_side
 
@@ -94,27 +90,8 @@ def test_live_view_says_when_its_program_has_ended(browser: Browser) -> None:
         seen.wait_for("document.getElementById('note').textContent.includes('pendpin has ended')")
 
 
-def test_live_view_names_a_port_that_is_taken_or_none() -> None:
-    with socket.create_server(("127.0.0.1", 0)) as taken:
-        port = taken.getsockname()[1]
-        with pytest.raises(InputError, match=f"port {port} of 127.0.0.1: address already in use"):
-            view.serve(swinging(), port=port, duration=0)
-    with pytest.raises(InputError, match="port 70000"):
-        view.serve(swinging(), port=70000, duration=0)
-
-
-def test_live_view_ends_after_its_duration(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Looked at every half second of a made-up clock, a view of one second ends at the second look."""
-    clock, asked, urls = itertools.count(0.0, 0.5), [], []
-    monkeypatch.setattr(view.time, "monotonic", lambda: next(clock))
-    monkeypatch.setattr(BaseServer, "handle_request", lambda server: asked.append(server))
-    view.serve(swinging(), ready=urls.append, duration=1.0)
-    assert len(asked) == 1  # at 0.5 s; at 1 s it ends
-    assert len(urls) == 1
-
-
 @contextmanager
-def live(options: str = "", before: str = "") -> Iterator[tuple[subprocess.Popen, str]]:
+def live(before: str = "") -> Iterator[tuple[subprocess.Popen, str]]:
     """A process that serves `swinging`, and its address."""
     process = start_python(f"""
         import signal
@@ -123,7 +100,7 @@ def live(options: str = "", before: str = "") -> Iterator[tuple[subprocess.Popen
         from pendpin.graphics.view import serve
         from pendpin.graphics import view
         {before}
-        serve(swinging(), ready=lambda url: print(url, flush=True), {options})
+        serve(swinging(), lambda url: print(url, flush=True))
     """)
     try:
         url = process.stdout.readline().strip()

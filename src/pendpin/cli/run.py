@@ -113,7 +113,7 @@ def _show_live(animation: Any) -> None:
     from pendpin.graphics.view import serve
 
     drawing, report = animation.drawing_and_report()
-    serve(drawing, report, ready=lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), open_browser=True)
+    serve(drawing, lambda url: print(f"{url}  (Ctrl-C ends it)", flush=True), report, open_browser=True)
 
 
 def plot(

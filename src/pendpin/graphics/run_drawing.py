@@ -268,7 +268,10 @@ def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
     for link in robot.findall("link"):
         frame = frames[str(link.get("name"))]
         for visual in link.findall("visual"):
-            placement = np.array(frame.placement.homogeneous) @ _origin(visual.find("origin"))
+            placement = np.array(frame.placement.homogeneous)
+            if (origin := visual.find("origin")) is not None:
+                rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
+                placement = placement @ _placement(_numbers(origin.get("xyz", "0 0 0")), rotation)
             body = (frame.parentJoint or model.pin.njoints) - 1
             color = tones.setdefault(body, (COPPER, BRASS)[len(tones) % 2])
             material = visual.find("material")
@@ -285,14 +288,6 @@ def urdf_shapes(path: Path, model: Model) -> Iterator[Shape]:
                 yield Shape("cylinder" if shape.tag == "capsule" else shape.tag, size, placement, color, body)
             elif file := mesh_file(path.parent, shape.get("filename")):  # else it is gone, as the model's notes say
                 yield Shape("mesh", _numbers(shape.get("scale", "1 1 1")), placement, color, body, str(file))
-
-
-def _origin(origin: Any) -> Array:
-    """The placement (4, 4) of an <origin>, or none."""
-    if origin is None:
-        return np.eye(4)
-    rotation = pinocchio().rpy.rpyToMatrix(np.array(_numbers(origin.get("rpy", "0 0 0"))))
-    return _placement(_numbers(origin.get("xyz", "0 0 0")), rotation)
 
 
 def _numbers(text: str) -> tuple[float, ...]:

@@ -4,7 +4,6 @@ import html
 import os
 import sys
 import threading
-import time
 import warnings
 from collections.abc import Callable, Sequence
 from dataclasses import replace
@@ -167,29 +166,9 @@ ADDRESS = "127.0.0.1"
 PATIENCE: float | None = 10.0  # s, for a request to arrive
 
 
-def serve(
-    drawing: Drawing,
-    report: str = "",
-    *,
-    port: int = 0,
-    ready: Callable[[str], object] = lambda url: None,
-    duration: float | None = None,
-    open_browser: bool = False,
-) -> None:
-    """Show a drawing live at http://127.0.0.1:port/, to this machine alone, until Ctrl-C, or for `duration` s.
-
-    Port 0 means any free one; `ready` gets the address once it answers. Raises InputError for a port that is taken.
-    """
-    content = page(drawing, report, live=True).encode(errors="replace")
-    end = None if duration is None else time.monotonic() + duration
-    if not 0 <= port <= 65535:
-        raise InputError(f"port {port} is not between 0 and 65535")
-    try:
-        server = _server(port, content)
-    except OSError as error:
-        reason = (error.strerror or str(error)).lower()
-        raise InputError(f"port {port} of {ADDRESS}: {reason}; choose another, or 0 for any free one") from None
-    with server:
+def serve(drawing: Drawing, ready: Callable[[str], object], report: str = "", open_browser: bool = False) -> None:
+    """Show a drawing live to this machine alone, until Ctrl-C; `ready` gets the address once it answers."""
+    with _server(page(drawing, report, live=True).encode(errors="replace")) as server:
         url = f"http://{ADDRESS}:{server.server_address[1]}/"
         try:
             ready(url)
@@ -198,21 +177,18 @@ def serve(
                 import webbrowser
 
                 threading.Thread(target=webbrowser.open, args=(url,), daemon=True).start()
-            while end is None or time.monotonic() < end:
-                server.handle_request()
+            server.serve_forever(poll_interval=0.25)  # s, as a wait is not always woken by Ctrl-C
         except KeyboardInterrupt:
             pass  # the usual end
 
 
-def _server(port: int, content: bytes) -> Any:
-    """A server of one page. Its modules are imported here: they take as long as all that a written page needs."""
+def _server(content: bytes) -> Any:
+    """A server of one page at a free port. Its modules are imported here: they take as long as all that a page needs."""
     from http.server import BaseHTTPRequestHandler
     from socketserver import ThreadingTCPServer
 
     class Server(ThreadingTCPServer):
         daemon_threads = True  # a slow browser does not hold up the end
-        allow_reuse_address = True
-        timeout = 0.25  # s, between looks at the clock
 
         def handle_error(self, request: Any, client_address: Any) -> None:
             """A browser that went away is no error."""
@@ -244,7 +220,7 @@ def _server(port: int, content: bytes) -> Any:
         def log_message(self, format: str, *args: Any) -> None:
             """Say nothing: the terminal belongs to the command."""
 
-    return Server((ADDRESS, port), Handler)
+    return Server((ADDRESS, 0), Handler)
 
 
 # --- a run in a viewer that the user has: meshcat's, or Pinocchio's with the meshes of a URDF -----------------------

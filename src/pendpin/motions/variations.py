@@ -248,7 +248,18 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
     if of is not None and variations.equations.contacts and run.places[name][0] not in OF_STATES:
         reason = f"of: {name} jumps where a joint sticks or slips; angles, rates, energies and tips have derivatives"
         raise InputError(reason)
-    rows = up_to_extreme(run, of, name, EXTREMES[statistic]) if statistic in EXTREMES else run
+    rows = run
+    if statistic in EXTREMES:  # the samples before the extreme, and one at its time
+        # The value changes as the quantity does at this time, held fixed (envelope theorem): there its rate is 0, or the
+        # time is an end of the run. At an event at which the rate jumps, its time moves with the event.
+        value, t = extreme(run, name, EXTREMES[statistic])
+        if name == "swing" and min(value, np.pi - value) < _KINK:
+            raise InputError(f"of: {of} is {value:.6g} rad, and swing has no derivative at 0 and at half a turn")
+        beside = np.abs(times_of_events(run) - t) <= margin_of_events(run)
+        if beside.any() and run.places[name][0] not in OF_POSITIONS:
+            where = f"at {t:.6g} s, where a joint sticks or slips: it has no derivative there"
+            raise InputError(f"of: {of} is reached {where}")
+        rows = joined([samples_of(run, (run.t < t) | (np.arange(len(run.t)) == 0)), at(run, [t])])
     times = since_start(variations.scene, rows.t)
     start = np.concatenate([run.q[0], run.v[0]])
     _, changes = variations.integrate(start, variations.equations.starts, times, run.stats.tolerance or TIGHT)
@@ -260,19 +271,6 @@ def sensitivity(run: RunRecord, keys: Sequence[str] | str, of: str | None) -> Ar
     shortest = float(np.min(variations.pace.shortest))
     series = np.stack([_change_of(rows, key, changes[..., k], name, shortest) for k, key in enumerate(keys)], -1)
     return STATISTICS[statistic](rows.t, series) if statistic else series
-
-
-def up_to_extreme(run: RunRecord, of: str | None, name: str, sign: float) -> RunRecord:
-    """The samples before the largest (sign 1) or least (-1) value of a quantity, and one at its time. InputError."""
-    # The value changes as the quantity does at this time, held fixed (envelope theorem): there its rate is 0, or the time is
-    # an end of the run. At an event at which the rate jumps, its time moves with the event.
-    value, t = extreme(run, name, sign)
-    if name == "swing" and min(value, np.pi - value) < _KINK:
-        raise InputError(f"of: {of} is {value:.6g} rad, and swing has no derivative at 0 and at half a turn")
-    beside = np.abs(times_of_events(run) - t) <= margin_of_events(run)
-    if beside.any() and run.places[name][0] not in OF_POSITIONS:
-        raise InputError(f"of: {of} is reached at {t:.6g} s, where a joint sticks or slips: it has no derivative there")
-    return joined([samples_of(run, (run.t < t) | (np.arange(len(run.t)) == 0)), at(run, [t])])
 
 
 def _quantity_and_statistic(run: RunRecord, of: str) -> tuple[str, str]:

@@ -71,11 +71,9 @@ class Rod(Record):
         "universal", description="on which it turns: two angles, theta and phi, or one"
     )
     axis: Literal["x", "y"] | None = Field(
-        None, description="of a hinge: x, about which theta turns, or y, about which phi turns; x if absent"
+        None, description="of a hinge: theta turns about x, phi about y; x if absent"
     )
-    hangs_on: str | None = Field(
-        None, description='"rod_1", "rod_2", ... or "world"; the rod before it if absent, of the first rod the world'
-    )
+    hangs_on: str | None = Field(None, description='"rod_1", ... or "world"; if absent the rod before it, or the world')
     at: Size | None = Field(None, description="m along the rod that it hangs on, from its joint; the tip if absent")
 
     @property
