@@ -260,6 +260,18 @@ def test_every_effect_that_brakes_is_tried(strength: float, damping: float) -> N
     assert needed["effects[2], anchor: damping"] == (damping > 0)
 
 
+def test_outliers_hide_no_missing_part() -> None:
+    """Of a robust fit: two samples far off do not change what the data need."""
+    table = swings_of(scene_of(1, Viscous(coefficient=1e-4), Drag(diameter=0.01), data=ANGLE), [1.0], [0.7])
+    odd = table["a1"].copy()
+    odd[[50, 250]] += 2.0
+    scene = scene_of(1, Viscous(coefficient=1e-4), data=ANGLE)
+    fits = (explain_residual(pp.fit(scene, table | {"a1": a}, robust=True)) for a in (odd, table["a1"]))
+    parts, clean = ({part.name for part in fit.parts if part.needed} for fit in fits)
+    assert "drag" in clean
+    assert parts == clean
+
+
 @pytest.mark.slow
 def test_parts_are_held_against_held_out_swings(single) -> None:
     """A part changes how many numbers are free, and how well other swings are predicted: both are said of every part."""

@@ -10,12 +10,13 @@ import numpy as np
 from pendpin.effects import Drag, DryFriction, Gravity, Viscous
 from pendpin.effects.base import JointNames
 from pendpin.errors import InputError
-from pendpin.fitting.fitting import Setting, Solution, with_scene
+from pendpin.fitting.fitting import Setting, Solution, count_outliers_less, with_scene
 from pendpin.fitting.parameters import substitute
 from pendpin.fitting.prediction import predict
-from pendpin.fitting.problem import search
+from pendpin.fitting.problem import search, solve_starts
 from pendpin.fitting.report import Fit
-from pendpin.fitting.uncertainty import correlation_time
+from pendpin.fitting.uncertainty import CORNER, correlation_time, huber_scale
+from pendpin.ground.arrays import Array
 from pendpin.scene import Chain, Scene
 
 MOST = 24  # steps of a search, from the fitted numbers
@@ -93,19 +94,21 @@ def explain_residual(fit: Fit, progress: Callable[[str], None] = lambda what: No
 
 def _refit(fit: Fit, near: Solution, scene: Scene, keys: Sequence[str]) -> _Model:
     """A search over whole swings from the numbers of a scene and the starts of a solution, with the weights of the fit."""
-    setting, problem = with_scene(fit.setting, fit.solution.problem, scene, keys)
+    of_fit = fit.solution
+    counted = count_outliers_less(fit.setting, of_fit.problem, of_fit.x, of_fit.solved.starts)
+    setting, problem = with_scene(fit.setting, counted, scene, keys)
     free = setting.pendulum.free
     x = np.concatenate([free.start, near.offsets[: len(problem.prior) - len(free.start)]])
     x, solved, _ = search(problem, x, near.solved.starts, MOST)
-    solution = Solution(problem, x, *problem.split(x), solved, fit.solution.certainty)
+    solution = Solution(problem, x, *problem.split(x), solved, of_fit.certainty)
     return _Model(setting, solution, substitute(scene, free.keys, free.values(solution.z)), keys)
 
 
 def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
     """The part's worth, from fits with and without it."""
-    rss, other_rss = (float((model.solution.solved.unexplained**2).sum()) for model in (now, other))
-    r = now.solution.solved.r
-    samples = max((r != 0).sum() / (2 * correlation_time(r[:, :, None])), 10.0)
+    r, other_r = (_residuals(model) for model in (now, other))
+    rss, other_rss = float((r**2).sum()), float((other_r**2).sum())
+    samples = max((r != 0).sum() / (2 * correlation_time(r)), 10.0)
     more = other.solution.problem.nz - now.solution.problem.nz
     change = samples * np.log(other_rss / rss) + more * np.log(samples)
     hold_out = None
@@ -114,6 +117,16 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
         errors = [predict(*model[:2], fit.hold_out.swings, part, interval=False).errors() for model in (now, other)]
         hold_out = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
+
+
+def _residuals(model: _Model) -> Array:
+    """The residuals (P, M columns, 1) that no start explains, of a robust fit cut off as its scale is computed."""
+    solution = model.solution
+    if not model.setting.robust:
+        return solution.solved.unexplained
+    r = solve_starts(replace(solution.problem, share=1.0), solution.x, solution.solved.starts, 0).r
+    most = CORNER * huber_scale(r, r != 0, None)
+    return np.clip(r, -most, most)[..., None]
 
 
 def _omissions(now: _Model) -> Iterator[_Other]:

@@ -161,7 +161,7 @@ def solve(setting: Setting, progress: Callable[[str], None]) -> Solution:
     problem = _rescale(setting, replace(problem, batch=whole.batch), x)
     x, solved, _ = search(problem, x, starts, FAR, COARSE)
     problem = replace(_rescale(setting, problem, x), still=np.zeros(len(x), bool))
-    p = _count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
+    p = count_outliers_less(setting, _weigh(setting, problem, solved), x, solved.starts)
     x, solved, _ = search(p, x, solved.starts, FAR)
     # How far a number that the data do not determine may be from its guess: frictions and drags farther, because bodies
     # are weighed and measured before a fit, frictions seldom.
@@ -275,7 +275,7 @@ def _weigh(setting: Setting, problem: Problem, solved: Solved) -> Problem:
     return replace(problem, weights=weights, share=share)
 
 
-def _count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: Array) -> Problem:
+def count_outliers_less(setting: Setting, problem: Problem, x: Array, starts: Array) -> Problem:
     """The problem with less weight for outliers at unknowns x (nx,) and starts (2n, P), if the fit is robust."""
     if not setting.robust:
         return problem
@@ -290,7 +290,7 @@ def _finish(setting: Setting, problem: Problem, x: Array, solved: Solved, most: 
     full = replace(problem, share=1.0)
     solved = solve_starts(full, x, solved.starts, 0 if setting.robust or not most else MOST_START_STEPS)
     full = _weigh(setting, full, solved)
-    x, solved, J = search(_count_outliers_less(setting, full, x, solved.starts), x, solved.starts, most)
+    x, solved, J = search(count_outliers_less(setting, full, x, solved.starts), x, solved.starts, most)
     seen = ~np.isnan(full.batch.y.transpose(2, 0, 1))
     if setting.robust:
         solved = solve_starts(full, x, solved.starts, 0)

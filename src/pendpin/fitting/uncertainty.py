@@ -327,7 +327,7 @@ def whiteness(r: Array, most: int = 20) -> float:
 # --- robust fits: P. Huber's weights, the size of residuals without their outliers, and what errors are computed from ---
 
 
-def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...]) -> Array:
+def huber_scale(r: Array, seen: Mask, axis: int | tuple[int, ...] | None) -> Array:
     """The standard deviation of residuals without their outliers: Huber's proposal 2; 0 where nothing was seen."""
     squares, count = np.where(seen, r, 0.0) ** 2, np.maximum(seen.sum(axis, keepdims=True), 1)
     variance = squares.sum(axis, keepdims=True) / count
