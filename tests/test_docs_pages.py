@@ -1,4 +1,4 @@
-"""The how-to pages and the examples of the reference run as written."""
+"""The pages' commands and Python, and the examples of the reference, run as written."""
 
 import os
 import re
@@ -15,7 +15,8 @@ from laws import HANG
 from pendpin.scene import METHODS
 
 TOP = Path(__file__).parents[1]
-HOW_TO = sorted((TOP / "docs" / "how-to").glob("*.md"))
+EXPLAINED = ("cables", "fit", "lecture", "sections", "stability", "sweep", "trees")
+RUN = [*sorted((TOP / "docs" / "how-to").glob("*.md")), *(TOP / "docs" / f"{name}.md" for name in EXPLAINED)]
 EXAMPLES = sorted((TOP / "docs" / "reference" / "api_examples").glob("*.py"))
 
 
@@ -38,10 +39,13 @@ def checkout(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[Path]:
 @pytest.mark.slow
 @pytest.mark.skipif(os.name == "nt" or not shutil.which("bash"), reason="the commands are those of a shell")
 @pytest.mark.filterwarnings("ignore")
-@pytest.mark.parametrize("page", HOW_TO, ids=[page.stem for page in HOW_TO])
+@pytest.mark.parametrize("page", RUN, ids=[page.stem for page in RUN])
 def test_the_page_runs(page: Path, checkout: Path) -> None:
-    """Its Python and its commands, block after block, in one folder."""
+    """Its Python and its commands, block after block, in one folder with the scenes that it prints."""
     names: dict = {}
+    shutil.copy(checkout / "examples" / "crane_trolley.csv", checkout)
+    for name, scene in re.findall(r"^```toml\n# (\S+\.toml)\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE):
+        (checkout / name).write_text(scene)
     for language, block in re.findall(r"^```(python|sh)\n(.*?)^```", page.read_text(), re.DOTALL | re.MULTILINE):
         if language == "python":
             exec(block, names)  # our own text

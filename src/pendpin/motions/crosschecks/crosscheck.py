@@ -121,7 +121,9 @@ class CheckReport(Result):
     def verdict(self) -> str:
         """What a comparison along a run says, in a few words."""
         end = "ok" if self.ok else "BROKEN"
-        return f"two methods agree to {self.worst.relative:.1e} (worst: {self.worst.quantity}), {end}, along the run"
+        return (
+            f"two formulations agree to {self.worst.relative:.1e} (worst: {self.worst.quantity}), {end}, along the run"
+        )
 
     @property
     def fault(self) -> str | None:

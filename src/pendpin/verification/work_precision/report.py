@@ -227,7 +227,7 @@ def _words(report: CostReport) -> Iterator[str]:
     best = report.best(accuracy)
     if not report.thorough:
         if best and (finer := report.best(accuracy / 10)):
-            more = f"from {accuracy:g} to {accuracy / 10:g} takes {finer[1] / best[1]:.2f} times the time"
+            more = f"from {accuracy:g} to {accuracy / 10:g}, takes {finer[1] / best[1]:.2f} times the time"
             yield f"One more digit, {more}, each by its fastest method."
         return
     if best is None:
