@@ -3,7 +3,7 @@ A stop that chatters
 ====================
 
 A rod falls on a stop with a restitution of 0.7. The bounces come faster and faster, and end: infinitely many in a finite
-time. Each bounce is found to rounding.
+time. The time of each bounce is exact to rounding.
 """
 
 # sphinx_gallery_thumbnail_path = "images/gallery/plot_10_stop.png"

@@ -2,8 +2,8 @@
 A thin rod through the pole
 ===========================
 
-A thin rod turns through phi = 90 degrees, where the angles of a universal joint are singular. pendpin carries it by its
-direction, so nothing happens there. The tension is compared with the exact one.
+A thin rod turns through phi = 90 degrees, where the angles of a universal joint are singular. pendpin computes its
+direction, which is regular there. The tension is compared with the exact one.
 """
 
 # sphinx_gallery_thumbnail_path = "images/gallery/plot_11_through_the_pole.png"

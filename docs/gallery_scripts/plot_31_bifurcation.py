@@ -2,7 +2,7 @@
 A driven pendulum becomes chaotic
 =================================
 
-A damped pendulum is driven harder and harder and noted once a period: one point, two, four, then a band.
+A damped pendulum is driven harder and harder and recorded once a period: one point, two, four, then a band.
 """
 
 import numpy as np
