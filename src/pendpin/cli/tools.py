@@ -99,9 +99,7 @@ def cost(
     ] = None,
     accuracy: Annotated[float, Option(help="Accuracy of interest: tip error divided by the chain's length.")] = 1e-9,
     peers: Annotated[bool, Option("--peers", help="Measure MuJoCo, Drake and plain SciPy too.")] = False,
-    thorough: Annotated[
-        bool, Option("--thorough", help="All methods at all settings, over the full duration.")
-    ] = False,
+    thorough: Annotated[bool, Option("--thorough", help="All methods, all settings, over the full duration.")] = False,
     budget: Annotated[float, Option(min=0, help="Stop measuring a method when its run takes longer, in s.")] = 1.0,
     plot: inputs.Plot = None,
     short: Annotated[bool, Option("--short", help="Draw the cheapest method of each tool and its next digit.")] = False,

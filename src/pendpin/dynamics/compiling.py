@@ -139,8 +139,7 @@ class EquationsOfMotion(NamedTuple):
             tau = sum(taus[1:], taus[0]) if taus else None
             wrenches = bound.external(t, q, v)
             a, holding = recursion.accelerate_or_hold(tree, q, v, loads.field(t), held, tau, wrenches, xp)
-            moving = cache(lambda: bound.motion(q, v))
-            work = powered(State(t, q, v, moving)) if powered else []
+            work = powered(State(t, q, v, cache(lambda: bound.motion(q, v)))) if powered else []
             if accounts:
                 for kind, torque in rubs:
                     work[accounts.kinds.index(kind)] += total(torque * v, xp)

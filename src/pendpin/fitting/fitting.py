@@ -187,8 +187,7 @@ def start_states(setting: Setting, problem: Problem, x: Array, swings: Sequence[
 
 def _pose_problem(setting: Setting) -> Problem:
     """The problem in short pieces, with the guesses as the prior."""
-    count = len(setting.columns)
-    many = count if setting.table.offsets == "free" else 0
+    many = len(setting.columns) if setting.table.offsets == "free" else 0
     free, none = setting.pendulum.free, np.full(many, np.inf)
     return Problem(
         setting.pendulum,

@@ -152,8 +152,7 @@ class Fit(Result):
         for key, value in self.values.items():
             unit = self.unit(key)
             error = f"{self.errors[key]:.2g}{unit}" if key in self.errors else ""
-            unsure = key in self.undetermined
-            rows.append((key, "", "not determined") if unsure else (key, f"{value:.6g}{unit}", error))
+            rows.append((key, "", "not determined") if key in self.undetermined else (key, f"{value:.6g}{unit}", error))
         held = self.hold_out
         data = {
             "values": {key: None if key in self.undetermined else value for key, value in self.values.items()},

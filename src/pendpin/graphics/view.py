@@ -119,9 +119,7 @@ def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
         drawing = drawing_of(run)
         times, path = smooth(drawing.t, drawing.trail, drawing.velocity, PATH_RATE, PATH_POINTS)
     path = _project(path)
-    all_ends = [
-        _project(ends_of(one)) for one in runs
-    ]  # (n, bodies, 2, 2); of each one line (n, 3 bodies, 2) with gaps
+    all_ends = [_project(ends_of(one)) for one in runs]  # (n, bodies, 2, 2); below as a line (n, 3 bodies, 2) with gaps
     lines = [np.insert(ends, 2, np.nan, axis=2).reshape(len(ends), -1, 2) for ends in all_ends]
 
     points = np.concatenate([*(one.reshape(-1, 2) for one in all_ends), path])

@@ -270,8 +270,7 @@ def _build_pin(model: PinModel) -> Model:
         if slide.any() == turn.any():
             taken = "revolute, continuous and prismatic joints (a universal joint as two revolute ones)"
             raise InputError(f"model: joint {shown(name)} is a {joint.shortname()}; pendpin takes {taken}")
-        revolute = turn.any()
-        plain = pin.JointModelRevoluteUnaligned(*turn) if revolute else pin.JointModelPrismaticUnaligned(*slide)
+        plain = pin.JointModelRevoluteUnaligned(*turn) if turn.any() else pin.JointModelPrismaticUnaligned(*slide)
         loaded.addJoint(above, plain, given.jointPlacements[i], name)
         if not np.isfinite([body.mass, *body.lever, *np.ravel(body.inertia)]).all() or body.mass < 0:
             wrong = f"has the mass {body.mass:g} kg, or inertia that is not finite"

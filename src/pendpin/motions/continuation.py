@@ -103,8 +103,7 @@ class Continuation:
             places.append(count + np.arange(len(due)) + (due[0] > begin))
             count += len(pieces[-1].t)
         rows = samples_of(self.fill_pieces(pieces, before[first]), np.concatenate(places))
-        counts = {name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS}
-        stats = replace(self.run.stats, **counts)
+        stats = replace(self.run.stats, **{name: sum(getattr(piece, name) for piece in pieces) for name in COUNTS})
         return self.run.of(replace(rows, t=t, stats=stats, events=self.run.events))
 
     def fill_pieces(self, pieces: list[Run], samples: ArrayLike) -> RunRecord:

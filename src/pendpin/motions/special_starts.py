@@ -1,6 +1,5 @@
 """Starts of two particular motions: rest in equilibrium, and a steady cone."""
 
-import warnings
 from collections.abc import Callable
 from typing import Any, Self
 
@@ -8,7 +7,7 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.equations import exact
-from pendpin.errors import InputError, MissingLibrary, Note, is_number, shown
+from pendpin.errors import InputError, MissingLibrary, is_number, say_note, shown
 from pendpin.ground.arrays import TINY, Array
 from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene
@@ -149,11 +148,9 @@ class Start(StartRecord):
         inertia = rod.I1 + rod.m * rod.h**2
         nod = rod.I3 / inertia * np.sin(abs(angle)) * np.tan(angle) ** 2
         if nod > NODDING * abs(angle):
-            note = f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad"
-            warnings.warn(Note(note), stacklevel=2)
+            say_note(f"start: a thick rod has no steady cone; its angle changes by about {nod:.2g} rad", stacklevel=3)
         q, rate = np.array([0.0, float(angle)]), np.sqrt(-field[2] * rod.m * rod.h / (inertia * np.cos(angle)))
         along = np.array([exact.direction_rate(q, v) for v in np.eye(2)]).T  # (3, 2)
         v = np.linalg.lstsq(along, rate * np.cross([0.0, 0.0, 1.0], exact.direction(q)), rcond=None)[0]
-        names = dynamics.model.joints
-        positions, velocities = (dict(zip(names, x.tolist(), strict=True)) for x in (q, v))
+        positions, velocities = (dict(zip(dynamics.model.joints, x.tolist(), strict=True)) for x in (q, v))
         return cls(time=scene.start.time, positions=positions, velocities=velocities)

@@ -185,16 +185,14 @@ def _solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longe
         return np.repeat(y[None], len(times), 0)
     if cyrk() is not None:
         call = Call("DOP853", block, np.array([rtol]), atol, 0.0, longest)
-        solution = call.solved(y, times[0], times[-1], np.ascontiguousarray(times))
-        return solution.states(y)
+        return call.solved(y, times[0], times[-1], np.ascontiguousarray(times)).states(y)
     from scipy.integrate import solve_ivp
 
     def rates(t: float, state: Array) -> Array:
         return block.evaluated(np.array([t]), state[None])[0][0]
 
     span = (float(times[0]), float(times[-1]))
-    solution = solve_ivp(rates, span, y, "DOP853", times, rtol=rtol, atol=atol, max_step=longest)
-    return solution.y.T
+    return solve_ivp(rates, span, y, "DOP853", times, rtol=rtol, atol=atol, max_step=longest).y.T
 
 
 def list_state_keys(nv: int) -> list[str]:

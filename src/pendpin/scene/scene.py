@@ -166,8 +166,7 @@ class Scene(Record):
                 except PydanticSerializationError:
                     kind = type(getattr(effect, name)).__name__
                     remedy = f"give {type(effect).__name__} a field_serializer for it (pydantic)"
-                    reason = f"effects[{i}].{name}: a {kind} cannot be saved with the run: {remedy}"
-                    raise InputError(reason) from None
+                    raise InputError(f"effects[{i}].{name}: a {kind} cannot be saved with the run: {remedy}") from None
         raise InputError("scene: it holds what no file can")
 
     def by(self, method: str, setting: float) -> Self:

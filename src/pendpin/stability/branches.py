@@ -162,8 +162,7 @@ def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled", "
         if ends:
             break
         step = min(1.4 * step, LONGEST)
-    values = np.array([curve.number(u) for u in points])
-    return Branch(key, tuple(orbits), values, np.array(folds), tuple(changes))
+    return Branch(key, tuple(orbits), np.array([curve.number(u) for u in points]), np.array(folds), tuple(changes))
 
 
 class _Curve(NamedTuple):

@@ -111,7 +111,7 @@ class Modes(Result):
 
     def report(self, most: int | None = MOST_ROWS) -> Report:
         """The table, at most so many of its lines, and whether the rest is stable."""
-        left = 0 if most is None else max(len(self._groups) - most, 0)
+
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
         if self.stable and self.neutral:
             some = f"{self.neutral} of {len(self.omega)} modes"
@@ -120,8 +120,8 @@ class Modes(Result):
         words = [f"The rest ({where}) {verdict}", *(f"note: {x}" for x in self.notes)]
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}
-        head = ("mode", "rad/s", "Hz", "damping", "directions", "moves most")
-        return Report((Table(head, self.rows(most), left), *words), data)
+        head, rows = ("mode", "rad/s", "Hz", "damping", "directions", "moves most"), self.rows(most)
+        return Report((Table(head, rows, len(self._groups) - len(rows)), *words), data)
 
     @styled()
     def plot(self, *chosen: int, ax: Any = None) -> Any:

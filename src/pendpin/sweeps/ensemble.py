@@ -60,10 +60,8 @@ class Ensemble:
 
     def tips(self, starts: slice | Sequence[int] = slice(None)) -> Array:
         """The far end of each rod, (starts, n, rods, 3) m in W, of all starts or of some: a URDF takes 5 us a sample."""
-        q = self.q[starts]
-        model = build(self.scene.model)
-        flat = kinematics.tips(model, kinematics.poses(model, q.reshape(-1, q.shape[-1])))
-        return flat.reshape(*q.shape[:2], *flat.shape[1:])
+        model, q = build(self.scene.model), self.q[starts]
+        return kinematics.evaluate_each(lambda m, q: kinematics.tips(m, kinematics.poses(m, q)), [model], q)
 
     def __repr__(self) -> str:
         k, n, nv = self.q.shape

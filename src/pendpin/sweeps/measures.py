@@ -352,8 +352,7 @@ def lyapunov(run: Trajectory) -> float:
         q, v = np.split(states[begin] + apart_by, 2)
         solver = scene.solver.model_copy(update={"samples": 2})
         start, duration = Start.at_state(float(run.t[begin]), q, v), float(run.t[end] - run.t[begin])
-        fields = {"start": start, "duration": duration, "solver": solver}
-        other = run_to_setting(scene.model_copy(update=fields))
+        other = run_to_setting(scene.model_copy(update={"start": start, "duration": duration, "solver": solver}))
         apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
         grown = float(np.linalg.norm(apart_by))
         growth += math.log(grown / small)

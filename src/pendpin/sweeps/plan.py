@@ -48,9 +48,7 @@ class Plan:
     @property
     def dims(self) -> dict[str, int]:
         """The dimensions and their sizes."""
-        if self.grid:
-            return dict(zip(short_names(self.keys), self.shape, strict=True))
-        return {CASE: self.shape[0]}
+        return dict(zip(short_names(self.keys) if self.grid else [CASE], self.shape, strict=True))
 
     @property
     def shape(self) -> tuple[int, ...]:
@@ -64,9 +62,7 @@ class Plan:
 
     def rows(self, places: Indices) -> Array:
         """The numbers (cases, keys) of some cases, by their places in C order."""
-        if not self.grid:
-            return np.stack([self.values[key][places] for key in self.keys], -1)
-        indices = np.unravel_index(places, self.shape)
+        indices = np.unravel_index(places, self.shape) if self.grid else [places] * len(self.keys)
         return np.stack([self.values[key][index] for key, index in zip(self.keys, indices, strict=True)], -1)
 
     @property

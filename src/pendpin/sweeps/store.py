@@ -46,8 +46,7 @@ class Blocks:
 
     def region(self, block: int) -> tuple[slice, ...]:
         """Where a block is, as slices of the dimensions."""
-        places = np.unravel_index(block, self.grid)
-        sizes = zip(places, self.chunks, self.shape, strict=True)
+        sizes = zip(np.unravel_index(block, self.grid), self.chunks, self.shape, strict=True)
         return tuple(slice(int(i) * c, min((int(i) + 1) * c, n)) for i, c, n in sizes)
 
     def span(self, block: int) -> tuple[int, int]:

@@ -66,11 +66,11 @@ def sweep(
     for library in ("xarray", "zarr"):
         optional(library, "a sweep", EXTRA)
     settings = {"method": method, "tolerance": tolerance, "accuracy": accuracy}
-    setting = {name: value for name, value in settings.items() if value is not None}
+
     plan = vary if isinstance(vary, Plan) else plans.grid(vary)
     chosen = chosen_scene(scene)
-    if setting or "solver.accuracy" not in plan.keys:  # beside an accuracy a scene has no tolerance
-        chosen = chosen.with_solver(**setting)
+    if any(value is not None for value in settings.values()) or "solver.accuracy" not in plan.keys:
+        chosen = chosen.with_solver(**settings)  # beside an accuracy a scene has no tolerance
     measures = (measure,) if isinstance(measure, str) or not isinstance(measure, Sequence) else tuple(measure)
     if not measures:
         raise InputError("measure: nothing is measured; name a number of a run, such as swing")

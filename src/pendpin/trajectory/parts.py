@@ -168,8 +168,7 @@ def pack_run(run: Any) -> dict[str, Any]:
     """The arrays of the file of a RunRecord, by their names."""
     held = {f"held_{i}": outputs for i, outputs in enumerate(run.held)}
     meta = json.dumps({"format": FORMAT, "scene": run.scene, **asdict(run.stats)})
-    texts = {"joints": np.array(run.joints), "meta": np.array(meta)}
-    return run.arrays | held | event_arrays(run.events) | texts
+    return run.arrays | held | event_arrays(run.events) | {"joints": np.array(run.joints), "meta": np.array(meta)}
 
 
 def read_fields(file: ArrayFile) -> dict[str, Any]:

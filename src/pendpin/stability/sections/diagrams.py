@@ -74,8 +74,7 @@ class Portrait(Result):
 
     def _shown(self) -> Array:
         """The values (starts, count, len(of)) with angles from -pi to pi."""
-        angles = [self.units[name] == "rad" for name in self.section.of]
-        return np.where(angles, wrap(self.values), self.values)
+        return np.where([self.units[name] == "rad" for name in self.section.of], wrap(self.values), self.values)
 
 
 def portrait(
@@ -231,9 +230,7 @@ class Bifurcation(Result):
         fault = "no motion can be run" if np.isnan(self.up).all() and np.isnan(self.down).all() else None
         why = list(self.why)
         if any(words[-1] in row for row in rows):
-            why.append(
-                f"No cycle found: chaos, more than {MOST_CYCLE} points, or not settled. A larger skip tells which."
-            )
+            why.append(f"No cycle found: chaos, over {MOST_CYCLE} points, or not settled. A larger skip tells which.")
         return Report((Table(("way", f"from {self.key}", "motion"), rows), *why), data, fault)
 
 

@@ -338,8 +338,7 @@ def draw_motions(names: list[str]) -> Any:
         case = published_cases()[name]
         run = simulate(case.scene, duration=min(case.times[-1], SHOWN), samples=SAMPLES)
         wide, deep, high = np.ptp(run.tips[:, -1], axis=0)
-        view = "above" if high < 1e-3 * max(wide, deep) else "side" if wide > deep else "front"
-        draw_path(ax, run, view)
+        draw_path(ax, run, "above" if high < 1e-3 * max(wide, deep) else "side" if wide > deep else "front")
         ax.set_title(name)
     for ax in axes[len(names) :]:
         ax.set_axis_off()

@@ -25,6 +25,7 @@ from pendpin.verification.hardcases.base import (
     case,
     drift,
     largest,
+    plane_swing,
     scene,
     start_at,
     start_of,
@@ -123,15 +124,8 @@ def _rescaled(name: str, units: str, length: float) -> Case:
 def _falling_case(g: float, duration: float, growth: float) -> Case:
     """A rod that falls by a gravity g in m/s² for some s, in which errors grow 1 + omega T times."""
     bound = 1e-12 * 1500 * growth + 1500 * EPS * growth
-    return case(
-        "gravity",
-        bound,
-        lambda run: tip_errors(run, run.q[:, 0], planar(1.0, 0.0, HANG, g, run.t)),
-        {"duration": duration / 4},
-        g=g,
-        duration=duration,
-        growth=growth,
-    )
+    words: Any = {"g": g, "duration": duration, "growth": growth}
+    return case("gravity", bound, plane_swing(1.0, HANG, g=g), {"duration": duration / 4}, **words)
 
 
 LATE = 1e9  # s
@@ -264,9 +258,7 @@ def _swings(solve: Solve, full: bool) -> float:
     from scipy.special import ellipk
 
     period = 4 / SWING * float(ellipk(np.sin(ANGLE / 2) ** 2))  # s, of the thin rod of 1 m from ANGLE at rest
-    swinging = scene("swings-1e6", None if full else {"duration": (30 + 0.3) * period})
-    run = solve(swinging)
-    return tip_errors(run, run.q[:, 0], planar(ANGLE, 0.0, REDUCED, G, swinging.times))
+    return plane_swing(ANGLE, REDUCED)(solve(scene("swings-1e6", None if full else {"duration": (30 + 0.3) * period})))
 
 
 CASES = (
