@@ -113,7 +113,7 @@ def test_version_help_and_lists(capfd: pytest.CaptureFixture) -> None:
         (("-h",), "Usage"),
         (("run", "-h"), "--set"),
         (("hard", "--list"), "thin-pole"),
-        (("new", "--list"), "crane"),
+        (("new", "--list"), "crane            A crane's load on 20 m of rope"),
     ]:
         assert run_main(*arguments) == 0
         assert says in capfd.readouterr().out

@@ -2,7 +2,7 @@
 A section of the double pendulum
 ================================
 
-Forty motions of one energy, recorded where the upper rod passes the vertical. Curves are regular motions, the cloud is chaos.
+Forty motions of one energy, recorded where the upper rod passes the vertical. Curves are regular motion, the cloud is chaos.
 """
 
 import pendpin as pp

@@ -184,16 +184,20 @@ def reference(
 
 def new(
     example: Annotated[str, Argument(help="An example, such as crane; `pendpin new --list` lists all.")] = "single_rod",
-    listed: Annotated[bool, Option("--list", help="List the examples.")] = False,
+    listed: Annotated[bool, Option("--list", help="List the examples with their titles.")] = False,
 ) -> None:
     """Print a commented example scene, to be changed: pendpin new crane > my.toml.
 
     A file that the scene names, such as the track of a trolley, is put into the working folder, if it is not there.
     """
+    from tomllib import loads
+
     from pendpin.scene.toml import example_names, read_example
 
     if listed:
-        print("\n".join(example_names()))
+        names = example_names()
+        width = max(map(len, names))
+        print("\n".join(f"{name:{width}}  {loads(read_example(name)[0])['title']}" for name in names))
         return
     text, files = read_example(example)
     for file in files:  # one of that name stays as it is, and that is said

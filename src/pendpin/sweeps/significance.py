@@ -60,7 +60,8 @@ class EffectsReport(Result):
             change = f"{float(f'{100 * row.change:.2g}'):g} %"  # two digits, without an exponent
             added = "" if row.added is None else f"+{row.added:.0%}"
             rows.append((row.effect, "yes" if row.listed else "no", change, added, row.verdict))
-        words = ["A tip's largest distance with and without it, in per cent of the chain's length."]
+        words = ["A tip's largest distance with and without the effect, in per cent of the chain's length."]
+        words.append(f"An effect is needed if it moves a tip by more than {100 * self.accuracy:g} %.")
         if any(not row.listed for row in self.rows):
             words.append("Effects that the scene lacks were tried with example numbers; yours may differ.")
         if self.horizon < self.duration:
@@ -103,8 +104,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
             engine = min({one.source.solver.engine for one in (base, run)} - {"compiled"}, default="compiled")
             more, less = (_measure_evaluation(one, engine) for one in ((base, run) if listed else (run, base)))
             added = max(more / less - 1, 0.0) if less else 0.0  # a clock may not have moved
-        matters = "needed" if listed else "would matter, but is not listed"
-        verdict = matters if change > accuracy else "not needed at this accuracy"
+        verdict = "needed" if change > accuracy else "not needed"
         verdict += "" if whole else f" up to {compared.duration:.2g} s"
         rows.append(EffectRow(name, listed, change, added, verdict))
     return EffectsReport(tuple(rows), accuracy, scene.duration, compared.duration, why)
