@@ -264,6 +264,17 @@ def test_summary_of_a_known_swing() -> None:
     assert "largest swing" in repr(found)
 
 
+def test_extremes_after_half_the_time_do_not_depend_on_the_samples() -> None:
+    """A damped rod shown at its start and end alone, or at more times: half the time is that of the run."""
+    effects, start = [GRAVITY, pp.effects.Viscous(coefficient=0.05)], pp.Start(positions={"theta": 1.0})
+    scene = pp.Scene(model=builtin_scene().model, effects=effects, start=start, duration=10.0)
+    many, *others = (pp.simulate(scene, samples=count).summary() for count in (1001, 2, 3, 4))
+    for few in others:
+        for name in ("largest swing, second half", "farthest sideways, second half"):
+            assert few[name].value == pytest.approx(many[name].value, rel=1e-7)
+            assert few[name].time == pytest.approx(many[name].time, rel=1e-4)
+
+
 def test_the_largest_swing_is_that_of_the_line_to_the_tip() -> None:
     """Of several rods too: a rod may turn over while the line from the support to the last tip does not."""
     rods = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, radius=0.01), pp.Rod(length=0.2, mass=0.1, radius=0.01)])

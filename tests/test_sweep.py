@@ -408,6 +408,8 @@ def test_sobol_indices_are_scipys() -> None:
     one = {"a": spreads["a"]}
     (alone,) = sobol_plan(one, 2).values.values()
     assert set(indices(one, alone)) == {"a"}
+    constant = np.nextafter(1.0, 1.0 + np.sign(a))  # but for its last bit
+    assert {share for row in indices(spreads, constant).values() for share in row.values()} == {0.0}
 
 
 @pytest.mark.slow

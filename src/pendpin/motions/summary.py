@@ -86,8 +86,9 @@ def summary(run: Any) -> Summary:
 
 def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
     """The extremes by name, of a run that is resolved, or of its samples."""
-    rows, half = dict[str, Figure](), float(run.t[np.searchsorted(run.t, (run.t[0] + run.t[-1]) / 2)])
-    model, of_whole = None if more is None else more.dynamics.model, dict[str, tuple[Quantity, str]]()
+    rows, of_whole = dict[str, Figure](), dict[str, tuple[Quantity, str]]()
+    model, t = (None, run.t) if more is None else (more.dynamics.model, more.run.t)
+    half = float(t[np.searchsorted(t, (t[0] + t[-1]) / 2)])
     if is_chain(run):
         of_whole[SWING] = (lambda rows: np.degrees(swing(rows))[:, None], "degrees")
     else:

@@ -220,6 +220,7 @@ def _columns(given: Mapping[str, ArrayLike]) -> dict[str, Array]:
 # --- sobol' indices -------------------------------------------------------------------------------------------------
 
 LEVEL = 0.95  # of the confidence intervals
+CONSTANT = 1e-12  # of the largest value: what varies by less is rounding, as the swing of rods that begin at rest
 RESAMPLES = 200  # bootstrap: the half-widths are then known to a twentieth
 
 
@@ -252,7 +253,7 @@ def indices(spreads: Mapping[str, Spread], values: Any, seed: int = 0) -> dict[s
     if not np.isfinite(y).all():
         none = int((~np.isfinite(y)).sum())
         raise InputError(f"sobol: {none} of {y.size} cases have no value; narrow what is varied")
-    if np.ptp(y) == 0:
+    if np.ptp(y) <= CONSTANT * np.abs(y).max():
         return {key: {"first": 0.0, "first_conf": 0.0, "total": 0.0, "total_conf": 0.0} for key in spreads}
     columns = y.reshape(-1, len(spreads) + 2).T  # (keys + 2, base cases)
     columns = columns - columns[[0, -1]].mean()
