@@ -95,13 +95,13 @@ def test_hand_routes_do_not_know_each_other() -> None:
 
 
 def test_the_clock_on_the_wall_is_read_where_a_person_waits() -> None:
-    """What is reported or compared is processor time; limits, saves and the window of a viewer are times of the wall.
+    """What is reported or compared is processor time; limits and saves are times of the wall.
 
     So is the wait for a thread (libraries).
     """
     reads = ("perf_counter", "monotonic", "time.time(", "datetime.now")
     found = {path.stem for path in MODULES if any(read in path.read_text() for read in reads)}
-    assert found == {"limits", "checkpoint", "view", "libraries"}
+    assert found == {"limits", "checkpoint", "libraries"}
 
 
 def test_one_import_by_name() -> None:

@@ -99,9 +99,10 @@ def shown_path(path: Path) -> str:
         return str(path)
 
 
-def choices(names: Any) -> str:
-    """Names as a list in a message."""
-    return ", ".join(str(name) for name in names)
+def choices(names: Iterable[Any], most: int = sys.maxsize) -> str:
+    """Names as a list in a message: of more than `most` the first, then dots."""
+    texts = [str(name) for name in names]
+    return ", ".join([*texts[:most], *["..."] * (len(texts) > most)])
 
 
 def did_you_mean(name: Any, names: Iterable[str]) -> str:
@@ -145,7 +146,7 @@ def _first_of(names: tuple[str, ...]) -> str:
         for name in names:
             series.setdefault(_NUMBERED.sub("_", str(name), count=1), []).append(name)
         names = tuple(f"{first} to {more[-1]}" if more else first for first, *more in series.values())
-    return f"{choices(names[:MOST_NAMES])}{', ...' if len(names) > MOST_NAMES else ''}"
+    return choices(names, MOST_NAMES)
 
 
 def find(names: tuple[str, ...], name: str, what: str) -> int:

@@ -127,7 +127,7 @@ def _pick_columns(names: list[str], table: Data) -> list[str]:
             column = f"columns = {{ {shown(free[-1])} = [...] }}"
             written = f"time = {shown(names[0])}" if name == table.time else column
             hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
-            raise InputError(f"there is no column {shown(name)} among: {choices(names[:20])}{hint}")
+            raise InputError(f"there is no column {shown(name)} among: {choices(names, 20)}{hint}")
     return wanted
 
 

@@ -8,7 +8,7 @@ import annotated_types
 import numpy as np
 
 from pendpin.effects import DryFriction
-from pendpin.errors import InputError, is_number, not_one_of, shown
+from pendpin.errors import InputError, amount, is_number, not_one_of, shown
 from pendpin.fitting.uncertainty import Certainty
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import Array, ArrayLike
@@ -215,8 +215,8 @@ def _value(scene: Scene, key: str) -> Any:
         raise InputError(f'free: {key}: only the rods of a model of kind "chain" can be free, not links of a URDF')
     records: Any = scene.effects if home == "effects" else getattr(scene.model, "rods", ())
     if place >= len(records):
-        what = f"{home.removeprefix('model.').removesuffix('s')}{'s' * (len(records) != 1)}"
-        raise InputError(f"free: {key}: the scene has {len(records)} {what}, counted from 0")
+        has = amount(len(records), home.removeprefix("model.").removesuffix("s"))
+        raise InputError(f"free: {key}: the scene has {has}, counted from 0")
     record = records[place]
     fields = [field for field, info in type(record).model_fields.items() if _holds_floats(info.annotation)]
     if name not in fields:

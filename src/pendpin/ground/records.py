@@ -189,9 +189,8 @@ def fault_text(faults: list[Any], record: type) -> str:
     path, reason = _path(fault) or record.__name__, _reason(fault, record)
     others = [f for f in faults if f["type"] != "too_short" and _path(f) not in ("", path)]
     others = list(dict.fromkeys(_path(f) + " is missing" * (f["type"] == "missing") for f in others))
-    more = ", ".join([*others[:MOST_PATHS], *["..."] * (len(others) > MOST_PATHS)])
     count = "another fault" if len(others) == 1 else f"{len(others)} other faults"
-    more = f"; {count}: {more}" if others else ""
+    more = f"; {count}: {choices(others, MOST_PATHS)}" if others else ""
     keyed = _KEYED.match(reason)
     if keyed and any(keyed[1] in kind.model_fields for kind in _records_at(record, fault["loc"])):
         # a check of a whole record names the place in it

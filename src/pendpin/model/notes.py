@@ -61,10 +61,10 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
             rods = [(f"rod_{i + 1}", rod) for i, rod in enumerate(scene.model.all_rods)]
             thin = [name for name, rod in rods if not rod.radius and rod.mass]  # a string has no mass
             if thin and drag.diameter is None and not drag.linear:
-                those = choices([*thin[:MOST_NAMED], *["..."] * (len(thin) > MOST_NAMED)])
+                those = choices(thin, MOST_NAMED)
                 lines.append(f"drag does not act on {those}, of radius 0: give a radius, or the drag a diameter")
             if points := [name for name, rod in rods if rod.payload and not rod.payload_radius]:
-                those = choices(points[:MOST_NAMED])
+                those = choices(points, MOST_NAMED)
                 lines.append(f"the payload of {those} is a point without drag: payload_radius makes it a sphere")
     if not scene.effects:
         lines.append("effects: nothing acts in this scene; gravity must be listed too")

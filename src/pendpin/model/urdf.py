@@ -406,15 +406,14 @@ def _check_tree(links: Mapping[str, Element], joints: Mapping[str, Element]) -> 
     roots = [link for link in links if link not in above]
     if len(roots) != 1:
         reason = "every link hangs on another: a kinematic loop" if not roots else "several links hang on nothing"
-        raise InputError(f"{reason}{': ' if roots else ''}{choices(map(shown, roots[:4]))}; a tree has one root")
+        raise InputError(f"{reason}{': ' if roots else ''}{choices(map(shown, roots), 4)}; a tree has one root")
     level, lost, depth = roots, dict.fromkeys(above), 1
     while level := [child for link in level for child in children[link]]:
         depth += 1
         for link in level:
             del lost[link]
     if lost:
-        some = choices(map(shown, list(lost)[:4])) + ", ..." * (len(lost) > 4)
-        raise InputError(f"a kinematic loop, cut off from {shown(roots[0])}: {some}")
+        raise InputError(f"a kinematic loop, cut off from {shown(roots[0])}: {choices(map(shown, lost), 4)}")
     if depth > MAX_DEPTH:
         many = f"too many for Pinocchio's URDF reader, which reads about {MAX_DEPTH}"
         raise InputError(f'{depth} links in a row are {many}; a scene with kind = "chain" takes longer ones')

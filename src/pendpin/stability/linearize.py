@@ -31,8 +31,8 @@ MOST_ROWS = 24  # eigenvalues that are printed
 def positions_in_words(model: Model, q: Array) -> str:
     """Positions (nv,) in rad or m in words: the first that are not 0."""
     places = zip(model.joints, np.where(model.slides, q, np.degrees(q)), model.slides, strict=True)
-    parts = [f"{name} {x:.5g}{' m' if slides else '°'}" for name, x, slides in places if abs(x) > ZERO]
-    return choices(parts[:FEW_JOINTS] + ["..."] * (len(parts) > FEW_JOINTS)) or "all 0"
+    parts = (f"{name} {x:.5g}{' m' if slides else '°'}" for name, x, slides in places if abs(x) > ZERO)
+    return choices(parts, FEW_JOINTS) or "all 0"
 
 
 def remarks(scene: Scene) -> tuple[str, ...]:
@@ -111,8 +111,7 @@ class LinearModel(Result):
 
     def report(self) -> Report:
         """The eigenvalues, whether the model is stable, and what it leaves out."""
-        places = [f"{name} = {x:.6g}" for name, x in zip(self.states, self.q, strict=False)]
-        about = ", ".join([*places[:FEW_JOINTS], *["..."] * (len(places) > FEW_JOINTS)])
+        about = choices((f"{name} = {x:.6g}" for name, x in zip(self.states, self.q, strict=False)), FEW_JOINTS)
         rows = []
         for x, error in zip(*self._spectrum, strict=True):
             if x.imag < 0:

@@ -135,7 +135,7 @@ class CheckReport(Result):
         suspects = [name for name in self.routes if all(name in (row.first, row.second) for row in broken)]
         who = f"{suspects[0]} disagrees" if len(suspects) == 1 else "the routes disagree"
         worst = self.worst
-        q, v = (f"({choices([*(f'{x:.6g}' for x in y[:6]), *['...'] * (len(y) > 6)])})" for y in (worst.q, worst.v))
+        q, v = (f"({choices((f'{x:.6g}' for x in y), 6)})" for y in (worst.q, worst.v))
         return (
             f"{who} in {quantities}; worst: {worst.quantity} of {worst.place}, {worst.first} against {worst.second}, by "
             f"{worst.relative:.2g} of its terms (bound {self.bound:g}), at state {worst.state}: q = {q}, v = {v}"

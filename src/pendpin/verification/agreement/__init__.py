@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.dynamics.vibrations import matrices, vibrations
-from pendpin.errors import InputError, MissingLibrary, find, inside, not_one_of
+from pendpin.errors import InputError, MissingLibrary, amount, find, inside, not_one_of
 from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arguments import number_at
@@ -222,8 +222,7 @@ class AgreementReport(Claims):
             rows.append((name, r.quantity, f"{r.bound:.1e} {r.unit}", difference, r.method, r.verdict))
         words = [f"{row.case} by {row.method}: {row.failure}" for row in self.comparisons if row.failure]
         words += [f"left out: {line}" for line in self.left_out]
-        count = len(self.comparisons)
-        words += [f"{count} comparison{'s' if count != 1 else ''}, {len(self.broken)} beyond the bound"]
+        words += [f"{amount(len(self.comparisons), 'comparison')}, {len(self.broken)} beyond the bound"]
         data = [asdict(row) | {"holds": row.ok} for row in self.comparisons]
         data = [{"difference": row.pop("measured")} | row for row in data]
         head = ("case", "quantity", "bound", "largest difference", "by", "")

@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, RunError, not_one_of
+from pendpin.errors import Halted, InputError, Interrupted, RunError, amount, not_one_of
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
@@ -125,10 +125,10 @@ def cost(
         interrupted = True
     libraries = ("pendpin", "pin", "numpy", "scipy", "CyRK", "heyoka", "mujoco", "drake")
     known, model, curves = bench.known, bench.model, tuple(one.curve for one in series + others)
-    count, name = (len(model.rods), "rod") if model.rods else (len(model.joints), "joint")
+
     same = {name: getattr(known, name) for name in ("error", "solutions", "duration", "horizon", "halted")}
     return CostReport(
-        subject=f"{count} {name}{'s' if count > 1 else ''}",
+        subject=amount(len(model.rods), "rod") if model.rods else amount(len(model.joints), "joint"),
         curves=curves,
         accuracy=accuracy,
         machine=machine(),

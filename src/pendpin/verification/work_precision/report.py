@@ -376,7 +376,8 @@ def _frame(figure: Any, ax: Any, report: CostReport) -> None:
     ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
     ax.set_xlabel("largest error of a tip over the chain's length; more accurate to the right")
     ax.set_ylabel("time of the run, compiling apart (s)")
-    ax.set_title(f"What accuracy costs: {report.subject}, {report.horizon:.3g} s", fontsize=13, fontweight="bold")
+    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
+    ax.set_title(title, fontsize=13, fontweight="bold")
     figure.supxlabel(report.machine_text, fontsize=7, color=GREY)
 
 
