@@ -14,6 +14,7 @@ from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
 from pendpin.ground.files import folder_of
+from pendpin.motions import variations
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.stability.linearize import stability
 from pendpin.verification.hardcases.base import inertia_about_joint
@@ -93,6 +94,15 @@ def test_transitions_compose() -> None:
     keys = list_state_keys(4)
     assert np.abs(run.sensitivity(keys)[-1] - whole).max() <= 1e-9 * size
     assert (run.state_transition(1.0, 1.0) == np.eye(8)).all()
+
+
+def test_changes_are_integrated_by_scipy_where_cyrk_is_missing(monkeypatch: pytest.MonkeyPatch) -> None:
+    """The same method with the same tolerance, in steps of its own: the same changes within that."""
+    run = pp.simulate(scene(tolerance=1e-11))
+    by_cyrk = run.state_transition(0.0, 2.0), run.sensitivity("model.rods[0].mass")
+    monkeypatch.setattr(variations, "cyrk", lambda: None)
+    by_scipy = run.state_transition(0.0, 2.0), run.sensitivity("model.rods[0].mass")
+    assert all(np.abs(x - y).max() <= 1e-9 * np.abs(x).max() for x, y in zip(by_cyrk, by_scipy, strict=True))
 
 
 def test_final_and_mean_are_those_of_the_samples() -> None:
