@@ -430,10 +430,10 @@ def test_heights_may_be_measured_downwards():
 
 def test_what_uses_a_name_that_is_not_checked_is_not_accused():
     """A height of which the text says what it is, in a symbol that nobody knows; a torque that is no period."""
-    text = rf"A double pendulum of two point masses. $$h_1 = P (1 - \cos\theta_1)$$ $$V_1 = m_1 g h_1$${LAWS}"
+    text = rf"A double pendulum of two point masses. $$h_1 = Z (1 - \cos\theta_1)$$ $$V_1 = m_1 g h_1$${LAWS}"
     unknown, uses, *laws = pp.diagnose(text).findings
     assert (unknown.verdict, uses.verdict) == ("not checked", "not checked")
-    assert uses.remark.startswith("the symbol P is not known")
+    assert uses.remark.startswith("the symbol Z is not known")
     assert {finding.verdict for finding in laws} == {"holds"}
     torque = pp.diagnose(
         r"The torque about the pivot of a swinging body: $$\tau = -M g d \sin\theta$$ $$\tau = I_q \ddot\theta$$"

@@ -15,7 +15,7 @@ from pendpin.doctor.checking.check import euler_lagrange
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.mends import Mend
-from pendpin.doctor.printed import Printed
+from pendpin.doctor.printed import Printed, squared
 from pendpin.doctor.reading.names import ENERGY
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
@@ -27,6 +27,7 @@ from pendpin.doctor.systems.rod import RODS
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
+ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
@@ -135,9 +136,12 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
         return f"{as_read}; {one.remark}"
     values = [str(side.value) for side in one.sides]
-    own = all(value.startswith("?") for value in values)  # names of the text
-    if all(side.kind == "symbol" for side in one.sides) and ({*values} & {*spec.state} or own):
-        return "it gives a state a name"
+    if all(side.kind == "symbol" for side in one.sides):
+        if {*values} & {*spec.state} or all(value.startswith("?") for value in values):  # names of the text
+            return "it gives a state a name"
+        alike = len({side.written.letter for side in one.sides if side.written}) == 1  # omega = omega_0 at resonance
+        if alike or not (case.finding.dimensions or {*values} & {*spec.unknowns}):
+            return "it may say when the two are equal"
     if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
@@ -147,6 +151,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
     if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
+    if squared(one.sides) is not one.sides:
+        return f"{as_read}; a speed may be that of one start"
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
     if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
@@ -267,6 +273,17 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
     if own := next((name for name in own if name not in given), ""):  # the fault may be there
         return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
+    used = dict(meanings_used(equation))
+    for other in cases:
+        own = used.get(other.one.defines) if not other.confirmed and len(other.one.sides) == 2 else None
+        if own and key(own) not in map(key, other.one.sides):
+            return f"it does not hold, but {other.finding.place} says otherwise what {other.one.defines.lstrip('?')} is"
+    # of an element, as y(1), what it is: where y is named anew, as in another function, it may be another one
+    changed = [one.text[slice(*part.span)] for part in gone if part.kind == "symbol"]
+    vectors = {match[1] for text in changed if (match := ELEMENT.match(text))}
+    known = {name for other in cases if other.is_true for name in ELEMENT.findall(other.one.text)}
+    if unknown := vectors - known:
+        return f"{as_read}; nothing that holds has an element of {min(unknown)}"
     lefts = {other.left for other in cases if other.confirmed}
     named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
     doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in lefts and not named(o)}

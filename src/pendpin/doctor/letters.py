@@ -10,6 +10,7 @@ from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import lru_cache
 from itertools import islice, permutations, product
+from operator import itemgetter
 
 import numpy as np
 
@@ -107,7 +108,19 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
             for slide in (name for name in cart if name not in letters.moving):  # v and a are the rates of a cart
                 rates = {("v", ""): replace(found[slide], dots=1), ("a", ""): replace(found[slide], dots=2)}
                 found |= {name: rate for name, rate in rates.items() if name in often}
+            found |= _namesakes(found, letters)
             yield from (found | masses for masses in _masses(family, letters))
+
+
+def _namesakes(renamed: Renamed, letters: Letters) -> Renamed:
+    """Names that have that of a coordinate in them: the momentum p_phi, and phi_0, where phi begins."""
+    named, found = {letter + index: one for (letter, index), one in renamed.items() if not one.dots}, Renamed()
+    for letter, index in letters.every:
+        if letter == "p" and (one := named.get(index.replace("_", ""))):
+            found[letter, index] = Written("p", 0, one.letter + one.index)
+        elif index in ("0", "m", "max") and (one := named.get(letter)):
+            found[letter, index] = replace(one, index=index)
+    return found
 
 
 def _masses(family: str, letters: Letters) -> Iterator[Renamed]:
@@ -257,8 +270,12 @@ def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
     """The words, where a letter that means another thing in one equation alone means there what it does elsewhere."""
     count = lambda words: sum(holding(one, system) is not None for one in text.bind(words))  # noqa: E731
     for _ in range(MOST_CHANGED):
-        changes = (words.choosing({name: usual}) for name, usual in _slips(text.bind(words), system, words))
-        if (other := next((other for other in changes if count(words) - count(other) in (0, 1)), None)) is None:
+        now, changes = (
+            count(words),
+            [words.choosing({n: usual}) for n, usual in _slips(text.bind(words), system, words)],
+        )
+        lost, other = min(((now - count(other), other) for other in changes), key=itemgetter(0), default=(2, words))
+        if lost not in (0, 1):  # first what leaves all right: l may tell what I is
             break
         words = other
     return words
@@ -267,7 +284,7 @@ def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
 def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Iterator[tuple[Name, str]]:
     """Letters that mean another thing in one equation alone, each with what it means elsewhere.
 
-    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each the likelier is meant.
+    I_1 and I_2 are inertias about the same point. Of two parameters that a letter means once each one is meant.
     """
     uses: dict[Name, Counter[str]] = defaultdict(Counter)  # how often each letter has each meaning where equations hold
     twins: dict[Name, Counter[str]] = defaultdict(Counter)  # and the same letter with the index of a twin
@@ -289,3 +306,5 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
         sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
         if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
             yield name, usual
+            if often == 1:
+                yield name, alike[0][0]

@@ -63,7 +63,7 @@ class Printed:
     def readings(self) -> Iterator[Equation]:
         """Every way to read it, the likeliest first."""
         for sides, tight in self.ways:
-            yield from Equation(sides, definitions=self.definitions, tight=tight).readings(self.words)
+            yield from Equation(squared(sides), definitions=self.definitions, tight=tight).readings(self.words)
 
     @cached_property
     def sound(self) -> list[Equation]:
@@ -123,6 +123,16 @@ class Printed:
     def _without_meaning(self, names: set[str]) -> set[str]:
         every = (name for name in names - CONSTANTS - self.definitions.keys() if name.startswith("?"))
         return {name for name in every if name.rpartition("_")[0] not in self.definitions}
+
+
+def squared(sides: tuple[Node, ...]) -> tuple[Node, ...]:
+    """The sides, squared where a speed is set equal to a root, whose sign is that of the motion."""
+    left, right = sides if len(sides) == 2 else (None, None)
+    if left is None or right is None or left.written is None or right.kind != "function" or right.value != "sqrt":
+        return sides
+    speed = left.kind == "symbol" and (left.written.dots == 1 or left.written.letter == "v")
+    end = left.span[1]
+    return (Node("power", left.span, Fraction(2), (left,), ((end, end),)), right.children[0]) if speed else sides
 
 
 def letters_in(sides: Iterable[Node]) -> set[Name]:
@@ -358,6 +368,7 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
     named = base and base.kind == "symbol" and base.value.startswith("?")
     if base and meaning and named and base.value not in {*given, *symbols(sides[1])}:
         return [(base.value, meaning)]
+    sides = sides[:-1] if len(sides) > 2 and sides[-1].value in ("?const", "?constant") else sides
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:

@@ -22,13 +22,14 @@ from pendpin.doctor.accusations import (
     says,
     shows_itself,
 )
+from pendpin.doctor.checking.conditions import LOAD_RATIO, load_of
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import Recognition
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import System, free_states, random_states
+from pendpin.doctor.systems.base import System, Values, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
 from pendpin.doctor.systems.tables import POSES
 
@@ -43,6 +44,7 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
     _doubt_loads_of_one(cases)
+    _doubt_loads_of_another_size(cases)
     if not found.main.chosen:
         _turn_axes(cases)
         for case, words in [(case, objection_to(case, cases)) for case in cases if case.finding.verdict == "fails"]:
@@ -150,6 +152,23 @@ def _doubt_loads_of_one(cases: list[Case]) -> None:
             case.doubt(
                 f"it holds without {names}, which equation {other.finding.number} beside it does not have", unknown=()
             )
+
+
+def _doubt_loads_of_another_size(cases: list[Case]) -> None:
+    """Doubt what holds with a load that does not act in it as it does in most of its section, as A/(m l) for A/(m l^2)."""
+    acting = defaultdict[tuple[int, str], list[tuple[Case, tuple[str, Values]]]](list)
+    for case in cases:
+        equation = case.finding.equation if case.finding.verdict == "holds" and case.finding.remark else None
+        for name in _loads(case) if equation else ():
+            if equation and (load := load_of(equation, case.system, {name})):
+                acting[case.one.statement.section, name].append((case, load))
+    for (_, name), pairs in acting.items():
+        for case, (kind, size) in pairs:
+            same = [k == kind and bool(np.allclose(n, size, LOAD_RATIO)) for _, (k, n) in pairs]
+            if 2 * sum(same) <= len(same):
+                other = pairs[same.index(False)][0].finding
+                words = f"{name.lstrip('?')} acts in it otherwise than in equation {other.number}, {other.place}"
+                case.doubt(words, when="in every motion")
 
 
 def _loads(case: Case) -> set[str]:

@@ -38,6 +38,7 @@ NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
 BRAKES = ("damping", "drag", "dry friction")  # forces against the motion
+SOME = Node("number", (0, 0), Fraction(7, 10))  # that a load is
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -189,7 +190,9 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
 
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
-    other = lambda name: NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name  # noqa: E731
+    other = lambda name: (  # noqa: E731  M_0 may drive
+        name != "?M_0" and (NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name)
+    )
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
     if not (moves or all(map(PIVOT.match, unknown))) or (any(map(other, unknown)) and not sure):
@@ -211,20 +214,26 @@ def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str |
     """
     if "mass" not in system.spec.formulas or equation.energies:
         return None
-    some, found = Node("number", (0, 0), Fraction(7, 10)), list[str]()
-    for names in ({name} for name in sorted(loads)):
-        found.append(_acts_as(without(equation, loads - names), system, names, some))
+    found = [_acts_as(without(equation, loads - {name}), system, {name}) for name in sorted(loads)]
     if len(loads) > 1 and not any(found):  # rho C_d A is one
-        found = [_acts_as(equation, system, loads, some)]
+        found = [_acts_as(equation, system, loads)]
     return " and ".join(found) if all(found) else ""
 
 
-def _acts_as(equation: Equation, system: System, loads: set[str], value: Node) -> str:
-    """What some symbols do together where they have a value: "b is a damping"; empty for nothing of the kind."""
-    given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, value))
-    kinds = (kind for kind, force in _usual_forces(system) if _acts(given, system, force, kind in BRAKES))
+def _acts_as(equation: Equation, system: System, loads: set[str]) -> str:
+    """What some symbols do together: "b is a damping"; empty for nothing of the kind."""
     names = " ".join(sorted(name.lstrip("?") for name in loads))
-    return f"{names} is a {kind}" if (kind := next(kinds, "")) else ""
+    return f"{names} is a {load[0]}" if (load := load_of(equation, system, loads)) else ""
+
+
+def load_of(equation: Equation, system: System, loads: set[str]) -> tuple[str, Values] | None:
+    """What some symbols do together where they have a value, and how much of that (n,); None for nothing usual."""
+    given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, SOME))
+    for kind, force in _usual_forces(system):
+        size = _multiple(given, system, force)
+        if size is not None and not (kind in BRAKES and (size > 0).any()):
+            return kind, size
+    return None
 
 
 def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
@@ -242,8 +251,8 @@ def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
     yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in axes)
 
 
-def _acts(equation: Equation, system: System, force: Values, brakes: bool) -> bool:
-    """Whether an equation holds with some multiple of a generalised force, a negative one if it `brakes`."""
+def _multiple(equation: Equation, system: System, force: Values) -> Values | None:
+    """The multiple of a generalised force with which an equation holds, (n,) of its parameters; None for none."""
     true = random_states(system)
     turned = np.einsum("ijn,jn->in", inverse(true["mass"], true), force)
     still = {**true.base, **{name: true[name] for name in system.spec.unknowns}}
@@ -253,9 +262,9 @@ def _acts(equation: Equation, system: System, force: Values, brakes: bool) -> bo
         slope = there - off
         rows = np.abs(slope).max(1) > TOLERANCE * np.abs(there).max()
         if not rows.any() or np.abs(off[~rows]).max(initial=0.0) > TOLERANCE * np.abs(off).max():
-            return False
+            return None
         first, second = np.split(-off[rows] / slope[rows], 2, axis=1)  # the halves of the states share their parameters
         size = np.abs(first).max()
         alike = np.abs(first - second).max() < LOAD_RATIO * size and np.ptp(first, axis=0).max() < LOAD_RATIO * size
-        return bool(size > TOLERANCE and alike and not (brakes and (first > 0).any()))
-    return False
+        return first[0] if size > TOLERANCE and alike else None
+    return None

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.reading.names import CONSTANTS, Vocabulary
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, Written, parts, symbols, walk, with_meaning
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, Written, key, parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Quantities, Values, cross, dot, inverse
 from pendpin.doctor.systems.rod import AXES, turned
 
@@ -34,13 +34,15 @@ class Equation:
     meanings: dict[str, str] = field(default_factory=dict)
     definitions: dict[str, Node] = field(default_factory=dict)
     tight: bool = False  # 3g/2l is read as 3g/(2l)
+    still: tuple[Node, ...] = ()  # what a chain says to be 0 beside: the rate of its last side
 
     def __post_init__(self) -> None:
         """A statement that something is constant says that its rate is 0."""
         *others, last = self.sides
         if others and last.value in CONSTANTS - self.definitions.keys():
-            rates = [Node("derivative", side.span, "t", (side,)) for side in others]
-            object.__setattr__(self, "sides", (*rates, Node("number", last.span, Fraction(0))))
+            still = Node("derivative", others[-1].span, "t", (others[-1],)), Node("number", last.span, Fraction(0))
+            object.__setattr__(self, "sides", tuple(others) if others[1:] else still)
+            object.__setattr__(self, "still", still if others[1:] else ())
 
     def meaning(self, name: str) -> str:
         """What a name stands for in this reading."""
@@ -74,7 +76,8 @@ class Equation:
     def readings(self, words: Vocabulary, apart: bool = True) -> Iterator["Equation"]:
         """Itself with every other meaning of its names and columns, the likeliest first.
 
-        At last, where letters may stand `apart`, with L as the Lagrangian on the left and a length on the right.
+        At last, where letters may stand `apart`, with L as the Lagrangian where it stands alone or is differentiated, and a
+        length elsewhere.
         """
         several, writings = dict[str, tuple[str, ...]](), dict[str, Written]()
         used = names_in(self.sides, self.definitions) & self.definitions.keys()
@@ -88,12 +91,19 @@ class Equation:
         choices = product(*several.values(), ("B", "I", "A") if columns else ("B",))
         for *chosen, frame in islice(choices, MOST_READINGS):
             yield replace(self, frame=frame, meanings=dict(zip(several, chosen, strict=True)))
-        first, *rest = self.sides
-        both = symbols(first) & set().union(*map(symbols, rest)) & several.keys()
-        for name in sorted(name for name in both if apart and "L" in several[name]):
+        for name in sorted(name for name, found in several.items() if apart and "L" in found):
             for other in (other for other in several[name] if other not in ENERGIES):
-                sides = (first, *(with_meaning(side, writings[name], other) for side in rest))
-                yield from replace(self, sides=sides).readings(words, apart=False)
+                sides = tuple(_with_length(side, writings[name], other) for side in self.sides)
+                if name in set().union(*map(symbols, sides)) and [*map(key, sides)] != [*map(key, self.sides)]:
+                    yield from replace(self, sides=sides).readings(words, apart=False)
+
+
+def _with_length(node: Node, name: Written, value: str, inside: bool = False) -> Node:
+    """An expression in which a letter is a length, but where it is a side, a term or what is differentiated."""
+    if node.kind == "symbol":
+        return replace(node, value=value) if inside and node.written == name else node
+    inside = node.kind not in ("sum", "derivative")
+    return replace(node, children=tuple(_with_length(child, name, value, inside) for child in node.children))
 
 
 def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:

@@ -37,8 +37,9 @@ def residuals(
         return [pair for one in each for pair in residuals(one, q, known, instead, plain)]
     known, context, found = {} if known is None else known, equation.context(q), list[tuple[Values, Values]]()
     sides = equation.sides if len(equation.sides) > 1 else (*equation.sides, ZERO)
-    values = [evaluate(side, context, known, instead) for side in sides]
-    for (left, right), pair in zip(pairwise(values), pairwise(sides), strict=True):
+    values = {id(side): evaluate(side, context, known, instead) for side in (*sides, *equation.still)}
+    for pair in (*pairwise(sides), *([equation.still] if equation.still else ())):
+        left, right = (values[id(side)] for side in pair)
         if left.shape[:-1] != right.shape[:-1]:  # 0 fits any shape
             if left.ndim == right.ndim:
                 raise Mismatch("vectors of different lengths are set equal", pair[0].span[0])

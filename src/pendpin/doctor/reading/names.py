@@ -6,6 +6,7 @@ from functools import cached_property
 from itertools import pairwise
 from typing import Any
 
+from pendpin.doctor.reading.states import DAMPINGS
 from pendpin.doctor.reading.tree import Node, Span, Written, unknown
 
 FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "sec", "csc", "cot", "sqrt", "exp")} | {"sen": "sin"}
@@ -39,10 +40,11 @@ _TWICE = re.compile("2|acc|a|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]o
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
-_SHORT = _meanings(
-    """theta th tht Th Theta angle, phi ph Phi, T KE ke, V PE pe, tau Tau, omega angularVelocity angVel angvel,
-    alpha angularAcceleration angAcc angacc acceleration"""
-)
+_SHORT = _meanings("""theta th tht Th Theta angle, phi ph Phi, T KE ke, V PE pe, tau Tau, alpha acceleration""")
+_ANGULAR = {
+    re.compile(r"ang(?:ular)?_?vel(?:ocity)?", re.I): "omega",
+    re.compile(r"ang(?:ular)?_?acc(?:eleration)?", re.I): "alpha",
+}
 # names made of words: what is measured, of which body: cart_mass, massPendulum, lengthCM, masse; and bodies A and B
 _MEANT = _meanings(
     """m mass masse masa massa, g gravitationalconstant gravity grav gravite gravedad gravidade,
@@ -71,6 +73,8 @@ def of_word(word: str) -> Written | None:
     """A name in plain text, such as theta_dd, dphi, omega1, I_1, R1, b_1, xhat, y(2); None if it is not one."""
     if word in FUNCTIONS or word == "d":
         return None
+    for words, letter in _ANGULAR.items():
+        word = words.sub(letter, word)
     if match := _ELEMENT.fullmatch(word):
         vector, index = of_word(match[1]), f"[{match[2]},{match[3]}]" if match[3] else f"[{match[2]}]"
         of_rates = vector is not None and vector.dots and not vector.index
@@ -131,6 +135,7 @@ class Vocabulary:
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
     chosen: dict[tuple[str, str], str] = field(default_factory=dict)
     also: dict[tuple[str, str], Written] = field(default_factory=dict)
+    script: bool = False  # Lagrange's function is set in script, so that L is rather a length
     taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
     given: dict[str, Node] = field(default_factory=dict)  # what some symbols are, whatever the text says
     usual: dict[str, Node] = field(default_factory=dict)  # what others are unless the text says it
@@ -148,6 +153,7 @@ class Vocabulary:
 
     def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
+        self = replace(self, script={(SCRIPT_L, "")} <= names and not any(letter == "l" for letter, _ in names))
         several = {letter for letter, index in names if index == "2"}  # beside J_1 and J_2 is J neither
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
         free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
@@ -186,6 +192,8 @@ class Vocabulary:
         if written in (Written("t"), Written("pi")):
             return (written.letter,)
         found = self.words(written)
+        if self.script and written.letter == "L":
+            found = tuple(sorted(found, key="L".__eq__))
         if not hit and (lost := [one for one in found if one.lstrip("d") in self.named]):
             # another letter stands for this coordinate: it may still be a quantity of another unit, as alpha_1
             units = {self.spec.dimensions.get(one) for one in lost}
@@ -206,6 +214,7 @@ def raw(written: Written) -> tuple[str, ...]:
 
 UNIT_VECTORS = {f"{frame}{i}" for frame in "ab" for i in "123"} | {"xhat", "yhat", "zhat"}
 ANGLES = ("theta", "phi")
+SCRIPT_L = "ℒ"  # Lagrange's function, however it is set in script
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 MOST_DOTS = 6
@@ -246,7 +255,9 @@ def bound(node: Node, words: Vocabulary) -> Node:
         in_brackets = child.kind == "matrix" or bool(child.bracketed)
         called = {*words.state, *(f"d{name}" for name in words.state), "t", "q", "dq"}  # L(t, q, dq)
         several = len(inside) > 1 and names <= called and before.written is not None and not before.written.styled
-        only = names <= {"q", "dq"} or (of_state and names <= {*words.state}) or of_place
+        moving = bool(names) and names <= words.state and not any(name in words.spec.coordinates for name in names)
+        product = moving and before.written is not None and before.written.letter in {*DAMPINGS, "L"}  # as b (x')
+        only = names <= {"q", "dq"} or (of_state and names <= {*words.state} and not product) or of_place
         if in_brackets and is_name and (several or only):
             if names <= {"q", "dq", "t"} and names & {"q", "dq"} and left[-1] == i - 1 and before.written is not None:
                 factors[-1] = _named(replace(before.written, styled=True), before.span, words)

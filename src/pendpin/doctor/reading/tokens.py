@@ -7,7 +7,7 @@ from collections.abc import Callable, Iterator
 from itertools import pairwise
 from typing import NamedTuple
 
-from pendpin.doctor.reading.names import FUNCTIONS, GREEK, of_word, spelled
+from pendpin.doctor.reading.names import FUNCTIONS, GREEK, SCRIPT_L, of_word, spelled
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
@@ -52,7 +52,7 @@ _COMMANDS = {  # of LaTeX, by the kind of their token; after → what they stand
     ",": "in &",
     "command": "det frac tfrac→frac dfrac→frac cfrac→frac flatfrac→frac partial underbrace overbrace sum dv pdv→dv",
     "over": "over",
-    "letter": "lag→L Lag→L Lagr→L l e max min top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
+    "letter": "lag→ℒ Lag→ℒ Lagr→ℒ l e max min top intercal prime star dagger uparrow downarrow upsilon Upsilon Pi Xi "
     + " ".join(f"{name}→{letter}" for name, letter in GREEK.items()),
     "row": r"\ cr newline",
     "operator": "cdot→* times→x ast→* div→/ wedge→x bullet→.",
@@ -151,6 +151,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
     # of a whole equation
     (r"\\(?:boldsymbol|mathbf|textbf|bm|boxed)\s*(?=\{(?:[^{}=]|\{(?:[^{}]|\{[^{}]*\})*\})*=)", ""),
     (r"(?<![\^_])\{([-+=])\}", r" \1 "),  # a sign in braces, which LaTeX sets without blanks
+    (r"=\s*\\pm(?=\s*\\sqrt)", "="),  # of a speed, whose square is compared
     (r"\\dot\{\\partial\}", r"\\partial\\dot "),  # a slip, of a partial derivative by a rate
     (  # the unit of a parameter: what stands between its number and the end
         r"(=\s*[-−]?\s*\d+(?:[.,]\d+)?)(?:\(\d+\))?"
@@ -188,6 +189,8 @@ _PATTERNS = {  # of tokens, the first that fits; "" where LaTeX and plain text h
     "environment": r"\\(?:begin|end)\s*\{\s*[A-Za-z]+\*?\s*\}(?:(?<=[yt]\})(?:\[\w\])?\{[^{}]*\}|(?<=[yd]\})\[\w\])?",
     "matrix": r"\\[pb]?mat(?:rix)?\s*\{",
     "prose": r"(?:\(\s*)?\\(?:text(?:rm|it|bf)?|mbox|intertext)\s*\{(?P<words>[^{}]*)\}\s*\)?",
+    # Lagrange's, beside which L is a length
+    "script": r"\\(?:math(?:cal|scr|frak)|cal)\s*(?:\{\s*[Ll]\s*\}|[Ll](?![A-Za-z]))|\{\s*\\cal\s+L\s*\}|ℒ",
     "plain": rf"\\(?:{'|'.join(_PLAIN.split())})\*?\s*\{{\s*[A-Za-z]+\d*\s*\}}|\{{\s*\\(?:rm|it)\s+[A-Za-z]+\s*\}}",
     "prime": r"\^\s*(?:\{\s*(?:(?:\\prime\b|['′])\s*)+\}|\\prime\b|['′])",
     "command": r"\\(?:[A-Za-z]+\*?|.)",
@@ -269,9 +272,10 @@ def _scan(text: str, start: int, latex: bool) -> Iterator[Token]:
             yield Token("style", "textbf", start, start + found.index("{"))
         case "prose" | "plain":
             name: str = (re.findall(r"[A-Za-z]+\d*", found if match["words"] is None else match["words"]) or [""])[-1]
-            name = "L" if name == "l" and found[:6] in (r"\maths", r"\mathc") else name
             kind = "function" if name in FUNCTIONS else "word" if name[-1:].isdigit() else "letter"
             yield Token(kind if name else "space", FUNCTIONS.get(name, name), start, end)
+        case "script":
+            yield Token("letter", SCRIPT_L, start, end)
         case "prime":
             yield Token("prime", "'" * len(re.findall("prime|['′]", found)), start, end)
         case "command":

@@ -32,7 +32,7 @@ def scene_spec(scene: Scene) -> Spec:
         rows += [Row(f"I{i}{k}", "kg m2", f"I_{i}{k} I_{i},{k}{f' I_{k}' * one}") for k in (1, 2, 3)]
         rows += [Row(f"{c}{i}", "m", f"{c}_{i}{f' {c}' * one}") for c in "xyz"]
     rows += [Row("g", "m/s2", "g"), Row("T", "N m", "T K E_k"), Row("V", "N m", "V U E_p")]
-    rows += [Row("L", "N m", "L", "T - V"), Row("E", "N m", "E H", "T + V")]
+    rows += [Row("L", "N m", "L ℒ", "T - V"), Row("E", "N m", "E H", "T + V")]
     rows += [Row(f"p{name}", "N m s", f"p_{name} p_{text}") for name, text in printed.items()]
 
     def states(q: Quantities) -> list[Values]:

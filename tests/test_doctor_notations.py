@@ -1,0 +1,118 @@
+"""Right derivations in any usual letters: all of it holds; what two letters or two uses of one letter mean is told apart."""
+
+import sys
+from pathlib import Path
+
+import pytest
+
+import pendpin as pp
+
+sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
+from letters import derivations, examine, texts  # the benchmark draws hundreds
+
+
+@pytest.mark.parametrize("text", list(texts(14, seed=1000)), ids=lambda one: one.heading)
+def test_a_right_derivation_is_not_accused_in_any_letters(text):
+    outcome = examine(text)
+    assert not outcome.accused
+    assert outcome.holds >= (0.4 if "code" in text.heading else 0.9) * outcome.count  # others give numbers and names
+
+
+def test_every_derivation_is_drawn():
+    assert {one.heading for one in texts(14, seed=0)} == {*derivations()}
+
+
+def verdicts(text):
+    return [finding.verdict for finding in pp.diagnose(text).findings]
+
+
+ROD = r"""A uniform rod of mass $m$ and length $L$ hangs from one end. $$I = \frac13 m L^2$$
+$$I\ddot\theta = -mg\frac L2\sin\theta$$ $$T = \frac16 m L^2\dot\theta^2$$"""
+
+
+@pytest.mark.parametrize("more", ["", r"$$L = \frac16 mL^2\dot\theta^2 + \frac12 mgL\cos\theta$$"])
+def test_an_inertia_is_about_the_point_with_which_all_holds(more):
+    """m L²/3 is the inertia about the joint; about G it would be that if L were half the length, which nothing else says."""
+    assert {*verdicts(ROD + more)} == {"holds"}
+    assert "fails" in verdicts(ROD.replace(r"\frac13", r"\frac12") + more)
+
+
+LAGRANGE = r"""$$\mathcal{L} = \frac12 mL^2\dot\phi^2 - mgL(1-\cos\phi)$$
+$$p_\phi = \frac{\partial\mathcal{L}}{\partial\dot\phi} = mL^2\dot\phi$$
+$$\mathcal{H} = p_\phi\dot\phi - \mathcal{L} = \frac{p_\phi^2}{2mL^2} + mgL(1-\cos\phi)$$
+$$\dot\phi = \frac{\partial\mathcal{H}}{\partial p_\phi} = \frac{p_\phi}{mL^2}$$
+$$\dot p_\phi = -\frac{\partial\mathcal{H}}{\partial\phi} = -mgL\sin\phi$$"""
+
+
+@pytest.mark.parametrize("script", [r"\mathcal{L}", r"\mathcal L", r"\mathscr{L}", r"{\cal L}", "{L}", "ℒ"])
+@pytest.mark.parametrize("angle", [r"\phi", r"\theta", r"\beta"])
+def test_a_length_has_the_letter_of_lagrange(script, angle):
+    text = LAGRANGE.replace(r"\mathcal{L}", script).replace(r"\phi", angle)
+    assert verdicts(text) == ["holds"] * 5
+    *_, momentum, energy, _, _ = verdicts(text.replace("= mL^2", "= 2mL^2"))
+    assert (momentum, energy) == ("fails", "holds")
+
+
+def test_a_chain_that_ends_in_a_constant_says_two_things():
+    """Its sides are equal, and do not change."""
+    chain = r"$$p_{0} = \frac{{\partial L}}{{\partial\dot{0}}} = {1}\dot{0} = const$$"
+    laws = r"$$T = \frac12 ml^2(\dot\theta^2 + \dot\phi^2\sin^2\theta)$$ $$V = -mgl\cos\theta$$"
+    turning, swinging = (r"\phi", r"ml^2\sin^2\theta"), (r"\theta", "ml^2")
+    assert verdicts(laws + chain.format(*turning))[-1] == "holds"
+    assert verdicts(laws + chain.format(turning[0], "2" + turning[1]))[-1] == "fails"
+    assert verdicts(laws + chain.format(*swinging))[-1] == "not checked"
+
+
+BOB = r"$$\ddot\theta = -\frac gl\sin\theta$$ $$T = \frac12 ml^2\dot\theta^2$$ "
+
+
+def test_a_speed_is_a_root_up_to_its_sign():
+    """It is that of a release at rest; of another factor it may be that of another start."""
+    for root in (r"\dot\theta = \pm\sqrt{", r"\dot\theta = \sqrt{"):
+        assert verdicts(BOB + rf"$${root}\frac{{2g}}l(\cos\theta - \cos\theta_0)}}$$")[-1] == "holds if"
+        assert verdicts(BOB + rf"$${root}\frac gl(\cos\theta - \cos\theta_0)}}$$")[-1] == "not checked"
+    assert verdicts(BOB + r"$$v = \sqrt{\dot x^2 + \dot y^2}$$")[-1] == "holds"
+
+
+@pytest.mark.parametrize(("second", "verdict"), [("ml^2", "holds"), ("ml", "not checked")])
+def test_a_load_has_one_size_in_a_section(second, verdict):
+    text = rf"""$$ml^2\ddot\theta + b\dot\theta + mgl\sin\theta = A\cos(\omega t)$$
+    $$\ddot\theta = -\frac gl\sin\theta - \frac b{{ml^2}}\dot\theta + \frac A{{{second}}}\cos(\omega t)$$"""
+    assert verdicts(text) == [verdict] * 2
+
+
+def test_a_damping_before_a_rate_in_brackets_is_a_factor():
+    law = r"$$ml^2\frac{d^2\theta}{dt^2} + k\left(\frac{d\theta}{dt}\right) + mgl\sin\theta = 0$$"
+    right, wrong = (pp.diagnose(text).findings[0] for text in (law, law.replace("+ k", "- k")))
+    assert (right.verdict, right.remark, wrong.verdict) == ("holds", "k is a damping", "not checked")
+
+
+STATES = """
+theta1, z1, theta2, z2 = y
+z1dot = (m_2*g*sin(theta2)*cos(theta1-theta2) - m_2*sin(theta1-theta2)*(L_1*z1**2*cos(theta1-theta2) + L_2*z2**2)
+         - (m_1+m_2)*g*sin(theta1))/L_1/(m_1 + m_2*sin(theta1-theta2)**2)
+theta1dot = z1
+theta2dot = z2
+x1 = L_1*sin(theta1)
+"""
+
+
+def test_a_vector_of_another_function_is_not_accused():
+    """There y may be (theta1, theta2, z1, z2): nothing that holds has an element of it."""
+    energy = "V = -(m_1+m_2)*g*L_1*cos(y(0)) - m_2*g*L_2*cos(y(1))\n"
+    assert "fails" not in verdicts(STATES + energy)
+    assert verdicts(STATES + "x1 = L_1*sin(y(0))\n" + energy)[-1] == "fails"
+
+
+def test_a_letter_that_the_text_says_twice_accuses_nobody():
+    """lambda is the tension, and then a multiplier of its own."""
+    text = (
+        r"$$\lambda = ml\dot\theta^2 + mg\cos\theta$$ $$x = l\sin\theta$$ $$y = -l\cos\theta$$ $$\ddot x = -\lambda x$$"
+    )
+    other = r"$$\lambda = \frac{\dot x^2 + \dot y^2 - gy}{l^2}$$"
+    assert "fails" not in verdicts(BOB + text + other)
+
+
+def test_a_letter_with_and_without_an_index_may_be_equal_at_times():
+    *_, last = pp.diagnose(BOB + r"$$\omega_0 = \sqrt{k/m}$$ At resonance $$\omega = \omega_0$$").findings
+    assert last.verdict != "fails"
