@@ -114,6 +114,7 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "a wrong key": (lambda: pp.follow(orbit(), "effects[1].amplitud[2]", 0.2), "nothing there"),
     "a key that is no text": (lambda: pp.follow(orbit(), None, 0.2), "None is not a key path"),
     "a key that is no number": (lambda: pp.follow(orbit(), "model.kind", 0.2), "'chain' is not a number"),
+    "a number that is left out": (lambda: pp.follow(orbit(), "model.rods[0].com", 0.2), "no number is given there"),
     "a key without derivative": (lambda: pp.follow(orbit(), "duration", 9.0), "has no derivative"),
     "to NaN": (lambda: pp.follow(orbit(), HEIGHT, math.nan), "to: nan is not a finite number"),
     "to words": (lambda: pp.follow(orbit(), HEIGHT, "far"), "to: 'far' is not a finite number"),

@@ -103,7 +103,8 @@ def number_at(record: Any, key: str) -> float:
         except (AttributeError, LookupError, TypeError):
             raise InputError(f"{key}: the scene has nothing there; name a number, as model.rods[0].length") from None
     if not is_number(value):
-        raise InputError(f"{key}: {shown(value)} is not a number")
+        reason = "no number is given there; set one" if value is None else f"{shown(value)} is not a number"
+        raise InputError(f"{key}: {reason}")
     return float(value)
 
 
