@@ -56,6 +56,24 @@ def test_equations_that_doubles_do_not_hold_are_one_line(
     assert capfd.readouterr().err.count("\n") == 1
 
 
+@pytest.mark.parametrize(("light", "radius", "status"), [("1e-8", "1e-3", 0), ("1e-20", "0", 1)])
+def test_masses_that_differ_too_much(
+    light: str, radius: str, status: int, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd
+) -> None:
+    """A run that no second route can check is kept; where the equations have no solution at the start, one line says so."""
+    monkeypatch.chdir(tmp_path)
+    heavy = f"{1 / float(light):g}"
+    text = FAR.format(1.0, 1.0).replace("mass = 1.0", f"mass = {light}", 1).replace("mass = 1.0", f"mass = {heavy}", 1)
+    text = text.replace("radius = 1e-3", f"radius = {radius}").replace("duration = 0.1", "duration = 1.0")
+    text = text.replace("theta_1 = 0.7, phi_1 = 0.4", "theta_1 = 1.0")
+    Path("scene.toml").write_text(text)
+    assert run_main("run", "scene.toml") == status
+    assert Path("run.npz").is_file() == (status == 0)
+    err = capfd.readouterr().err
+    assert err.count("\n") == status
+    assert status == 0 or "start: no finite reactions at rod 1" in err
+
+
 @pytest.mark.parametrize("length", [1e-12, 1e-3, 1.0, 1e6, 1e45])
 @pytest.mark.parametrize("count", [1, 2])
 def test_size_alone_breaks_nothing(length: float, count: int) -> None:

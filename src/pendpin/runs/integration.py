@@ -16,7 +16,7 @@ import numpy as np
 
 from pendpin.effects.pace import Pace
 from pendpin.engines import Derivative, ProgressCallback
-from pendpin.errors import Halted, Interrupted, PendpinError, RunError
+from pendpin.errors import Halted, InputError, Interrupted, PendpinError, RunError
 from pendpin.ground.arrays import EPS, Array, Indices, subdivided
 from pendpin.integrators import Memory, Run, Segment, StepPlan, Stop, integrator_for
 from pendpin.integrators.base import SHORTEST
@@ -255,7 +255,10 @@ class SmoothLoop(IntegrationLoop):
 
 def integrate_to_end(loop: IntegrationLoop, q: Array, v: Array, checkpoint: Checkpoint | None = None) -> Run:
     """Integrate from q, v (nv,), or from the saved state, to the end. A failed or halted run keeps what was integrated."""
-    done, error, stop = loop.begin(q, v), None, None
+    try:
+        done, error, stop = loop.begin(q, v), None, None
+    except np.linalg.LinAlgError as fault:
+        raise InputError(f"start: {fault}") from None
     if checkpoint:
         done = checkpoint.resume(done)
 

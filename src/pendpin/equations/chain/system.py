@@ -252,7 +252,8 @@ def _refined(system: System, correction: Eliminated | Direct) -> tuple[Array, Ar
             if not (ratio > ROUNDING[0] and expected > NEGLIGIBLE and shrinking):  # or NaN
                 return x, turn
     rod = int(np.abs(turn).max(0).argmax()) % system.rods.n + 1
-    raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: a thin rod cannot take a moment at cos(phi) = 0")
+    reason = "a thin rod cannot take a moment at cos(phi) = 0, nor may masses differ too much"
+    raise np.linalg.LinAlgError(f"no finite reactions at rod {rod}: {reason}")
 
 
 def _relative(system: System, linear: Array, step: Step, x: Array, turn: Array) -> float:

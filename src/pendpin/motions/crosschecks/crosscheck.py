@@ -1,6 +1,7 @@
 """The cross-check: the same states by every route, and the largest difference of every pair of routes."""
 
 from collections.abc import Iterable, Mapping
+from contextlib import suppress
 from dataclasses import asdict, dataclass
 from itertools import combinations
 from pathlib import Path
@@ -173,30 +174,22 @@ def crosscheck(
 
 
 def crosscheck_run(trajectory: RunRecord) -> CheckReport | None:
-    """The same comparison at some states of a run; None where no two routes cover its model at any of them."""
-    try:
-        scene = Scene(**trajectory.scene)
-    except InputError:  # an effect that a scene file cannot name: a user's own class
-        return None
-    dynamics = bind(scene)
-    if dynamics.model.pin is None:
-        return None
-    universal = (rod for rod in dynamics.model.rods if rod.kind == "universal")
-    thin = [rod.phi for rod in universal if rod.inertia is not None and rod.inertia.I3 == 0]
-    regular = np.flatnonzero((np.abs(np.cos(trajectory.q[:, thin])) > POLE).all(1))
-    most = max(8, ALONG_JOINTS // len(trajectory.joints))
-    chosen = regular[:: max(1, -(-len(regular) // most))]
-    if not len(chosen):
-        return None
-    return compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
+    """The same comparison at some states of a run; None where no two routes cover its model, or this is gone."""
+    with suppress(InputError):  # a user's own class of effects, which no file can name; masses that differ too much
+        dynamics = bind(Scene(**trajectory.scene))
+        universal = (rod for rod in dynamics.model.rods if rod.kind == "universal")
+        thin = [rod.phi for rod in universal if rod.inertia is not None and rod.inertia.I3 == 0]
+        regular = np.flatnonzero((np.abs(np.cos(trajectory.q[:, thin])) > POLE).all(1))
+        most = max(8, ALONG_JOINTS // len(trajectory.joints))
+        chosen = regular[:: max(1, -(-len(regular) // most))]
+        if len(chosen):
+            return compare(dynamics, trajectory.q[chosen], trajectory.v[chosen], {}, in_50_digits=0)
+    return None
 
 
 def run_verdict(trajectory: RunRecord) -> str:
-    """What `crosscheck_run` says, in a few words; "" where nothing covers the run, or its model is gone."""
-    try:
-        report = crosscheck_run(trajectory)
-    except InputError:
-        return ""
+    """What `crosscheck_run` says, in a few words; "" where it says nothing."""
+    report = crosscheck_run(trajectory)
     return report.verdict if report else ""
 
 
