@@ -16,7 +16,7 @@ from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import Printed, squared
-from pendpin.doctor.reading.names import ENERGY
+from pendpin.doctor.reading.names import ENERGY, INERTIA, MASS
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW, Reading
@@ -39,7 +39,6 @@ TRUSTED = 0.9  # the share of the other equations of a text that hold where a sh
 ENOUGH = 3  # laws of a short text that hold before a letter that moves has to stand in one of them
 SEVERAL = (2, 7)  # laws that hold before a term may be called too many or missing: in a short text, in a longer one
 CONSTANTS = ("g", "t", "pi")  # that mean the same everywhere
-INERTIA, MASS = (1, 2, 0), (1, 0, 0)  # powers of kg, m, s
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
@@ -213,13 +212,13 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     if is_long and size < SHORTEST[change.count] and not is_plain:
         return too_short
     true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
-    known = {(name.letter, name.index) for other in true for name in other.written}
+    known = {name.name for other in true for name in other.written}
     changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
     asked = changed if change.count == 1 and size >= LONG else parts(one.sides)
     for part in asked if is_long or laws >= ENOUGH else ():
         name, meaning = part.written, equation.meaning(str(part.value))
         own = part.kind != "symbol" or name == case.left or meaning[:1] == "?" or meaning in CONSTANTS
-        if name and not own and (is_long or meaning not in spec.still) and (name.letter, name.index) not in known:
+        if name and not own and (is_long or meaning not in spec.still) and name.name not in known:
             return f"nothing that holds has {plain(name)}"
     return ""
 

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.doctor.printed import Printed, readings_that_hold
+from pendpin.doctor.printed import Printed, holding
 from pendpin.doctor.reading.names import CONSTANTS
 from pendpin.doctor.reading.tree import parts, symbols
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
@@ -61,8 +61,7 @@ def _tells(one: Printed) -> bool:
 
 def _count(equations: list[Printed], systems: tuple[System, ...]) -> np.ndarray:
     """How many equations hold for each of some systems."""
-    held = [[reading is not None for reading in readings_that_hold(one, systems)] for one in equations]
-    return np.array(held, dtype=float).reshape(-1, len(systems)).sum(0)
+    return np.array([sum(holding(one, system) is not None for one in equations) for system in systems])
 
 
 def _kinds_of_symbols(equations: list[Printed]) -> tuple[str, ...]:

@@ -17,14 +17,13 @@ import numpy as np
 from pendpin.doctor.checking.check import quantity_of
 from pendpin.doctor.checking.conditions import loads_at_zero, small_angles
 from pendpin.doctor.checking.residuals import Equation
-from pendpin.doctor.printed import Printed, Text, holding, letters_in, readings_that_hold
-from pendpin.doctor.reading.names import ANGLES, Vocabulary, Written, of_coordinate
+from pendpin.doctor.printed import MOST_KNOWN, Printed, Text, holding, letters_in
+from pendpin.doctor.reading.names import ANGLES, ENERGY, MASS, Vocabulary, Written, of_coordinate
 from pendpin.doctor.reading.states import COORDINATE
-from pendpin.doctor.reading.tree import parts, symbols, walk
-from pendpin.doctor.systems.base import Spec, System, Values
+from pendpin.doctor.reading.tree import Name, parts, symbols, walk
+from pendpin.doctor.systems.base import Spec, System
 from pendpin.doctor.systems.tables import FAMILIES
 
-Name = tuple[str, str]  # a letter and its index
 Renamed = dict[Name, Written]  # what letters of a text stand for
 
 _ANGLE_LETTERS = "theta phi alpha beta psi gamma q varphi vartheta delta chi xi eta"
@@ -33,14 +32,12 @@ SLIDES = "xXsqzpyudr"  # letters of what slides
 MOST_ANGLES, MOST_SLIDES = 5, 2
 RARELY = 15  # times that a letter stands more often than another that is a slip
 MOST_COUNTED = 60  # equations that tell which system a text is about
-MOST_KNOWN = 20_000  # credits of equations that are remembered
 MOST_TRIED = 24  # meanings of letters in equations that do not hold
 MOST_LOADS = 3  # unknown forces and dampings of an equation that holds without them
 HARDLY = 0.25  # equations: what one such as L = T - V counts, of names alone
 ANSWER, NAMED = 2.0, 0.5  # what a definition that comes to an acceleration, or is named like a quantity, counts
 MOST_CHANGED = 4  # letters of a text that mean what they usually do not
 TWINS = {"1": "2", "2": "1"}  # indices of two like bodies
-MASS = (1, 0, 0)  # powers of kg, m, s
 OFTEN = 2  # equations that hold with one meaning of a letter, so that a single other one is a slip
 
 
@@ -64,10 +61,10 @@ def letters_of(equations: list[Printed]) -> Letters:
     moving, every, turned = Counter[Name](), Counter[Name](), set[Name]()
     for node in (node for one in equations for node in parts(one.sides)):
         if node.kind == "symbol" and node.written:
-            name = (node.written.letter, node.written.index)
+            name = node.written.name
             every[name] += 1
             moving[name] += node.written.dots > 0
-        inside = [(p.written.letter, p.written.index) for p in walk(node) if p.written and p.kind == "symbol"]
+        inside = [p.written.name for p in walk(node) if p.written and p.kind == "symbol"]
         moving.update(inside if node.kind == "derivative" else ())
         turned.update(inside if node.kind == "function" and node.value in ("sin", "cos", "tan") else ())
     return Letters(
@@ -151,7 +148,7 @@ def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
     """
     if renamed.keys() & letters.moving.keys():
         return renamed
-    usual = {(name.letter, name.index): name for name in renamed.values()}
+    usual = {name.name: name for name in renamed.values()}
     renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
     named = any(letter in ("omega", "w") for letter, _ in letters.every)  # the usual names of angular velocities
     speeds = {("v", index): replace(one, dots=1) for (_, index), one in renamed.items() if index.isdigit()}
@@ -175,7 +172,7 @@ def weight(equation: Equation, spec: Spec) -> float:
     if not still & spec.still and not any(part.kind in saying for part in every):
         return HARDLY  # as L = T - V, or a name for a sine
     telling = accelerations | {
-        name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == (1, 2, -2)
+        name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == ENERGY
     }
     return 2.0 if equation.names & telling else 1.0
 
@@ -187,24 +184,22 @@ def telling(equations: list[Printed]) -> list[Printed]:
 
 def held(equations: list[Printed], system: System) -> float:
     """How many equations hold; those of motion and energy, which say most, twice."""
-    return sum(float(credit(one, (system,))[0]) for one in telling(equations))
+    return sum(credit(one, system) for one in telling(equations))
 
 
 @lru_cache(maxsize=MOST_KNOWN)
-def credit(one: Printed, systems: tuple[System, ...], small: bool = False) -> Values:
-    """What an equation counts for systems of the same names, or for `small` angles: nothing where it does not hold."""
-    counts = np.zeros(len(systems))
-    right = [None] * len(systems) if small else readings_that_hold(one, systems)
-    for i, (system, equation) in enumerate(zip(systems, right, strict=True)):
-        if small and not one.defines:
-            equation = next((reading for reading in one.readings() if small_angles(reading, system)), None)
-        if equation is not None:
-            counts[i] = weight(equation, system.spec)
-        elif not small and (quantity := quantity_of(one, system)):
-            counts[i] = ANSWER if quantity[0] in (*system.spec.unknowns, "ddq") else NAMED
-        elif 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
-            counts[i] = any(loads_at_zero(e, system, one.lacking) != "" for e in one.meant)
-    return counts
+def credit(one: Printed, system: System, small: bool = False) -> float:
+    """What an equation counts for a system, or for `small` angles: nothing where it does not hold."""
+    equation = None if small else holding(one, system)
+    if small and not one.defines:
+        equation = next((reading for reading in one.readings() if small_angles(reading, system)), None)
+    if equation is not None:
+        return weight(equation, system.spec)
+    if not small and (quantity := quantity_of(one, system)):
+        return ANSWER if quantity[0] in (*system.spec.unknowns, "ddq") else NAMED
+    if 0 < len(one.lacking) <= MOST_LOADS and one.ways and not one.defines:
+        return float(any(loads_at_zero(e, system, one.lacking) for e in one.meant))
+    return 0.0
 
 
 def settled(text: Text, words: Vocabulary, system: System, inside: np.ndarray) -> Vocabulary:
@@ -246,9 +241,9 @@ def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Na
         if named.kind == other.kind == "symbol" and named.value in system.spec.state:  # theta1dot = z1
             named, other = other, named
         if named.kind == "symbol" and (written := named.written) and not written.dots and symbols(other):
-            meanings = _meanings((written.letter, written.index), words)
+            meanings = _meanings(written.name, words)
             if meanings and not {*meanings} & {*system.spec.state}:
-                found[written.letter, written.index] = ""
+                found[written.name] = ""
     return found
 
 
@@ -291,7 +286,7 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
     for equation in filter(None, (holding(one, system) for one in equations if one.ways)):
         pairs = ((node.written, equation.meaning(str(node.value))) for node in parts(equation.sides))
         written = [(name, meaning) for name, meaning in pairs if name and not name.styled]
-        used = {(w.letter, w.index): meaning[w.dots :] for w, meaning in written}
+        used = {w.name: meaning[w.dots :] for w, meaning in written}
         for (letter, index), meaning in used.items():
             uses[letter, index][meaning] += 1
             if (twin := TWINS.get(index)) and (letter, twin) not in used:
@@ -306,5 +301,5 @@ def _slips(equations: list[Printed], system: System, words: Vocabulary) -> Itera
         sure = often >= OFTEN or {usual, *(meaning for meaning, _ in alike)} <= system.spec.still
         if len(alike) == 1 and alike[0][1] == 1 and own[alike[0][0]] and sure:
             yield name, usual
-            if often == 1:
+            if own[usual] == often == 1:
                 yield name, alike[0][0]

@@ -9,14 +9,15 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, of_equation, relative_error, relative_errors
+from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.reading.documents import Statement
 from pendpin.doctor.reading.grammar import parse
-from pendpin.doctor.reading.names import CONSTANTS, UNIT_VECTORS, Vocabulary, bound
+from pendpin.doctor.reading.names import CONSTANTS, ENERGY, INERTIA, LENGTH, UNIT_VECTORS, Vocabulary, bound
 from pendpin.doctor.reading.states import as_derivatives, dampings, find_rename, highest_rate
 from pendpin.doctor.reading.tokens import is_latex, tokens
 from pendpin.doctor.reading.tree import (
     Mismatch,
+    Name,
     Node,
     Rename,
     Unread,
@@ -28,15 +29,15 @@ from pendpin.doctor.reading.tree import (
     symbols,
     walk,
 )
-from pendpin.doctor.systems.base import Spec, System, random_states, states_of
+from pendpin.doctor.systems.base import Spec, System, random_states
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
 MOST_NODES, MOST_SIDES = 2_000, 20  # of an equation that is checked
+MOST_KNOWN = 50_000  # verdicts on equations that are remembered
 SOME = Fraction(7, 10)  # what a function of time alone is at an instant
 
 THIN = System(SPECS["thin"])
-Name = tuple[str, str]  # a letter and its index
 Candidate = tuple[Equation, float]  # and its relative error
 
 NOTHING = Vocabulary()  # before a system gives its words
@@ -76,7 +77,7 @@ class Printed:
         return self.sound or [*self.readings()]
 
     @cached_property
-    def letters(self) -> set[tuple[str, str]]:
+    def letters(self) -> set[Name]:
         """The letters with their indices that stand in it."""
         return letters_in(self.sides)
 
@@ -88,7 +89,7 @@ class Printed:
         return {(name, w.letter + w.index) for name, w in found if w.letter != "q" or w.index in ("1", "2")}
 
     @cached_property
-    def used_letters(self) -> set[tuple[str, str]]:
+    def used_letters(self) -> set[Name]:
         """The letters with their indices that stand in it or in the definitions of the text."""
         return self.letters | letters_in(self.definitions.values())
 
@@ -137,7 +138,7 @@ def squared(sides: tuple[Node, ...]) -> tuple[Node, ...]:
 
 def letters_in(sides: Iterable[Node]) -> set[Name]:
     """The letters with their indices in some expressions."""
-    return {(part.written.letter, part.written.index) for part in parts(sides) if part.written}
+    return {part.written.name for part in parts(sides) if part.written}
 
 
 def parse_statements(statements: tuple[Statement, ...]) -> list[Printed]:
@@ -292,7 +293,7 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
     for one in (one for one in equations if len(one.sides) == 2 and one.sides[0].written and spec):
         left, right = one.sides
         assert left.written is not None
-        name, meanings = (left.written.letter, left.written.index), {*words(left.written)}
+        name, meanings = left.written.name, {*words(left.written)}
         is_vector = meanings == {"q"}
         fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
@@ -302,7 +303,7 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
             continue
         varies = meanings <= spec.still and bool(symbols(right) & {*spec.state})
         if number or varies or not one.sound:
-            found[name] = {(part.written.letter, part.written.index) for part in parts([right]) if part.written}
+            found[name] = letters_in([right])
     own = {name: "" for name, used in found.items() if not used & found.keys()}
     for name in dampings if spec else ():
         if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
@@ -400,30 +401,14 @@ def _with_bracket(text: str, bracket: str) -> tuple[str, str] | None:
     return at(place), f"the bracket {bracket} is missing; it is read as ...{around}..."
 
 
-@lru_cache(maxsize=20_000)
-def readings_that_hold(one: Printed, systems: tuple[System, ...]) -> list[Equation | None]:
-    """The reading of an equation that holds for each of some systems of the same names.
-
-    None where none does, or where it says what a symbol is.
-    """
-    found: list[Equation | None] = [None] * len(systems)
-    if one.lacking or (one.defines and len(one.sides) == 2):
-        return found
-    for equation in one.meant:
-        with suppress(Unread, KeyError):
-            right = relative_errors(equation, states_of(systems)) < TOLERANCE
-            found = [old or (equation if now else None) for old, now in zip(found, right, strict=True)]
-        if all(found):
-            break
-    return found
-
-
+@lru_cache(maxsize=MOST_KNOWN)
 def holding(one: Printed, system: System) -> Equation | None:
     """The reading of an equation that holds; None where none does, or where it says what a symbol is."""
-    return readings_that_hold(one, (system,))[0]
+    if one.lacking or (one.defines and len(one.sides) == 2):
+        return None
+    return next((equation for equation in one.meant if holds(equation, random_states(system))), None)
 
 
-@lru_cache(maxsize=1000)
 def candidates(one: Printed, system: System) -> list[Candidate]:
     """The reading that holds, or else those that have a meaning, the likeliest first. Raises Unread."""
     found: dict[float, tuple[tuple[bool, float], Candidate]] = {}  # by the error: equal ones come to the same
@@ -458,7 +443,7 @@ def kind_of(equation: Equation, spec: Spec) -> str:
     reactions, moves = names & REACTIONS, any(name.startswith(("dd", "wd")) or name == "alpha" for name in names)
     is_about = {
         "direction cosines": any(name.startswith("C_") for name in names),
-        "moment balance": dimension == (1, 2, -2) and not disagreement and (reactions or moves),
+        "moment balance": dimension == ENERGY and not disagreement and (reactions or moves),
         "force balance": reactions,
         "energy": names & {"T", "V", "L", "E"},
         "equation of motion": moves,
@@ -470,10 +455,10 @@ REACTIONS = {"R", "R1", "R2", "R3", "M1", "M2", "M3", "Mc"}
 SOLVED_FOR = dict.fromkeys(UNIT_VECTORS, "unit vectors") | dict.fromkeys(REACTIONS, "reaction")
 SOLVED_FOR |= {"T": "kinetic energy", "V": "potential energy", "L": "Lagrangian", "E": "energy"}
 OF_DIMENSION: dict[tuple, str] = {  # of a quantity by itself: powers of kg, m, s
-    (0, 1, 0): "position",
+    LENGTH: "position",
     (0, 1, -1): "velocity",
     (0, 1, -2): "acceleration",
     (0, 0, -1): "angular velocity",
     (0, 0, -2): "angular acceleration",
-    (1, 2, 0): "inertia",
+    INERTIA: "inertia",
 }

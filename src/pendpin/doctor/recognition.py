@@ -1,7 +1,7 @@
 """What a text is about: every system, with every way to read its letters, scored against all equations of a section."""
 
 import re
-from collections import Counter, defaultdict
+from collections import Counter
 from collections.abc import Iterator
 from dataclasses import dataclass, replace
 from functools import cached_property, lru_cache
@@ -17,15 +17,13 @@ from pendpin.doctor.printed import Printed, Text, name_states, parse_statements
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import read_symbols
-from pendpin.doctor.reading.names import Vocabulary, Written, raw
+from pendpin.doctor.reading.names import LENGTH, Vocabulary, Written, raw
 from pendpin.doctor.reading.tree import parts, symbols, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.doctor.systems.scene import scene_spec
 from pendpin.doctor.systems.tables import BODIES, FAMILIES, POSES
 from pendpin.errors import InputError, not_one_of
-
-Name = tuple[str, str]  # a letter and its index
 
 DRIVES = {("tau", ""), ("u", ""), ("tau", "m"), ("tau", "in"), ("tau", "ext"), ("Q", "")}  # of the joint of a pendulum
 TORQUES = {"tau", "u", "Q", "F", "M", "T", "B"}  # letters of torques at joints
@@ -90,15 +88,13 @@ class Reading:
     unknown: bool = False
     conventions: tuple[Convention, ...] = ()  # others, under one of which an equation may be right
     small: bool = False  # what holds for small angles counts, where nothing else does
-    alike: tuple[System, ...] = ()  # those for which the same equations are evaluated at once
 
     @cached_property
     def credits(self) -> np.ndarray:
         """What each equation counts for this reading, (n,): 0 where it does not hold."""
-        systems = self.alike if self.system in self.alike else (self.system,)
-        counts, place = np.zeros(len(self.equations)), systems.index(self.system)
+        counts = np.zeros(len(self.equations))
         for one in telling(self.equations):
-            counts[one.number - 1] = credit(one, systems, self.small)[place]
+            counts[one.number - 1] = credit(one, self.system, self.small)
         return counts
 
     @cached_property
@@ -175,7 +171,7 @@ class Recognition:
 
 def _can_be_chosen(one: Printed, names: list[set[str]], system: System) -> bool:
     """Whether parameters may be equal: one is a number, also of metres, or neither is always the larger."""
-    lengths = {name for name in system.spec.still if system.spec.dimensions[name] == (0, 1, 0)}
+    lengths = {name for name in system.spec.still if system.spec.dimensions[name] == LENGTH}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):
         return True
     rows = (stack_residuals(equation, random_states(system), plain=True) for equation in one.sound)
@@ -258,7 +254,7 @@ def _closest(page: _Page, readings: list[Reading], inside: np.ndarray, text: str
         if scores[id(one)] > best - CLOSE and often[family] < MOST_ALIKE and len(found) < MOST_SETTLED:
             often[family] += 1
             words = settled(page.text, one.words, one.system, inside)
-            found.append(replace(one, equations=page.text.bind(words), words=words, alike=()))
+            found.append(replace(one, equations=page.text.bind(words), words=words))
     return found
 
 
@@ -401,21 +397,20 @@ def _others(page: _Page) -> Iterator[Reading]:
         periods = family == "plane" and ("pi", "") in every and not page.letters[0].angles
         still = page.kind == family or periods
         for renamed in ways or [Renamed()] * still:
-            alike: dict[tuple[str, bool], list[Spec]] = defaultdict(list)  # by the body and a drive: the same names
+            bound_to: dict[tuple[str, bool], tuple[Vocabulary, list[Printed]]] = {}
             for spec in bodies:
                 sideways, drive = (f" {word}" in spec.kind for word in ("horizontal", "driven"))
                 other = (sideways and "horizontal" not in said) or (drive and not every.keys() & DRIVES)
                 other = other or (" unit" in spec.kind and any(name[0] in MEASURES for name in every))
-                if not other and not (" equal" in spec.kind and unequal):
-                    alike[spec.kind.split()[1], drive].append(spec)
-            found = list[Reading]()
-            for same in alike.values():
-                words = page.words(same[0], renamed)
-                equations = page.text.bind(words)
+                if other or (" equal" in spec.kind and unequal):
+                    continue
+                alike = spec.kind.split()[1], drive  # of a body and a drive all names are the same
+                if alike not in bound_to:
+                    words = page.words(spec, renamed)
+                    bound_to[alike] = words, page.text.bind(words)
+                words, equations = bound_to[alike]
                 loaded = any(e.names & {*LOADS} for one in equations for e in one.meant)
-                systems = tuple(System(spec if loaded else unloaded(spec)) for spec in same)
-                found += [Reading(equations, words, one, one.spec.title, alike=systems) for one in systems]
-            yield from sorted(found, key=lambda one: [spec.kind for spec in bodies].index(one.system.kind))
+                yield Reading(equations, words, System(spec if loaded else unloaded(spec)), spec.title)
 
 
 def _doubted(reading: Reading, text: str) -> Reading:

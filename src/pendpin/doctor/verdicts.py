@@ -12,7 +12,6 @@ from itertools import permutations
 import numpy as np
 
 from pendpin.doctor.accusations import (
-    INERTIA,
     SHORT,
     Case,
     find_source,
@@ -26,6 +25,7 @@ from pendpin.doctor.checking.conditions import LOAD_RATIO, load_of
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import INERTIA, LENGTH
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import Recognition
 from pendpin.doctor.report import Finding
@@ -35,7 +35,7 @@ from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 LITTLE = 0.2  # of the equations of a text
-POINTS = ((0, 1, 0), (0, 1, -1))  # powers of kg, m, s of places and speeds
+POINTS = (LENGTH, (0, 1, -1))  # powers of kg, m, s of places and speeds
 
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
@@ -155,9 +155,12 @@ def _doubt_loads_of_one(cases: list[Case]) -> None:
 
 
 def _doubt_loads_of_another_size(cases: list[Case]) -> None:
-    """Doubt what holds with a load that does not act in it as it does in most of its section, as A/(m l) for A/(m l^2)."""
+    """Doubt what holds with a load that does not act in it as it does in most of its section, as A/(m l) for A/(m l^2).
+
+    Of several coordinates each may have its own, as a damping b at each of two joints.
+    """
     acting = defaultdict[tuple[int, str], list[tuple[Case, tuple[str, Values]]]](list)
-    for case in cases:
+    for case in (case for case in cases if len(case.spec.coordinates) == 1):
         equation = case.finding.equation if case.finding.verdict == "holds" and case.finding.remark else None
         for name in _loads(case) if equation else ():
             if equation and (load := load_of(equation, case.system, {name})):
@@ -245,7 +248,7 @@ def _turn_axes(cases: list[Case]) -> None:
             right.add(case.left.letter)
         elif case.left and finding.verdict == "fails" and finding.mends:
             name = case.meaning()
-            place = spec.dimensions.get(name) == (0, 1, 0) and name not in {*spec.parameters, *spec.coordinates}
+            place = spec.dimensions.get(name) == LENGTH and name not in {*spec.parameters, *spec.coordinates}
             if place and _is_offset(case):
                 words = f"{plain(case.left)} is measured from another point"
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)

@@ -13,6 +13,7 @@ import numpy as np
 from pendpin.doctor.checking.evaluation import Equation, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import ENERGY, LENGTH
 from pendpin.doctor.reading.tree import Node, Unread, parts, walk
 from pendpin.doctor.systems.base import (
     LOADS,
@@ -154,7 +155,7 @@ def in_symbols(system: System) -> Quantities:
             raise Unread("the rate of an acceleration or reaction is not known")
         return on_each(lambda x: sum(x.diff(symbol) * rate for symbol, rate in rates.items()))(value)
 
-    functions = {name: on_each(getattr(sympy, name)) for name in ("sin", "cos", "sqrt")}
+    functions = {name: on_each(getattr(sympy, name)) for name in ("sin", "cos", "sqrt", "exp")}
     numbers = SimpleNamespace(asarray=on_each(sympy.sympify), pi=sympy.pi, derivative=derivative, **functions)
     names = (*system.spec.state, *system.spec.parameters, *system.spec.unknowns)
     return Quantities({name: np.array([sympy.Symbol(name)], dtype=object) for name in names}, system, numbers)
@@ -174,7 +175,7 @@ def quantity_of(one: Printed, system: System) -> tuple[str, Equation] | None:
         return None
     dimensions, states = system.spec.dimensions, random_states(system)
     # a Lagrangian that comes to the energy is wrong, as is a place to another
-    usual = {dimensions.get(name) for name in system.spec.words(left.written)} & {(1, 2, -2), (0, 1, 0)}
+    usual = {dimensions.get(name) for name in system.spec.words(left.written)} & {ENERGY, LENGTH}
     called = size >= LONG or ACCELERATION.search(word)
     pairs = (pair for pair in _quantities_of(system, word) if dimensions.get(pair[0], ()) not in usual)
     names = [name for name, alike in pairs if called or alike]

@@ -178,11 +178,16 @@ def is_identity(equation: Equation, system: System) -> bool:
     """
     if equation.energies:
         return False
+    with suppress(Unread):
+        return holds(with_numbers(equation), random_states(system))
+    return False
+
+
+def with_numbers(equation: Equation) -> Equation:
+    """The equation where its unknown symbols are some numbers."""
     unknown = sorted(name for name in equation.names - equation.definitions.keys() if name.startswith("?"))
     numbers = {name: Node("number", (0, 0), Fraction(7 * i + 10, 9)) for i, name in enumerate(unknown)}
-    with suppress(Unread):
-        return holds(replace(equation, definitions=equation.definitions | numbers), random_states(system))
-    return False
+    return replace(equation, definitions=equation.definitions | numbers)
 
 
 def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: bool = False) -> str:

@@ -279,8 +279,6 @@ def _function(name: str, x: Values, place: int, quantities: Quantities) -> Value
         raise Mismatch(f"{name} of a vector", place)
     if name == "det":
         raise Mismatch("det of a number", place)
-    if name == "exp":
-        raise Unread("exp is read in solutions in time alone", place)
     xp = quantities.xp
     if name == "sign":
         return x / xp.sqrt(x * x)

@@ -81,27 +81,19 @@ def changed(equation: Equation, quantities: Quantities, instead: Instead) -> Val
     return None
 
 
-def relative_errors(equation: Equation, quantities: Quantities, full: Quantities | None = None) -> Values:
-    """The residual over the terms, root mean square over the states of each system, (systems,). Raises Unread.
+def relative_error(equation: Equation, quantities: Quantities, full: Quantities | None = None) -> float:
+    """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values.
 
-    It is not a number where values are infinite. `full` gives other states whose terms the residual is compared with: where
-    nothing turns, terms may be rounding alone.
+    `full` gives other states whose terms the residual is compared with: where nothing turns, terms may be rounding alone.
     """
-    shape = (-1, quantities.count, quantities.shape[-1] // (2 * quantities.count))  # halves, systems, states
     with np.errstate(all="ignore"):
         here = residuals(equation, quantities)
         there = here if full is None else residuals(equation, full)
-        tops = np.array([np.sqrt((rows**2).sum(0).reshape(shape).mean((0, 2))) for rows, _ in here])
-        bottoms = np.array([np.sqrt((size**2).reshape(shape).mean((0, 2))) for _, size in there])
-        finite = np.isfinite(tops).all(0) & np.isfinite(bottoms).all(0)
-        return np.where(finite, (tops / np.where(bottoms, bottoms, 1.0)).max(0), np.nan)
-
-
-def relative_error(equation: Equation, quantities: Quantities, full: Quantities | None = None) -> float:
-    """The residual over the terms, root mean square over random states. Raises Unread, also for infinite values."""
-    if np.isnan(error := float(relative_errors(equation, quantities, full)[0])):
+        top = np.array([np.sqrt((rows**2).sum(0).mean()) for rows, _ in here])
+        bottom = np.array([np.sqrt((size**2).mean()) for _, size in there])
+    if not (np.isfinite(top).all() and np.isfinite(bottom).all()):
         raise Unread("it divides by 0, takes the root of a negative number or grows beyond bounds")
-    return error
+    return float((top / np.where(bottom, bottom, 1.0)).max())
 
 
 def holds(equation: Equation, quantities: Quantities) -> bool:

@@ -18,6 +18,7 @@ from pendpin.doctor.checking.residuals import Disagreement, Equation, dimension
 from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fraction_of, parts_of, reader_of, swapped
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import MASS
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
 from pendpin.doctor.systems.base import System, Values, dot, random_states
 from pendpin.doctor.systems.tables import FAMILIES
@@ -223,7 +224,7 @@ class Patient:
 
     def _sums_of_masses(self, name: str) -> Iterator[tuple[Node, ...]]:
         """What could stand in place of a mass that moves others with it."""
-        masses = [one for one in self.spec.parameters if self.spec.dimensions.get(one) == (1, 0, 0)]
+        masses = [one for one in self.spec.parameters if self.spec.dimensions.get(one) == MASS]
         for count in range(2, len(masses) + 1) if name in masses else ():
             for several in (some for some in combinations(masses, count) if name in some):
                 yield tuple(Node("symbol", (0, 0), one) for one in several)

@@ -10,26 +10,26 @@ from fractions import Fraction
 from functools import partial
 
 from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, bound, of_word
-from pendpin.doctor.reading.tokens import ACCENTS, CALLED, CLOSING, MATRICES, SEPARATORS, Token, cut, is_latex, tokens
+from pendpin.doctor.reading.tokens import (
+    ACCENTS,
+    AS_GIVEN,
+    CALLED,
+    CLOSING,
+    DERIVATIVES,
+    INVERSES,
+    MATRICES,
+    POWERS,
+    PRODUCTS,
+    SEPARATORS,
+    Token,
+    cut,
+    is_latex,
+    tokens,
+)
 from pendpin.doctor.reading.tree import TIME, Node, Unread, differentiate, divide, matrix_of, rename, symbol_node
 
 OPENING = {")": "(", "]": "[", "}": "{", r"\}": r"\{"}
 ENDS = {"close", "relation", "other relation", "condition", "over", "end", "blank", *SEPARATORS}
-POWERS = {"pow": 0, "power": 0, "square": 2}
-AS_GIVEN = {
-    "array",
-    "asarray",
-    "Matrix",
-    "matrix",
-    "vector",
-    "vertcat",
-    "simplify",
-    "expand",
-    "trigsimp",
-}  # what they get, as they get it
-PRODUCTS = {"dot": ".", "cross": "x", "solve": "*", "matmul": "*", "mtimes": "*"}
-DERIVATIVES = {"diff", "Derivative", "gradient"}
-OF_CODE = {"der", "D", *CALLED}
 FRAMES, TRANSPOSED = set("ABINOWG"), {"T", "top", "intercal"}
 MOST_DIGITS, MOST_POWER = 30, 12
 MOST_TERMS = 6  # of a sum with bounds
@@ -234,7 +234,7 @@ class _Parser:
                 return self.command()
             case "|":
                 return self.length()
-            case "word" if self.peek(1).kind == "open" and token.text in OF_CODE:
+            case "word" if self.peek(1).kind == "open" and token.text in {"der", "D", *CALLED}:
                 return self.function_of_code()
         if self.at_symbol():
             return self.symbol()
@@ -363,7 +363,7 @@ class _Parser:
             return replace(inner, bracketed=span)
         if name == "Rational" and len(parts) <= 2:
             return divide(inside, parts[1], span, start, fraction=False) if len(parts) == 2 else inside
-        if name in ("inv", "inverse") and len(parts) <= 2:
+        if name in INVERSES and len(parts) <= 2:
             return Node("power", span, Fraction(-1), (inner,), ((start, token.end),))
         if name in PRODUCTS and len(parts) == 2:
             first = inside

@@ -5,13 +5,11 @@ from dataclasses import replace
 from functools import lru_cache
 
 from pendpin.doctor.reading.grammar import lone
-from pendpin.doctor.reading.names import GREEK, Vocabulary, Written, of_coordinate, of_word
+from pendpin.doctor.reading.names import GREEK, INERTIA, Vocabulary, Written, of_coordinate, of_word
 from pendpin.doctor.reading.states import COORDINATE
-from pendpin.doctor.reading.tree import Unread, symbols
+from pendpin.doctor.reading.tree import Name, Unread, symbols
 from pendpin.doctor.systems.base import Spec
 from pendpin.errors import InputError, not_one_of, shown
-
-INERTIA = (1, 2, 0)  # powers of kg, m, s
 
 MOST_WORDS = 90  # characters of a phrase that says what a symbol is
 _SYMBOL = r"\$\s*(?P<symbol>\\?[A-Za-z]+(?:_\{?\\?\w+\}?)?'?)\s*\$"
@@ -53,9 +51,7 @@ PHRASES = {
 }
 
 
-def read_symbols(
-    table: dict[str, str], spec: Spec, renamed: dict[tuple[str, str], Written], text: str = ""
-) -> Vocabulary:
+def read_symbols(table: dict[str, str], spec: Spec, renamed: dict[Name, Written], text: str = "") -> Vocabulary:
     """The words of a system, with symbols that are given as other names, or as expressions. Raises InputError."""
     named = {name for written in renamed.values() for name in spec.words(written)[:1]} & set(spec.coordinates)
     words = Vocabulary(spec, dict(renamed), frozenset(named))
@@ -76,7 +72,7 @@ def read_symbols(
         if strange and re.fullmatch("[A-Za-z]{2,}", str(meaning)):
             raise InputError(f"symbols.{name}: {not_one_of(meaning, (*spec.state, *spec.unknowns, *spec.parameters))}")
         if right.kind == "symbol" and right.written and not left.dots:
-            words.renamed[left.letter, left.index] = right.written
+            words.renamed[left.name] = right.written
         else:
             words.given[words(left)[0]] = right
     return words
@@ -108,7 +104,7 @@ def _say(words: Vocabulary, text: str) -> None:
             left = _key(symbol)
         except Unread:  # a slip such as \thta: the equations that hold it say so
             continue
-        if left is None or (name := (left.letter, left.index)) in words.renamed:
+        if left is None or (name := left.name) in words.renamed:
             continue
         own = [replace(one, index=left.index or one.index) for one in printed_names]
         meant = next((one for one in (*own, *printed_names) if spec.words(one)), None)

@@ -7,7 +7,7 @@ from itertools import pairwise
 from typing import Any
 
 from pendpin.doctor.reading.states import DAMPINGS
-from pendpin.doctor.reading.tree import Node, Span, Written, unknown
+from pendpin.doctor.reading.tree import Name, Node, Span, Written, unknown
 
 FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "sec", "csc", "cot", "sqrt", "exp")} | {"sen": "sin"}
 FUNCTIONS |= dict.fromkeys(("sign", "sgn"), "sign")
@@ -131,16 +131,16 @@ class Vocabulary:
     """
 
     spec: Any = None  # the system
-    renamed: dict[tuple[str, str], Written] = field(default_factory=dict)
+    renamed: dict[Name, Written] = field(default_factory=dict)
     named: frozenset[str] = frozenset()  # coordinates for which the text has a letter
-    chosen: dict[tuple[str, str], str] = field(default_factory=dict)
-    also: dict[tuple[str, str], Written] = field(default_factory=dict)
+    chosen: dict[Name, str] = field(default_factory=dict)
+    also: dict[Name, Written] = field(default_factory=dict)
     script: bool = False  # Lagrange's function is set in script, so that L is rather a length
-    taken: dict[str, tuple[str, str]] = field(default_factory=dict)  # meanings that a letter of the text has first
+    taken: dict[str, Name] = field(default_factory=dict)  # meanings that a letter of the text has first
     given: dict[str, Node] = field(default_factory=dict)  # what some symbols are, whatever the text says
     usual: dict[str, Node] = field(default_factory=dict)  # what others are unless the text says it
     _known: dict[Written, tuple[str, ...]] = field(default_factory=dict, init=False)
-    _letters: dict[tuple[str, str], tuple[tuple[str, ...], ...]] = field(default_factory=dict, init=False)
+    _letters: dict[Name, tuple[tuple[str, ...], ...]] = field(default_factory=dict, init=False)
 
     @cached_property
     def state(self) -> frozenset[str]:
@@ -151,7 +151,7 @@ class Vocabulary:
         """The meanings of a printed symbol in every text on the system."""
         return self.spec.words(written) if self.spec else raw(written)
 
-    def among(self, names: set[tuple[str, str]]) -> "Vocabulary":
+    def among(self, names: set[Name]) -> "Vocabulary":
         """The same in a text with some letters: what is the first meaning of one is no other meaning of another."""
         self = replace(self, script={(SCRIPT_L, "")} <= names and not any(letter == "l" for letter, _ in names))
         several = {letter for letter, index in names if index == "2"}  # beside J_1 and J_2 is J neither
@@ -165,7 +165,7 @@ class Vocabulary:
         own = [("".join(name), name) for name, meanings in free.items() if "".join(name) in meanings]
         return replace(self, taken=dict([*firsts, *own]))
 
-    def choosing(self, change: dict[tuple[str, str], str]) -> "Vocabulary":
+    def choosing(self, change: dict[Name, str]) -> "Vocabulary":
         """The same with one meaning alone for some letters."""
         words = replace(self, chosen=self.chosen | change)
         words._letters.update({name: found for name, found in self._letters.items() if name not in change})
@@ -177,7 +177,7 @@ class Vocabulary:
             self._known[written] = self._find(written)
         return self._known[written]
 
-    def meanings_of(self, name: tuple[str, str]) -> tuple[tuple[str, ...], ...]:
+    def meanings_of(self, name: Name) -> tuple[tuple[str, ...], ...]:
         """The meanings of a letter as it may be printed: all that tells what an equation with it means."""
         if name not in self._letters:
             every = (Written(name[0], dots, name[1], styled) for dots in (0, 1) for styled in (False, True))
@@ -185,7 +185,7 @@ class Vocabulary:
         return self._letters[name]
 
     def _find(self, written: Written) -> tuple[str, ...]:
-        name = (written.letter, written.index)
+        name = written.name
         hit = name in self.renamed
         if other := self.renamed.get(name):
             written = replace(other, dots=other.dots + written.dots, styled=written.styled)
@@ -219,7 +219,7 @@ SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 MOST_DOTS = 6
 FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
-ENERGY = (1, 2, -2)  # powers of kg, m, s
+MASS, LENGTH, INERTIA, ENERGY = (1, 0, 0), (0, 1, 0), (1, 2, 0), (1, 2, -2)  # powers of kg, m, s
 
 
 def bound(node: Node, words: Vocabulary) -> Node:

@@ -7,10 +7,9 @@ import re
 from dataclasses import replace
 from functools import reduce
 
-from pendpin.doctor.reading.tree import Node, Rename, Written, differentiate, parts, rename, symbol_node
+from pendpin.doctor.reading.tree import Name, Node, Rename, Written, differentiate, parts, rename, symbol_node
 
 Sides = tuple[Node, ...]
-Name = tuple[str, str]  # a letter and its index
 
 _PAIR, _ENTRY = re.compile(r"\[(\d),(\d)\]"), re.compile(r"\[\d+\]")
 _BODIES = ("AB", "ab", "01")  # indices of two bodies
@@ -127,7 +126,7 @@ def _name_states(equations: list[Sides]) -> Rename | None:
     for name, place in pairs:
         if _is_entry(place) and not (_is_entry(name) or place.dots or name in computed):
             owners.setdefault(name, place.letter)
-            stands.setdefault((place.letter, place.index), name)
+            stands.setdefault(place.name, name)
     for letter in {*owners.values()}:
         named = {int(index[1:-1]): name for (vector, index), name in stands.items() if vector == letter}
         back = len(named) if max(named) - min(named) == len(named) - 1 else 1
@@ -152,7 +151,7 @@ def _name_states(equations: list[Sides]) -> Rename | None:
             numbered = value.letter in _STATES and value.index and value not in computed
             is_rate = rate.dots == 1 and (value in owners or numbered)
         if is_rate and not value.dots and value != state:
-            stands[value.letter, value.index] = replace(state, dots=state.dots + 1, styled=False)
+            stands[value.name] = replace(state, dots=state.dots + 1, styled=False)
     if not stands:
         return None
 
@@ -160,7 +159,7 @@ def _name_states(equations: list[Sides]) -> Rename | None:
         for _ in range(MOST_STEPS):
             if written.letter in vectors and _is_entry(written):
                 written = replace(written, letter=vectors[written.letter], dots=written.dots or 1)
-            elif other := stands.get((written.letter, written.index)):
+            elif other := stands.get(written.name):
                 written = replace(written, letter=other.letter, index=other.index, dots=written.dots + other.dots)
         return written
 
@@ -169,7 +168,7 @@ def _name_states(equations: list[Sides]) -> Rename | None:
 
 def _equal_names(equations: list[Sides]) -> list[tuple[Written, Written]]:
     """The names that are set equal, each alone or as the entries of a vector: what is named or a rate, and its value."""
-    used, found = {(name.letter, name.index) for name in _written(equations)}, list[tuple[Written, Written]]()
+    used, found = {name.name for name in _written(equations)}, list[tuple[Written, Written]]()
     for left, right in (sides for sides in equations if len(sides) == 2):
         if left.kind == right.kind == "symbol" and left.written and right.written:
             found.append((left.written, right.written))
@@ -216,7 +215,7 @@ def dampings(equations: list[Sides]) -> set[Name]:
         elif node.kind != "power" or node.value < 0:
             around = around if node.kind == "symbol" else 0
         if node.kind == "symbol" and node.written and node.written.letter in DAMPINGS and not node.written.dots:
-            orders.setdefault((node.written.letter, node.written.index), set()).add(around)
+            orders.setdefault(node.written.name, set()).add(around)
         for child in node.children:
             visit(child, around - _order(child) * (node.kind == child.kind == "product"))
 

@@ -17,9 +17,12 @@ CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in
 _LAYOUT = """equation align aligned alignat alignedat gather gathered multline multlined eqnarray split flalign
 displaymath math cases subequations"""
 ENVIRONMENTS = set(_LAYOUT.split())
-_CALLED = """pow power square array asarray Matrix matrix vector vertcat simplify expand trigsimp inv inverse solve dot
-cross matmul mtimes diff Derivative gradient Rational"""
-CALLED = set(_CALLED.split())  # in code
+# functions of code: what they get, as they get it; powers, with the exponent that is not said; products; and others
+AS_GIVEN = {"array", "asarray", "Matrix", "matrix", "vector", "vertcat", "simplify", "expand", "trigsimp"}
+POWERS = {"pow": 0, "power": 0, "square": 2}
+PRODUCTS = {"dot": ".", "cross": "x", "solve": "*", "matmul": "*", "mtimes": "*"}
+DERIVATIVES, INVERSES = {"diff", "Derivative", "gradient"}, {"inv", "inverse"}
+CALLED = {*AS_GIVEN, *POWERS, *PRODUCTS, *DERIVATIVES, *INVERSES, "Rational"}
 ACCENTS = {"dot": 1, "ddot": 2, "Dot": 1, "Ddot": 2, "dddot": 3}
 SEPARATORS = {"row", ",", ";", ".", "gap", "arrow relation", "&"}
 

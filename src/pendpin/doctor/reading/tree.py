@@ -7,6 +7,7 @@ from typing import Any, Literal
 
 Kind = Literal["number", "symbol", "sum", "product", "power", "function", "matrix", "derivative"]
 Span = tuple[int, int]  # characters of the source, [start, end)
+Name = tuple[str, str]  # a letter and its index
 Rename = Callable[["Written"], "Written"]
 
 
@@ -19,6 +20,11 @@ class Written:
     index: str = ""
     styled: bool = False
     frames: str = ""
+
+    @property
+    def name(self) -> Name:
+        """Its letter and index."""
+        return self.letter, self.index
 
 
 TIME = Written("t")

@@ -1,6 +1,6 @@
 """A system of mechanics as the doctor needs it: names, random states, and every quantity computed when it is asked for."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass, field, replace
 from functools import cache, cached_property
 from typing import Any
@@ -163,8 +163,6 @@ class Quantities:
     functions of their number type. `true` says that the unknowns are those of the true motion.
     """
 
-    count = 1  # of systems whose states stand in each array
-
     def __init__(self, base: Mapping[str, Values], system: System, xp: Any, true: bool = False, depth: int = 0) -> None:
         self.system, self.xp, self.base, self.true, self.depth = system, xp, base, true, depth
         self.spec, self.convention = system.spec, system.convention
@@ -256,47 +254,6 @@ class Quantities:
             base |= {name: self[name] + rate * step for name, rate in self.direction(variable).items()}
             self._moved[variable, index] = Quantities(base, self.system, self.xp, self.true, self.depth + 1)
         return self._moved[variable, index]
-
-
-class Several(Quantities):
-    """The quantities of several systems of the same names, so that an equation is evaluated once for all of them.
-
-    In each array are the first halves of the states of all systems, then the second ones.
-    """
-
-    def __init__(self, each: Sequence[Quantities]) -> None:
-        names = [name for name in each[0].base if all(name in q.base for q in each)]
-        first, base = each[0], {name: self._join([q.base[name] for q in each]) for name in names}
-        super().__init__(base, first.system, first.xp, first.true, first.depth)
-        self.each, self.count = each, len(each)
-
-    def __getitem__(self, name: str) -> Values:
-        """A quantity of all systems."""
-        if name not in self._values:
-            self._values[name] = self._join([q[name] for q in self.each])
-        return self._values[name]
-
-    def __contains__(self, name: str) -> bool:
-        """Whether a name has a meaning in all systems."""
-        return name in self._values or all(name in q for q in self.each)
-
-    def _at(self, variable: str, index: int, step: Any) -> Quantities:
-        if (variable, index) not in self._moved:
-            self._moved[variable, index] = Several([q._at(variable, index, step) for q in self.each])
-        return self._moved[variable, index]
-
-    @staticmethod
-    def _join(values: list[Values]) -> Values:
-        *shape, count = values[0].shape
-        halves = [value.reshape(*shape, 2, count // 2) for value in values]
-        return np.stack(halves, axis=-2).reshape(*shape, -1)
-
-
-@cache
-def states_of(systems: tuple[System, ...]) -> Quantities:
-    """Quantities of some systems of the same names at random states of the true motion."""
-    each = [random_states(system) for system in systems]
-    return Several(each) if len(each) > 1 else each[0]
 
 
 @cache
