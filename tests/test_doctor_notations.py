@@ -116,3 +116,10 @@ def test_a_letter_that_the_text_says_twice_accuses_nobody():
 def test_a_letter_with_and_without_an_index_may_be_equal_at_times():
     *_, last = pp.diagnose(BOB + r"$$\omega_0 = \sqrt{k/m}$$ At resonance $$\omega = \omega_0$$").findings
     assert last.verdict != "fails"
+
+
+def test_the_last_sections_of_a_long_text_are_read_as_the_others():
+    """Of a text with many equations the first ones tell what it is about; that the last are not counted tells nothing."""
+    diagnosis = pp.diagnose(Path(__file__).parents[1] / "docs" / "derivation.md")
+    assert diagnosis.title == "a uniform thin rod"
+    assert sum(finding.verdict.startswith("holds") for finding in diagnosis.findings) >= 85

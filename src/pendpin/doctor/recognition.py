@@ -301,8 +301,9 @@ def _explaining(
 ) -> tuple[list[Reading], list[float], int]:
     """Readings that may explain a section, how well each does, and the place of the best; the page's, `near`, first."""
     main = near[0]
-    telling = [i for i, one in enumerate(main.equations) if inside[i] and len(one.names) > 1 and not one.defines]
-    wanting = several and not main.credits[telling].all()
+    # of a long text the last equations are not counted: that says nothing against its reading
+    saying = [one.number - 1 for one in telling(main.equations) if inside[one.number - 1] and not one.defines]
+    wanting = several and not main.credits[saying].all()
     here = [*near, *(_closest(page, readings, inside, words) if wanting else ())]
     scores = [one.score(inside, words) for one in here]
     best = int(np.argmax(scores))
@@ -316,7 +317,7 @@ def _explaining(
                 here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                 scores.append(here[-1].score(inside, words))
         best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
-    little = (here[best].credits[telling] == 0).sum() > max(1, len(telling) / 2)
+    little = (here[best].credits[saying] == 0).sum() > max(1, len(saying) / 2)
     if several and little:  # letters of other sections may hide what it says by itself
         lone = page.alone(inside)
         alone = _closest(lone, [*_readings(lone)], inside, words)
