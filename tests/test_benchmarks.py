@@ -33,6 +33,7 @@ SMALL = {
     "maxima": "2 1",
     "kill": "1 1",
     "kill_sweeps": "1 1 60",
+    "letters": "--texts 14",
     "long_runs": "--swings 100",
     "modes": "--rods 3",
     "mutants": "2 mutants.jsonl --modules trajectory/record.py --tests trajectory --hypothesis-profile few",

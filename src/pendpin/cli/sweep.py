@@ -15,8 +15,6 @@ if TYPE_CHECKING:
 
 VARY = "KEY=FROM:TO:COUNT or KEY=1,2,5; with --sample KEY=LOW:HIGH or KEY=normal(MEAN,DEVIATION). May be repeated."
 MEASURE = "Number to be measured, such as swing, theta_1.max or flip_time.spread (see --list). May be repeated."
-
-
 FREE = 'Key paths, separated by commas, or "physics" (bodies, frictions, drags), "friction"; "physics" if absent.'
 HELD_OUT = "Part of each held-out swing on which its start is fitted; the rest is compared. 0.1 if absent."
 EXPLAIN = "Fit again without each part of the model, and with parts that it lacks."
@@ -161,8 +159,8 @@ def fit(
         table = data_table(guesses)
     swings, others = read_swings(data, table), read_swings(hold_out, table) if hold_out else None
     with working("fitting", limit, json) as progress, inside(str(scene)):
-        how: dict[str, Any] = {"robust": robust, "progress": progress}
-        result = fitted(guesses, swings, free or "physics", others, hold_out_start or 0.1, **how)
+        start = hold_out_start or 0.1
+        result = fitted(guesses, swings, free or "physics", others, start, robust=robust, progress=progress)
         if explain_residual and result.follows:
             result = explained(result, progress)
     with reported(report := result.report(), json) as files:
