@@ -61,8 +61,8 @@ PLANTED = {  # faults that once were noticed by no test: file, what is changed, 
     "hertz of the table doubled": ("stability/modes.py", "{omega / (2 * np.pi):.6g}", "{omega / np.pi:.6g}"),
     "modes that are left out, one too many": (
         "stability/modes.py",
-        "_groups) - most, 0)",
-        "_groups) - most, 0) + 1",
+        "len(self._groups) - len(rows)",
+        "len(self._groups) - len(rows) + 1",
     ),
     "the kinetic energy of a run with the other sign": (
         "graphics/report.py",
