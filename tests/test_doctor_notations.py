@@ -11,6 +11,7 @@ sys.path.insert(0, str(Path(__file__).parents[1] / "benchmarks"))
 from letters import derivations, examine, texts  # the benchmark draws hundreds
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("text", list(texts(14, seed=1000)), ids=lambda one: one.heading)
 def test_a_right_derivation_is_not_accused_in_any_letters(text):
     outcome = examine(text)

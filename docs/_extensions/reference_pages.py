@@ -93,9 +93,7 @@ def api_page(name: str, thing: Any, example: Path) -> str:
     elif isinstance(thing, ModuleType):
         text += f".. automodule:: {thing.__name__}\n   :members: {', '.join(thing.__all__)}\n"
     elif isinstance(thing, type):
-        text += (
-            f".. autoclass:: pendpin.{name}\n   :members:\n   :inherited-members: BaseModel, BaseException, Mapping\n"
-        )
+        text += f".. autoclass:: pendpin.{name}\n   :members:\n   :inherited-members: BaseModel, BaseException, Mapping\n"
     else:
         text += f".. autofunction:: pendpin.{name}\n"
     if example.exists():

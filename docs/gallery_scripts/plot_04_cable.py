@@ -12,7 +12,9 @@ import numpy as np
 
 import pendpin as pp
 
-run = pp.simulate("examples/hanging_cable.toml", duration=4.0, samples=161)
+run = pp.simulate(
+    "examples/hanging_cable.toml", duration=4.0, samples=161
+)
 figure, axes = plt.subplots(figsize=(6, 5), layout="constrained")
 for k in range(0, 81, 4):
     shape = np.vstack([[0, 0, 0], run.tips[k]])  # (rods + 1, 3) m

@@ -11,7 +11,9 @@ import numpy as np
 
 import pendpin as pp
 
-scene = pp.load_scene("examples/double_pendulum.toml").replace(duration=8.0)
+scene = pp.load_scene("examples/double_pendulum.toml").replace(
+    duration=8.0
+)
 angles = np.linspace(-3.1, 3.1, 60)
 found = pp.sweep(
     scene,

@@ -11,7 +11,9 @@ import numpy as np
 
 import pendpin as pp
 
-scene = pp.load_scene("examples/double_pendulum.toml").replace(duration=15.0)
+scene = pp.load_scene("examples/double_pendulum.toml").replace(
+    duration=15.0
+)
 reference = pp.simulate(scene, method="dop853", tolerance=1e-14)
 figure, axes = plt.subplots(figsize=(7, 3.5), layout="constrained")
 for tolerance in (1e-6, 1e-9, 1e-12):

@@ -9,7 +9,9 @@ The same double pendulum with a second rod that is 2 % heavier. The other run is
 
 import pendpin as pp
 
-scene = pp.load_scene("examples/double_pendulum.toml").replace(duration=6.0)
+scene = pp.load_scene("examples/double_pendulum.toml").replace(
+    duration=6.0
+)
 one = pp.simulate(scene, samples=241)
 other = pp.simulate(scene.replace({"model.rods[1].mass": 0.612}), samples=241)
 figure = one.plot("theta_1", "theta_2", compare=other)
