@@ -130,3 +130,9 @@ def test_the_last_sections_of_a_long_text_are_read_as_the_others():
     diagnosis = pp.diagnose(Path(__file__).parents[1] / "docs" / "derivation.md")
     assert diagnosis.title == "a uniform thin rod"
     assert sum(finding.verdict.startswith("holds") for finding in diagnosis.findings) >= 85
+
+
+def test_a_start_has_the_letter_of_any_angle_and_a_moment_may_drive():
+    text = r"$$\ddot\psi = -\frac gl\sin\psi$$ $$\frac12 ml^2\dot\psi^2 = mgl(\cos\psi - \cos\psi_0)$$"
+    assert verdicts(text) == ["holds", "holds if"]
+    assert verdicts(r"$$ml^2\ddot\theta + b\dot\theta + mgl\sin\theta = M_0\cos(\omega t)$$") == ["holds"]
