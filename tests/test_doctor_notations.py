@@ -136,3 +136,21 @@ def test_a_start_has_the_letter_of_any_angle_and_a_moment_may_drive():
     text = r"$$\ddot\psi = -\frac gl\sin\psi$$ $$\frac12 ml^2\dot\psi^2 = mgl(\cos\psi - \cos\psi_0)$$"
     assert verdicts(text) == ["holds", "holds if"]
     assert verdicts(r"$$ml^2\ddot\theta + b\dot\theta + mgl\sin\theta = M_0\cos(\omega t)$$") == ["holds"]
+
+
+def test_two_quantities_may_be_equal_at_an_instant():
+    """That is no law: kinetic and potential energy, or a frequency and that of resonance, which another system has."""
+    *_, last = pp.diagnose(BOB + r"$$V = mgl(1-\cos\theta)$$ Where $$T = V$$").findings
+    assert last.verdict == "not checked"
+    sprung = r"$$m\ddot x + b\dot x + kx = F_0\cos(\omega t)$$ with $\omega_0=\sqrt{k/m}$. At resonance $$\omega = \omega_0$$"
+    assert "fails" not in verdicts(r"$$mL\ddot\theta + b\dot\theta + mg\sin\theta = F_0\cos(\omega t)$$ " + sprung)
+
+
+DAMPED = r"""$$(m_1+m_2)l_1^2\ddot\theta_1 + m_2l_1l_2\ddot\theta_2\cos(\theta_1-\theta_2)
++ m_2l_1l_2\dot\theta_2^2\sin(\theta_1-\theta_2) + (m_1+m_2)gl_1\sin\theta_1 + b\dot\theta_1 = 0$$
+$$m_2l_2^2\ddot\theta_2 + m_2l_1l_2\ddot\theta_1\cos(\theta_1-\theta_2)
+- m_2l_1l_2\dot\theta_1^2\sin(\theta_1-\theta_2) + m_2gl_2\sin\theta_2 + b\dot\theta_2 = 0$$"""
+
+
+def test_a_damping_may_act_at_each_of_two_joints():
+    assert verdicts(DAMPED) == ["holds"] * 2
