@@ -78,6 +78,10 @@ def test_a_speed_is_a_root_up_to_its_sign():
         assert verdicts(BOB + rf"$${root}\frac{{2g}}l(\cos\theta - \cos\theta_0)}}$$")[-1] == "holds if"
         assert verdicts(BOB + rf"$${root}\frac gl(\cos\theta - \cos\theta_0)}}$$")[-1] == "not checked"
     assert verdicts(BOB + r"$$v = \sqrt{\dot x^2 + \dot y^2}$$")[-1] == "holds"
+    several = (
+        r"$$v = \sqrt{2gl(\cos\theta - \cos\theta_0)}$$ $$\dot\theta = \sqrt{\frac gl(\cos\theta - \cos\theta_0)}$$"
+    )
+    assert verdicts(r"$$\ddot\theta = -\frac gl\sin\theta$$ " + several)[-1] == "not checked"
 
 
 @pytest.mark.parametrize(("second", "verdict"), [("ml^2", "holds"), ("ml", "not checked")])
@@ -142,15 +146,40 @@ def test_two_quantities_may_be_equal_at_an_instant():
     """That is no law: kinetic and potential energy, or a frequency and that of resonance, which another system has."""
     *_, last = pp.diagnose(BOB + r"$$V = mgl(1-\cos\theta)$$ Where $$T = V$$").findings
     assert last.verdict == "not checked"
-    sprung = r"$$m\ddot x + b\dot x + kx = F_0\cos(\omega t)$$ with $\omega_0=\sqrt{k/m}$. At resonance $$\omega = \omega_0$$"
+    sprung = (
+        r"$$m\ddot x + b\dot x + kx = F_0\cos(\omega t)$$ $$\omega_0=\sqrt{k/m}$$ At resonance $$\omega = \omega_0$$"
+    )
     assert "fails" not in verdicts(r"$$mL\ddot\theta + b\dot\theta + mg\sin\theta = F_0\cos(\omega t)$$ " + sprung)
 
 
-DAMPED = r"""$$(m_1+m_2)l_1^2\ddot\theta_1 + m_2l_1l_2\ddot\theta_2\cos(\theta_1-\theta_2)
-+ m_2l_1l_2\dot\theta_2^2\sin(\theta_1-\theta_2) + (m_1+m_2)gl_1\sin\theta_1 + b\dot\theta_1 = 0$$
-$$m_2l_2^2\ddot\theta_2 + m_2l_1l_2\ddot\theta_1\cos(\theta_1-\theta_2)
-- m_2l_1l_2\dot\theta_1^2\sin(\theta_1-\theta_2) + m_2gl_2\sin\theta_2 + b\dot\theta_2 = 0$$"""
+def test_a_spring_beside_a_pendulum_has_a_frequency_of_its_own():
+    text = r"$$\ddot\theta + \frac gL\sin\theta = 0$$ $$\omega_0^2 = \frac gL$$ A spring has $$\omega_0 = \sqrt{k/m}$$"
+    assert verdicts(text)[:2] == ["holds", "not checked"]
+
+
+DAMPED = r"""$$(m_1+m_2)l_1\ddot\theta_1 + m_2l_2\ddot\theta_2\cos(\theta_1-\theta_2)
++ m_2l_2\dot\theta_2^2\sin(\theta_1-\theta_2) + (m_1+m_2)g\sin\theta_1 + b\dot\theta_1 = 0$$
+$$m_2l_2\ddot\theta_2 + m_2l_1\ddot\theta_1\cos(\theta_1-\theta_2)
+- m_2l_1\dot\theta_1^2\sin(\theta_1-\theta_2) + m_2g\sin\theta_2 + b\dot\theta_2 = 0$$"""
 
 
 def test_a_damping_may_act_at_each_of_two_joints():
+    """Divided by the lengths, it acts in one law otherwise than in the other."""
     assert verdicts(DAMPED) == ["holds"] * 2
+
+
+CART = r"""A point mass hangs from a cart. $$(M+m)\ddot x + mL\ddot\theta\cos\theta - mL\dot\theta^2\sin\theta = F$$
+$$L\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$ $$\mathcal{L} = \tfrac12 M\dot x^2
++ \tfrac12 m[(\dot x + L\dot\theta\cos\theta)^2 + (L\dot\theta\sin\theta)^2] + mgL\cos\theta$$"""
+
+
+def test_beside_a_script_letter_a_length_is_not_the_function_of_lagrange():
+    assert {*verdicts(CART)} == {"holds"}
+    assert verdicts(CART.replace("+ mgL", "- mgL"))[-1] == "fails"
+
+
+def test_a_length_before_a_rate_in_brackets_is_a_factor():
+    assert (
+        verdicts(BOB.replace("gl", "gL").replace("ml", "mL") + r"$$v = L\left(\frac{d\theta}{dt}\right)$$")[-1]
+        == "holds"
+    )

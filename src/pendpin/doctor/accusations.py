@@ -18,7 +18,7 @@ from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import Printed, squared
 from pendpin.doctor.reading.names import ENERGY, INERTIA, MASS
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, random_states
@@ -272,6 +272,13 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
     if own := next((name for name in own if name not in given), ""):  # the fault may be there
         return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
+    written = (part.written for part in parts(equation.sides) if str(part.value) in equation.definitions)
+    for name in dict.fromkeys(filter(None, written)):  # as omega_0 where a spring has one too
+        for usual in case.spec.words(name):
+            sides = tuple(with_meaning(side, name, usual) for side in equation.sides)
+            readings = replace(equation, sides=sides).readings(case.reading.words)
+            if any(holds(reading, random_states(case.system)) for reading in readings):
+                return f"it holds where {plain(name)} is not what the text says elsewhere"
     used = dict(meanings_used(equation))
     for other in cases:
         own = used.get(other.one.defines) if not other.confirmed and len(other.one.sides) == 2 else None
