@@ -83,7 +83,7 @@ def derivations() -> dict[str, list[str]]:
 
 def drawn(heading: str, lines: list[str], random: Random) -> str:
     """A derivation in letters that are drawn."""
-    choose, double = random.choice, heading in ("double pendulum", "arm of two links")
+    choose, double = random.choice, bool(re.search("double|triple|arm", heading))
     letters = {name: choose(every.split()) for name, every in USUAL.items()}
     letters["th"] = choose(ANGLES)
     rate, acceleration = RATES[0] if double else choose(RATES)

@@ -131,7 +131,7 @@ def doctor(
         str | None,
         Option(
             help="point, thin, uniform, symmetric or general; or plane, moved, elastic, double, triple, acrobot, cart-pole, "
-            "cart-double, polar, furuta. Found if absent."
+            "cart-double, polar, conical, turning, coupled, furuta. Found if absent."
         ),
     ] = None,
     convention: Annotated[

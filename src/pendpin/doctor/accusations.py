@@ -261,8 +261,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     # not by mistake, if a law of accelerations has no parameter, the text never writes these, or several equations lack them
     brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    fresh = (name for name in mend.equation.names & {*case.spec.coordinates} - equation.names)
-    if strange := next((name for name in fresh if not {name, f"d{name}", f"dd{name}"} & written), ""):
+    named = {*case.spec.coordinates, *(() if is_term else case.spec.parameters)}
+    fresh = mend.equation.names & named - equation.names
+    if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
     scaled = not equation.names & {*case.spec.parameters} and bool(equation.names & {*case.spec.unknowns})
     if brought and (scaled or brought - written or sum(_brought(other) == brought for other in cases) > 1):

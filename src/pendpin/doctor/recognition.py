@@ -47,7 +47,11 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     r"滑块|台車|카트",
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
     r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
-    "polar": r"spherical pendul|conical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
+    "polar": r"spherical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
+    "conical": r"conical|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|원추 ?진자",
+    "turning": r"\bhoop|\bbead\b|(?:turn|rotat|spin)\w* (?:ring|wire|circle|loop|frame|plane|about (?:a|its|the) vertical)|"
+    r"\baro\b|\banello|\banneau|旋转圆环",
+    "coupled": r"\bcoupl(?:ed|ing)|gekoppelt|acoplad|accoppiat|couplés|связанны|耦合|連成|결합",
     "furuta": r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum|古田|旋转倒立摆|旋轉倒立擺",
     "triple": r"triple pendul|dreifachpendel|péndulo triple|pêndulo triplo|pendule triple|pendolo triplo|三摆|"
     r"тройно\w* маятник|三重振り?子|삼중 ?진자|three[- ]link",
@@ -377,12 +381,16 @@ def _others(page: _Page) -> Iterator[Reading]:
     unequal = any({(letter, "1"), (letter, "2")} <= every.keys() for letter in "mMlL")
     unequal = unequal and not re.search(r"m_\{?1\}?\s*=\s*m_\{?2|l_\{?1\}?\s*=\s*l_\{?2|L_\{?1\}?\s*=\s*L_\{?2", text)
     driven = any(name[0] in TORQUES for name in every)
+    masses = {name for name in every if name[0] in ("m", "M")}
     said = words_of(text)
     points = not (inertias or re.search("uniform|homogen|slender|physical", text))
     may = {  # what only some texts are about
         "acrobot": driven,
         "moved": points and ("t", "") in page.letters[0].turned,
         "elastic": "spring" in said,
+        "conical": "conical" in said,
+        "turning": "turning" in said,
+        "coupled": {"coupled", "spring"} <= said,
         "furuta": bool(said & {"furuta", "arm"}),
         "triple": points and any(name[1] == "3" for name in page.letters[0].turned),
         "polar": "rod" not in said or "polar" in said,
@@ -396,13 +404,14 @@ def _others(page: _Page) -> Iterator[Reading]:
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
         # the user says it, though no coordinate is in it, or a page on periods and inertias has none
         periods = family == "plane" and ("pi", "") in every and not page.letters[0].angles
-        still = page.kind == family or periods
+        still = page.kind == family or periods or family == "conical"
         for renamed in ways or [Renamed()] * still:
             bound_to: dict[tuple[str, bool], tuple[Vocabulary, list[Printed]]] = {}
             for spec in bodies:
                 sideways, drive = (f" {word}" in spec.kind for word in ("horizontal", "driven"))
                 other = (sideways and "horizontal" not in said) or (drive and not every.keys() & DRIVES)
                 other = other or (" unit" in spec.kind and any(name[0] in MEASURES for name in every))
+                other = other or ("-" in spec.kind.split()[1] and len(masses) != 2)
                 if other or (" equal" in spec.kind and unequal):
                     continue
                 alike = spec.kind.split()[1], drive  # of a body and a drive all names are the same

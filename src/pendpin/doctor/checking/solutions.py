@@ -6,6 +6,7 @@ Constants that the text does not define have some value; a solution is right for
 from collections.abc import Iterator
 from contextlib import suppress
 from dataclasses import replace
+from fractions import Fraction
 from functools import cache
 from itertools import islice
 
@@ -40,7 +41,7 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
         moves = {} if dots else {name: motion, f"d{name}": _rate(motion), f"dd{name}": _rate(_rate(motion))}
         for other in islice(_laws_of(name, dots, laws), MOST_LAWS):
             for law in islice(other.readings(), MOST_READINGS):
-                sides = (_rate(law.sides[1]), motion) if dots else law.sides
+                sides = (_rate(law.sides[1]), motion) if dots else tuple(map(_of_small_angles, law.sides))
                 definitions = law.definitions | equation.definitions | moves
                 tried = replace(law, sides=sides, meanings=law.meanings | equation.meanings, definitions=definitions)
                 with suppress(Unread, ArithmeticError):
@@ -78,6 +79,13 @@ def _names(node: Node) -> set[str]:
 
 def _rate(node: Node) -> Node:
     return Node("derivative", node.span, "t", (node,))
+
+
+def _of_small_angles(node: Node) -> Node:
+    """An expression with angles in place of their sines, and 1 in place of their cosines."""
+    if node.kind == "function" and node.value in ("sin", "cos") and node.children[0].kind == "symbol":
+        return node.children[0] if node.value == "sin" else Node("number", node.span, Fraction(1))
+    return replace(node, children=tuple(map(_of_small_angles, node.children))) if node.children else node
 
 
 @cache

@@ -234,5 +234,8 @@ FAMILIES = {
     "triple": family("triple"),
     "acrobot": family("double", angles="relative", equal="-", drive="acrobot both"),
     "polar": family("polar"),
+    "conical": family("conical"),
+    "turning": family("turning"),
+    "coupled": family("coupled"),
     "furuta": family("furuta"),
 }
