@@ -279,8 +279,8 @@ def test_starts_have_rates() -> None:
     ("key", "said"),
     [
         ("model.rods[9].mass", "the scene has nothing there"),
-        ("model.rods[0].com", "None is not a number"),
-        ("model.rods[0].colour", "not a number"),
+        ("model.rods[0].com", "no number is given there; set one"),
+        ("model.rods[0].colour", "the scene has nothing there"),
         ("model.copies", "has no derivative"),
         ("effects[0].kind", "is not a number"),
         ("effects[0].direction", "is not a number"),

@@ -423,3 +423,21 @@ def test_a_run_that_dry_friction_holds_crosses_nothing(rods: int):
     run = pp.simulate(scene)
     assert not run.v.any()
     assert len(run.crossings(run.joints[0]).t) == 0
+
+
+@pytest.mark.parametrize("lower", [0.0, 0.1, 0.3])
+@pytest.mark.parametrize("method", ["radau", "dop853", "lsoda"])
+def test_a_joint_that_leaves_its_stop_does_not_cross_it(method: str, lower: float):
+    """It rests on the stop and leaves it with the third power of time, which a step meets with an error."""
+    stop = pp.effects.Stop(lower=lower, upper=3.0, joints=["theta"])
+    motor = pp.effects.Motor(joint="theta", amplitude=4.0, frequency=2.0)
+    scene = pp.Scene(
+        duration=10.0,
+        model=pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)]),
+        start=pp.Start(positions={"theta": lower}),
+        effects=[pp.effects.Gravity(), stop, motor],
+    )
+    run = pp.simulate(scene, method=method)
+    assert sum(event.kind == "release" for event in run.events) == 4
+    assert not len(run.crossings("theta", lower).t)
+    assert 0 <= run.minimum("theta").value - lower < 1e-12  # to which the least value is resolved

@@ -115,6 +115,17 @@ REFUSED: dict[str, tuple[Call, str]] = {
     "a key that is no text": (lambda: pp.follow(orbit(), None, 0.2), "None is not a key path"),
     "a key that is no number": (lambda: pp.follow(orbit(), "model.kind", 0.2), "'chain' is not a number"),
     "a number that is left out": (lambda: pp.follow(orbit(), "model.rods[0].com", 0.2), "no number is given there"),
+    **{
+        f"a change with {key}": (lambda key=key: run().sensitivity(key), says)
+        for key, says in {
+            "model.rods[0].com": "no number is given there; set one",
+            "model.rods[0].inertia[0]": "nothing there",
+            "model.rods[0].length.real": "nothing there",
+            "effects[0].direction": "is not a number",
+            "model.rods[0].copies": "this number has no derivative; lengths, masses and coefficients have one",
+            "model.copies": "this number has no derivative",
+        }.items()
+    },
     "a key without derivative": (lambda: pp.follow(orbit(), "duration", 9.0), "has no derivative"),
     "to NaN": (lambda: pp.follow(orbit(), HEIGHT, math.nan), "to: nan is not a finite number"),
     "to words": (lambda: pp.follow(orbit(), HEIGHT, "far"), "to: 'far' is not a finite number"),

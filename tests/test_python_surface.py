@@ -108,7 +108,9 @@ def test_a_scene_cannot_be_changed() -> None:
     ):
         with pytest.raises(pp.InputError, match=r"scene\.replace"):
             change(given.start.positions)
-    for same in (pickle.loads(pickle.dumps(given)), copy.deepcopy(given), copy.copy(given)):
+    with pytest.raises(pp.InputError, match="duration: -3 is below 0"):
+        given.copy(update={"duration": -3})
+    for same in (pickle.loads(pickle.dumps(given)), copy.deepcopy(given), copy.copy(given), given.copy()):
         assert same == given
         assert hash(same) == hash(given)
     assert hash(pp.UrdfModel(name="panda", lock={"panda_finger_joint1": 0.0})) != hash(pp.UrdfModel(name="panda"))

@@ -26,7 +26,7 @@ from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
 from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.thin import POLE
-from pendpin.errors import InputError, KeyPath, is_number, shown, written
+from pendpin.errors import InputError, KeyPath, written
 from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import Array
 from pendpin.ground.records import Record
@@ -90,6 +90,9 @@ class Variational:
         """The scene's parameters and start, with their rates of change by the K numbers; the engine is one on angles."""
         model, nv = engine.model, len(engine.model.joints)
         places = [parsed(key) for key in self.keys]
+        for key, path in zip(self.keys, places, strict=True):
+            if path[0] in ("model", "effects"):
+                number_at(self.scene, key)  # a key that is none is refused
         changes = [_changed(scene, model, path) for path in places if path[0] != "start"]  # which is in no parameter
         given = [scene.effects, *(effects for _, effects in changes)]
         lists = [acting(model, effects) for effects in given]
@@ -189,40 +192,35 @@ def _start_rate(scene: Scene, model: Model, path: KeyPath) -> Array:
 def _changed(scene: Scene, model: Model, path: KeyPath) -> tuple[Model | None, tuple[Effect, ...]]:
     """The model, None where it does not change, and the effects with an imaginary part in the number at a path."""
     given, effects = scene.model, scene.effects
-    if path[0] == "effects" and (changed := _step_numbers(effects, path, 1)):
-        return None, changed
-    if path[:2] == ("model", "rods") and isinstance(given, Chain) and (changed := _step_numbers(given.rods, path, 2)):
-        chain = Chain.model_construct(kind="chain", rods=changed, copies=given.copies)
+    if path[0] == "effects":
+        return None, _step_numbers(effects, path, 1)
+    if path[:2] == ("model", "rods") and isinstance(given, Chain):
+        rods = _step_numbers(given.rods, path, 2)
+        chain = Chain.model_construct(kind="chain", rods=rods, copies=given.copies)
         all_rods, pairs = chain.all_rods, zip(model.rods, chain.all_rods, strict=True)
         rods = tuple(replace(old, inertia=new.properties) for old, new in pairs)
         bodies = rod_bodies(all_rods, rods)
         return replace(model, chain=None, rods=rods, bodies=bodies, rod_tree=rod_tree_of(chain)), effects
-    if path[0] in ("model", "effects"):
-        number_at(scene, written(path))  # a key that is none is refused
     raise InputError(f"{written(path)}: this number has no derivative; numbers of rods, effects and the start have one")
 
 
 def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple[Any, ...]:
     """The records with an imaginary part in the number at a path, whose place at `depth` is that of one of them."""
-    # Empty if there is no such record.
-    place, rest = path[depth] if len(path) > depth else None, path[depth + 1 :]
-    if not isinstance(place, int) or place >= len(records):
-        return ()
-    record, kind = records[place], type(records[place])
+    place, rest = cast(int, path[depth]), path[depth + 1 :]
+    record, name = records[place], str(rest[0])
     if isinstance(record, Idle):
         raise InputError(f"{written(path)}: {record.kind} acts through events; its numbers have no derivatives")
-    fields = {name: getattr(record, name) for name in kind.model_fields}
-    if not rest or rest[0] not in fields:
-        raise InputError(f"{written(path)}: not a number of the scene")
+    fields = {name: getattr(record, name) for name in type(record).model_fields}
+    if name not in fields or isinstance(fields[name], int):  # a whole number, as the copies of a rod
+        raise InputError(f"{written(path)}: this number has no derivative; lengths, masses and coefficients have one")
 
     def stepped(value: Any, rest: KeyPath) -> Any:
         """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
-        if isinstance(value, tuple) and len(rest) == 1 and isinstance(i := rest[0], int) and i < len(value):
-            return (*value[:i], stepped(value[i], ()), *value[i + 1 :])
-        if rest or not is_number(value):
-            raise InputError(f"{written(path)}: {shown(value)} is not a number; a derivative needs one")
-        return complex(value, _STEP)
+        if not rest:
+            return complex(value, _STEP)
+        i = cast(int, rest[0])
+        return (*value[:i], stepped(value[i], rest[1:]), *value[i + 1 :])
 
-    name, construct = str(rest[0]), cast(Any, kind.model_construct)  # which takes complex numbers, as records do not
+    construct = cast(Any, type(record).model_construct)  # which takes complex numbers, as records do not
     changed = construct(**(fields | {name: stepped(fields[name], rest[1:])}))
     return (*records[:place], changed, *records[place + 1 :])

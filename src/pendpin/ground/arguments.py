@@ -99,7 +99,8 @@ def number_at(record: Any, key: str) -> float:
     value = record
     for part in parsed(key):
         try:
-            value = value[part] if isinstance(part, int) or isinstance(value, Mapping) else getattr(value, part)
+            records = not isinstance(value, Mapping | tuple)
+            value = ({name: getattr(value, name) for name in type(value).model_fields} if records else value)[part]
         except (AttributeError, LookupError, TypeError):
             raise InputError(f"{key}: the scene has nothing there; name a number, as model.rods[0].length") from None
     if not is_number(value):

@@ -211,7 +211,8 @@ def _intervals(sample: Functions, bounds: Array, floor: Array, place: int | None
     inside = series[:, 0] + sizes[:, 0] - whole
     least = np.where(sizes[:, 1] > curved, np.minimum(values[:, 0], values[:, -1]), inside)
     change = sizes[:, 1] + 4 * sizes[:, 2]  # of the function, where time changes by half an interval
-    floors = np.maximum(floor, np.maximum(ROUNDING_SHARE * whole, 2 * np.spacing(np.abs(end)) / (end - begin) * change))
+    rounded = 2 * np.spacing(np.abs(end)) / np.maximum(end - begin, SHORTEST)  # of steps of no length
+    floors = np.maximum(floor, np.maximum(ROUNDING_SHARE * whole, rounded * change))
     reaching, intervals = least < unseen - floors, list[_Interval]()
     for i in np.flatnonzero(np.any(reaching, 1))[::-1].tolist():
         which = reaching[i].nonzero()[0].tolist()
