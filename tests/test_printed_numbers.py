@@ -249,7 +249,7 @@ def test_modes_in_print_are_the_modes() -> None:
     table, whole = found.report().tables[0], found.report(None).tables[0]
     assert len(table.rows) + table.more == len(whole.rows)
     assert whole.more == 0
-    assert f"... and {table.more} more" in str(found)
+    assert f"... and {table.more} more; all: pendpin modes --all, or report(None) in Python" in str(found)
     assert sum(map(int, column(whole, "directions"))) == len(found.omega)
     place = 0
     for cells in whole.rows:

@@ -6,7 +6,7 @@ import math
 import pytest
 
 from bad_input import AtOnce, run_main
-from pendpin.stability.linearize import stability
+from pendpin.stability.linearize import NEAR_START, OTHER_TURNS, stability
 from test_near_motions import ROD, TWO, G, fx, kapitza, pp, scene
 
 
@@ -45,6 +45,18 @@ def test_a_spring_moves_the_rests() -> None:
     rows = stability(scene(spring, q=(0.0, 0.0), model=pp.Chain(rods=[ROD]))).rows()
     angle = brentq(lambda x: 3.0 * (x - 0.5) + 9.81 * 0.5 * math.sin(x), 0, 1, xtol=1e-15)
     assert math.radians(rows[0]["degrees"]["theta"]) == pytest.approx(angle, abs=1e-9)
+
+
+def test_a_list_of_rests_says_where_it_ends() -> None:
+    """A weak spring has rests in further turns, a long chain may have others: neither is listed, and a note says so."""
+    spring = fx.Spring(stiffness=0.05, rest=0.3, joints=("theta",))
+    rod = stability(scene(spring, q=(0.0, 0.0), model=pp.Chain(rods=[ROD])))
+    torques = [0.05 * (x - 0.3) + 9.81 * 0.5 * math.sin(x) for x in (6.0, 6.3)]
+    assert torques[0] < 0 < torques[1]  # a rest a turn on
+    assert all(abs(row["degrees"]["theta"]) < 270 for row in rod.rows())
+    chain = stability(scene(q=(0.0,) * 10, model=pp.Chain(rods=[ROD], copies=5)))
+    plain = stability(scene(q=(0.0, 0.0), model=pp.Chain(rods=[ROD])))
+    assert [found.notes for found in (rod, chain, plain)] == [(OTHER_TURNS,), (NEAR_START,), ()]
 
 
 def test_slides_are_in_metres(tmp_path) -> None:

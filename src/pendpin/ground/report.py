@@ -21,15 +21,16 @@ class Table(NamedTuple):
     head: Sequence[str]
     rows: Sequence[Sequence[str]]
     more: int = 0  # further rows, which are left out
+    whole: str = ""  # how to see them all
 
     def first(self, most: int) -> "Table":
         """The table with at most this number of rows."""
-        return Table(self.head, self.rows[:most], self.more + max(len(self.rows) - most, 0))
+        return self._replace(rows=self.rows[:most], more=self.more + max(len(self.rows) - most, 0))
 
     @property
     def left_out(self) -> list[str]:
         """A line that counts the rows that are left out, if there are any."""
-        return [f"... and {self.more} more"] * bool(self.more)
+        return [f"... and {self.more} more{self.whole and f'; all: {self.whole}'}"] * bool(self.more)
 
     def lines(self) -> Iterator[str]:
         """The table as text, in aligned columns; without a head where no column but the first has a title."""

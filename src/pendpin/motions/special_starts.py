@@ -121,7 +121,10 @@ class Start(StartRecord):
             raise _no_rest_error(dynamics.model, rest - q)
         contacts, joints = dynamics.contacts, dynamics.model.joints
         if contacts is not None and (beyond := (rest < contacts.lower) | (rest > contacts.upper)).any():
-            raise InputError(f"start: the equilibrium of {joints[int(np.argmax(beyond))]} is beyond its stop")
+            i = int(np.argmax(beyond))
+            stop = (contacts.lower if rest[i] < contacts.lower[i] else contacts.upper)[i]
+            remedy = f"start there, with start.positions.{joints[i]} = {stop:g}, or move the stop"
+            raise InputError(f"start: the equilibrium of {joints[i]} is beyond its stop at {stop:g}: {remedy}")
         rest = np.where(np.abs(rest) < TINY, 0.0, rest)
         return cls(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 

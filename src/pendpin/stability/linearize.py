@@ -182,6 +182,8 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
 RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
 NEAREST = "this is the periodic motion nearest to the start; a scene may have others, near other starts"
+OTHER_TURNS = "a weak spring has rests in further turns too; these are not listed"
+NEAR_START = "this is the rest nearest to the start; others are looked for in chains of up to four rods"
 NO_PERIOD = "the scene is not driven by one frequency: its multipliers need a period in s (--period)"
 
 
@@ -233,11 +235,13 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     model, drives = build(scene.model), frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
         return Stability(model, (), periodic_orbit(scene, period=period), (NEAREST,))
-    notes, rests = (*remarks(scene), *[NO_PERIOD] * bool(drives)), list[LinearModel]()
+    rests, few, springs = list[LinearModel](), hanging_or_upright(scene), [e for e in scene.effects if isinstance(e, Spring)]
+    ends = [OTHER_TURNS] * bool(few and springs) or [NEAR_START] * (not few)  # where the list ends
+    notes = (*remarks(scene), *[NO_PERIOD] * bool(drives), *ends)
     equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
-    beside = (_corrected(equations, q) for q in hanging_or_upright(scene))
+    beside = (_corrected(equations, q) for q in few)
     for q in (start_state(model, rest_of(scene))[0], *(rest for rest in beside if rest is not None)):
-        if not any(isinstance(effect, Spring) for effect in scene.effects):  # which tell a turn from none
+        if not springs:  # which tell a turn from none
             q = np.where(model.slides, q, q - 2 * np.pi * np.ceil((q - np.pi - SAME) / (2 * np.pi)))
         rest = linearize(scene, at=Start(time=scene.start.time, positions=tuple(q.tolist())))
         if not any(np.abs(wrap(rest.q - other.q)).max() < SAME for other in rests):

@@ -111,7 +111,6 @@ class Modes(Result):
 
     def report(self, most: int | None = MOST_ROWS) -> Report:
         """The table, at most so many of its lines, and whether the rest is stable."""
-
         verdict = "is stable." if self.stable else "is unstable: small motions grow."
         if self.stable and self.neutral:
             some = f"{self.neutral} of {len(self.omega)} modes"
@@ -121,7 +120,8 @@ class Modes(Result):
         numbers = {"omega": self.omega.tolist(), "damping_ratio": self.damping_ratio.tolist()}
         data = numbers | {"stable": self.stable, "neutral": self.neutral}
         head, rows = ("mode", "rad/s", "Hz", "damping", "directions", "moves most"), self.rows(most)
-        return Report((Table(head, rows, len(self._groups) - len(rows)), *words), data)
+        table = Table(head, rows, len(self._groups) - len(rows), "pendpin modes --all, or report(None) in Python")
+        return Report((table, *words), data)
 
     @styled()
     def plot(self, *chosen: int, ax: Any = None) -> Any:
