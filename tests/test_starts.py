@@ -97,7 +97,7 @@ def test_rest_between_springs_and_wind_and_beyond_stops() -> None:
     angle = pp.Start.at_rest(scene).positions["theta"]
     assert 20.0 * (1.0 - angle) == pytest.approx(9.81 / 2 * np.sin(angle), rel=1e-9)
     stop = pp.effects.Stop(lower=-0.5, upper=0.5, joints=["theta"])
-    with pytest.raises(pp.InputError, match=r"theta is beyond its stop at 0.5: start there, with start.positions.theta = 0.5, or"):
+    with pytest.raises(pp.InputError, match=r"theta is beyond its stop at 0\.5: start there, with start"):
         pp.Start.at_rest(scene.replace(effects=[GRAVITY, spring, stop]))
     stop = pp.effects.Stop(lower=-0.5, upper=0.5, joints=["phi"])
     for rest in (1.0, -1.0):

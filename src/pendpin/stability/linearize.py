@@ -235,9 +235,10 @@ def stability(scene: Scene | str | Path, period: float | None = None) -> Stabili
     model, drives = build(scene.model), frequencies_of(scene)
     if period is not None or (len(drives) == 1 and None not in drives):
         return Stability(model, (), periodic_orbit(scene, period=period), (NEAREST,))
-    rests, few, springs = list[LinearModel](), hanging_or_upright(scene), [e for e in scene.effects if isinstance(e, Spring)]
+    few, springs = hanging_or_upright(scene), any(isinstance(effect, Spring) for effect in scene.effects)
     ends = [OTHER_TURNS] * bool(few and springs) or [NEAR_START] * (not few)  # where the list ends
     notes = (*remarks(scene), *[NO_PERIOD] * bool(drives), *ends)
+    rests = list[LinearModel]()
     equations = Variational(scene.model_copy(update={"start": Start(time=scene.start.time)}))
     beside = (_corrected(equations, q) for q in few)
     for q in (start_state(model, rest_of(scene))[0], *(rest for rest in beside if rest is not None)):
