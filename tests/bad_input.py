@@ -57,6 +57,7 @@ URDF_SCENE = """duration = 0.1
 model = { kind = "urdf", path = "rod.urdf" }
 start.positions = [0.7, 0.4]
 effects = [{ kind = "gravity" }]
+solver.tolerance = 1e-8
 """
 
 FACT = re.compile(

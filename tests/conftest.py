@@ -3,10 +3,13 @@
 `pytest --hypothesis-profile=thorough` runs 100 times the examples of every property test, `few` a sixth.
 """
 
+import functools
 import gc
 from collections.abc import Iterator
+from unittest.mock import patch
 
 import pytest
+import typer.main
 from hypothesis import HealthCheck, settings
 
 from browser import Browser, chromium
@@ -31,11 +34,18 @@ def pytest_collection_finish() -> None:
     gc.enable()
 
 
-@pytest.fixture(scope="module")
+@pytest.fixture(scope="session")
 def browser() -> Iterator[Browser]:
-    """A browser for the tests of a file."""
+    """One browser for all tests of pages: to start it takes longer than most of them."""
     with chromium() as running:
         yield running
+
+
+@pytest.fixture(autouse=True, scope="session")
+def commands_built_once() -> Iterator[None]:
+    """Typer builds all commands at each call of `main`, of which there are a thousand: 0.02 s of processor each."""
+    with patch.object(typer.main, "get_command", functools.cache(typer.main.get_command)):
+        yield
 
 
 @pytest.fixture(autouse=True)

@@ -97,7 +97,7 @@ def true_error(scene: pp.Scene, run: pp.Trajectory) -> float:
     return float(np.linalg.norm(run.tips[:, 0] - tip, axis=-1).max())
 
 
-@pytest.mark.parametrize("samples", [2, 201])
+@pytest.mark.parametrize("samples", [2, pytest.param(201, marks=pytest.mark.slow)])
 def test_a_long_swing_and_its_mirror_image(samples: int) -> None:
     """IFToMM's A01, 2,000 s: met from both sides, with the same estimate, and the claim holds."""
     right, left = (pp.simulate(swing(angle, MIRRORED, samples), accuracy=1e-9) for angle in (0.5 * np.pi, -0.5 * np.pi))

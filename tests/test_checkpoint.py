@@ -35,21 +35,21 @@ def scene(rods=THICK, *effects: fx.Effect, duration=4.0, samples=61, engine="aut
 
 
 METHODS |= {m: (scene(), {"method": m, "tolerance": 1e-9}) for m in ("dop853", "rk45", "rk23", "radau", "bdf", "lsoda")}
-METHODS |= {m: (scene(), {"method": m, "step": 0.01}) for m in ("rk4", "gauss2", "gauss4", "gauss6")}
+METHODS |= {m: (scene(duration=2.0), {"method": m, "step": 0.01}) for m in ("rk4", "gauss2", "gauss4", "gauss6")}
 METHODS |= {
     "euler": (scene(), {"method": "euler", "step": 0.002}),
     "taylor": (scene(duration=9.0), {"method": "taylor", "tolerance": 1e-18}),
     "taylor in directions": (scene(THIN, duration=12.0), {"method": "taylor", "tolerance": 1e-15}),
     "energy_balance": (scene(THICK, fx.Viscous(coefficient=0.1)), {"tolerance": 1e-9, "energy_balance": True}),
     "energy_balance of gauss6": (
-        scene(THICK, fx.Viscous(coefficient=0.1)),
+        scene(THICK, fx.Viscous(coefficient=0.1), duration=2.0),
         {"method": "gauss6", "step": 0.02, "energy_balance": True},
     ),
     "driven": (scene(THICK, fx.Support(amplitude=(0.1, 0.0, 0.2), frequency=7.0)), {"tolerance": 1e-9}),
-    "chain engine": (scene(engine="chain", duration=2.0), {"tolerance": 1e-7}),
+    "chain engine": (scene(engine="chain", duration=1.0), {"tolerance": 1e-7}),
     "spherical joints": (scene(THIN), {"tolerance": 1e-10}),
     "between samples": (scene(THIN, duration=9.0, samples=3), {"tolerance": 1e-8}),
-    "directions": (scene(THIN, engine="chain", duration=2.0), {"tolerance": 1e-8}),
+    "directions": (scene(THIN, engine="chain", duration=1.0), {"tolerance": 1e-8}),
     "contacts": (scene(THICK, *CONTACTS), {"tolerance": 1e-8}),
     "contacts and energy_balance": (
         scene(THICK, *CONTACTS, fx.Viscous(coefficient=0.02)),

@@ -18,7 +18,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 import pendpin as pp
-from effect_cases import EFFECTS, MODELS, URDF
+from effect_cases import EFFECTS, FIVE, MODELS, URDF
 from laws import law
 from pendpin import effects as fx
 from pendpin.dynamics.compiling import EquationsOfMotion, compilable
@@ -181,14 +181,29 @@ def test_the_same_rates_with_functions(model: str, effects: tuple) -> None:
         assert np.abs(found - expected).max() < 3e-12 * np.abs(expected).max()  # as in test_the_same_rates
 
 
-@pytest.mark.parametrize("every", [None, 0.05])
-@pytest.mark.parametrize("options", [{}, {"method": "rk4", "step": 0.005}, {"energy_balance": True}], ids=str)
+@pytest.mark.parametrize(
+    ("every", "options"),
+    [
+        (None, {}),
+        (None, {"method": "rk4", "step": 0.005}),
+        (0.05, {"energy_balance": True}),
+        *(
+            pytest.param(every, options, marks=pytest.mark.slow)
+            for every, options in (
+                (0.05, {}),
+                (0.05, {"method": "rk4", "step": 0.005}),
+                (None, {"energy_balance": True}),
+            )
+        ),
+    ],
+    ids=str,
+)
 def test_the_same_motion_with_functions(every: float | None, options: dict) -> None:
     """A run with drag and a law of control, its samples and books, on Pinocchio and beside machine code."""
     control = fx.Torque(lambda t, q, v: -3.0 * q - v, joints=["theta_2"], every=every)
     scene = pp.Scene(
         duration=0.3,
-        model=MODELS["chain of 5"],
+        model=pp.Chain(rods=FIVE[:2]),
         start=pp.Start(positions={"theta_1": 0.7, "phi_2": 0.3}),
         effects=(fx.Gravity(), fx.Drag(density=30.0), control),
     )
@@ -256,7 +271,7 @@ def test_the_same_events(name: str) -> None:
         np.testing.assert_allclose(own.work[kind], work, atol=1e-6)
 
 
-@pytest.mark.parametrize("model", ["chain of 5", "thin chain of 3"])
+@pytest.mark.parametrize("model", ["chain of 5", pytest.param("thin chain of 3", marks=pytest.mark.slow)])
 def test_work_in_machine_code(model: str) -> None:
     """The work of every effect, integrated with the motion in machine code and in Python."""
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")
@@ -279,7 +294,9 @@ def test_work_in_machine_code(model: str) -> None:
 # --- integrators that call machine code themselves ------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("method", ["dop853", "rk45", "lsoda", pytest.param("radau", marks=pytest.mark.slow)])
+@pytest.mark.parametrize(
+    "method", ["dop853", "lsoda", *(pytest.param(name, marks=pytest.mark.slow) for name in ("rk45", "radau"))]
+)
 def test_without_python_it_is_the_same_motion(method: str) -> None:
     """CyRK's loops around the machine code and around Pinocchio: the same steps, but for rounding."""
     pytest.importorskip("CyRK", reason="CyRK is not installed: pip install CyRK")

@@ -122,7 +122,7 @@ STOPPED: dict[str, Callable[[pp.Scene], object]] = {
     "accuracy": lambda scene: pp.simulate(scene.with_solver(tolerance=None), accuracy=1e-4),
     "significance": lambda scene: significance(scene),
     "portrait": lambda scene: portrait(
-        scene.with_solver(method="gauss4", step=0.01), crossing("theta", of="phi", count=2, skip=0), 2, -1.0
+        scene.with_solver(method="gauss4", step=0.05), crossing("theta", of="phi", count=2, skip=0), 2, -1.0
     ),
     "bifurcation": lambda scene: bifurcation(
         scene, "effects[1].kinetic", [0.1, 0.2], strobe(0.5, of="theta", count=3, skip=0)
@@ -331,7 +331,7 @@ def growing(samples: int | None) -> pp.Scene:
 
 
 @pytest.mark.parametrize("method", ["rk23", "lsoda", "radau", "bdf"])
-@pytest.mark.parametrize("samples", [2, pytest.param(3, marks=pytest.mark.slow), None])
+@pytest.mark.parametrize("samples", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (3, None))])
 def test_a_failure_names_its_own_time_and_rate(method: str, samples: int | None) -> None:
     """However few the samples: not the last of them is named, but where the steps became too short."""
     with pytest.raises(

@@ -326,7 +326,12 @@ def test_a_driven_swing_folds() -> None:
 
 
 @pytest.mark.parametrize(
-    ("frequency", "begin", "amplitude", "to"), [(0.5, 0.0, 0.77, 0.82), (0.8, 0.0, 1.25, 1.36), (0.8, 1.3, 1.25, 1.36)]
+    ("frequency", "begin", "amplitude", "to"),
+    [
+        pytest.param(0.5, 0.0, 0.77, 0.82, marks=pytest.mark.slow),
+        pytest.param(0.8, 0.0, 1.25, 1.36, marks=pytest.mark.slow),
+        (0.8, 1.3, 1.25, 1.36),
+    ],
 )
 def test_a_symmetry_breaking_is_that_of_half_a_period(
     frequency: float, begin: float, amplitude: float, to: float

@@ -248,7 +248,10 @@ def test_50_digits_vs_80(model):
     assert 0 < np.abs(few - many).max() < 1e-46 * np.abs(many).max()
 
 
-@pytest.mark.parametrize(("rods", "alike", "mixed"), [(5, 1e-13, 5e-12), (20, 5e-12, 2e-11), (60, 5e-12, 2e-11)])
+@pytest.mark.parametrize(
+    ("rods", "alike", "mixed"),
+    [(5, 1e-13, 5e-12), (20, 5e-12, 2e-11), pytest.param(60, 5e-12, 2e-11, marks=pytest.mark.slow)],
+)
 def test_floats_vs_50_digits_in_chains(rods, alike, mixed):
     """The largest relative error of the accelerations over some states, for like rods and for mixed ones."""
     for tree, bound in ((chain(rods), alike), (chain(rods, mixed=rods), mixed)):

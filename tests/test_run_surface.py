@@ -90,7 +90,7 @@ def test_the_state_at_an_impact_is_the_one_after_it() -> None:
     np.testing.assert_allclose(struck["theta_rate"][on_stop], -0.6 * before["theta_rate"], rtol=1e-6)
 
 
-@pytest.mark.parametrize("samples", [2, 6, 12, 13, 21])
+@pytest.mark.parametrize("samples", [2, *(pytest.param(n, marks=pytest.mark.slow) for n in (6, 12, 13)), 21])
 @pytest.mark.parametrize("size", [1.0, 1e-3])
 def test_crossings_do_not_depend_on_the_samples(samples: int, size: float) -> None:
     """Twenty seconds with several swings between two samples, or none at all to speak of; large and small swings."""
