@@ -28,7 +28,7 @@ RATIO = 1e-7  # of two residuals that are multiples of each other: of second der
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
-OF_TERMS = re.compile(r"\bterm .* is (?:too many|missing)")
+OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
 SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
@@ -180,7 +180,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     is_long = len(cases) > SHORT and spec.kind not in RODS
     mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
     shown = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended)
-    if case.mends_itself and OF_TERMS.search(words := case.finding.mends[0].words) and shown < SEVERAL[is_long]:
+    terms = OF_TERMS.findall(words := case.finding.mends[0].words) if case.mends_itself else []
+    if (terms and shown < SEVERAL[is_long]) or len(terms) > 1:
         return f"{as_read}; all that helps is that {words}"
     return ""
 
@@ -299,7 +300,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
             return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
     new = mend.equation.sides[0].written
     known = {(name.letter, name.dots) for name in lefts if name}  # beside a_1, which is an acceleration, a_2 is one
-    if left and new and new.letter != left.letter and (left.letter, left.dots) not in known:
+    other = left and new and (new.letter != left.letter or (new.index and not left.index))  # as T_0 for T
+    if left and other and (left.letter, left.dots) not in known:
         return f"nothing shows what {plain(left)} means here"
     return ""
 

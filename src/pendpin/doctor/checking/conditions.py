@@ -38,6 +38,7 @@ NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
 BRAKES = ("damping", "drag", "dry friction")  # forces against the motion
+LARGE = Node("number", (0, 0), Fraction(10**40))  # what divides by it is 0 to 25 digits
 SOME = Node("number", (0, 0), Fraction(7, 10))  # that a load is
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
@@ -167,8 +168,12 @@ def small_angles(equation: Equation, system: System) -> str:
 
 
 def without(equation: Equation, loads: set[str]) -> Equation:
-    """The equation where some unknown symbols are 0."""
-    return replace(equation, definitions=equation.definitions | dict.fromkeys(loads, ZERO))
+    """The equation where some unknown symbols are 0, or very large if they divide, as Q in theta'/Q."""
+    products = (part for part in parts(equation.sides) if part.kind == "product")
+    pairs = (pair for part in products for pair in zip(part.value, part.children, strict=True))
+    below = set[str]().union(*(factor.names for sign, factor in pairs if sign == "/"))
+    values = {name: LARGE if name in below else ZERO for name in loads}
+    return replace(equation, definitions=equation.definitions | values)
 
 
 def is_identity(equation: Equation, system: System) -> bool:
@@ -195,8 +200,10 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
 
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
-    other = lambda name: (  # noqa: E731  M_0 may drive
-        name != "?M_0" and (NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name)
+    drives = (part for part in parts(equation.sides) if part.kind == "product" and SOME.value in _numbers(part))
+    free = {"?M_0"}.union(*(part.names for part in drives))  # the moment M_0 may drive, as may a in a cos(w t)
+    other = lambda name: (  # noqa: E731
+        name not in free and (NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name)
     )
     rates = any(part.kind == "derivative" and part.value == "t" for part in parts(equation.sides))
     moves = rates or any(name.startswith(("dd", "dE", "domega", "dw", "alpha")) for name in equation.names)
@@ -208,6 +215,10 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
         if (right or small) and any(np.abs(size).min() > 0 for _, size in residuals(bare, here)):
             return " and ".join([*(f"{name.lstrip('?')} = 0" for name in sorted(unknown)), *filter(None, (small,))])
     return ""
+
+
+def _numbers(product: Node) -> list[Fraction]:
+    return [child.value for child in product.children if child.kind == "number"]
 
 
 def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str | None:

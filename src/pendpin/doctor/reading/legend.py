@@ -47,7 +47,7 @@ PHRASES = {
     "potential energy": "V",
     "Lagrangian|Lagrange function": "L",
     "total energy|mechanical energy": "E",
-    "tension|along the rod": "R_3 S",
+    "tension|along the rod": "S R_3",
 }
 
 

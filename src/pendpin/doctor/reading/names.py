@@ -218,7 +218,7 @@ SCRIPT_L = "ℒ"  # Lagrange's function, however it is set in script
 SHORT_FUNCTIONS = ("s_theta", "c_theta", "s_phi", "c_phi")  # sines and cosines
 CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVULEHT" for i in "01")}  # not known
 MOST_DOTS = 6
-FUNCTIONS_OF_STATE = {"T", "V", "L", "E", "x", "y", "z", "rG", "b3"}
+FUNCTIONS_OF_STATE = {"T", "V", "Veff", "L", "E", "x", "y", "z", "rG", "b3"}
 MASS, LENGTH, INERTIA, ENERGY = (1, 0, 0), (0, 1, 0), (1, 2, 0), (1, 2, -2)  # powers of kg, m, s
 
 
