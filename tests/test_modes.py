@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
 from scipy.special import jn_zeros, roots_laguerre
 
@@ -123,6 +123,7 @@ def test_modes_without_damping_are_those_of_next_to_none(seed: int, count: int) 
 
 @law(12)
 @given(seed=st.integers(0, 2**32 - 1), count=st.integers(1, 5), damped=st.booleans())
+@example(seed=348063101, count=2, damped=True)  # whose rest was not found: a search along the way stayed short of it
 def test_every_mode_solves_its_equation(seed: int, count: int, damped: bool) -> None:
     """(lambda² M + lambda C + K) u = 0 for an eigenvalue with this frequency and damping ratio, and shares add up to 1."""
     random = np.random.default_rng(seed)

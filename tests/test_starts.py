@@ -128,3 +128,17 @@ def test_a_number_of_a_start_is_in_the_unit_that_is_said(unit: Any, part: str) -
     said = {"rad": 1.0, "degrees": np.pi / 180}[unit_of_key(key, scene).removesuffix("/s")]
     assert unit_of_key(key, scene).endswith("/s") == (part == "velocities")
     assert (q if part == "positions" else v).tolist() == pytest.approx([0.0, 2.0 * said])
+
+
+def test_a_rope_whose_ends_are_one_above_the_other_hangs_in_a_loop() -> None:
+    """Straight down is a rest too, which is left: the loop has less energy, is in one plane, and its halves hang alike."""
+    rope = pp.Chain(rods=[pp.Rod(length=0.5, mass=0.1, radius=0.01, copies=12)])
+    anchor = pp.effects.Anchor(link="rod_12", point=(0.0, 0.0, -2.0), stiffness=1e4)
+    scene = pp.Scene(duration=0.0, model=rope, effects=[GRAVITY, anchor])
+    straight, loop = (pp.simulate(scene.replace(start=start)) for start in (pp.Start(), pp.Start.at_rest(scene)))
+    assert loop.potential[0] < straight.potential[0] / 10
+    assert np.abs(loop.a).max() < 1e-6  # of 1e5 rad/s², the anchor's pull at the start
+    tips = loop.tips[0]
+    assert np.linalg.svd(tips, compute_uv=False)[2] < 1e-6
+    assert np.linalg.svd(tips, compute_uv=False)[1] > 0.01
+    assert pp.modes(scene.replace(start=pp.Start.at_rest(scene))).stable
