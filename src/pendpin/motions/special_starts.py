@@ -46,12 +46,13 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
     from scipy.optimize import approx_fprime, root  # here: half a second, which a chain that hangs does not need
 
     def flow(a: Array) -> Array:  # what an acceleration moves in a step
-        grown = np.expm1(np.minimum((step * values).real, MOST_GROWTH) + 1j * (step * values).imag)
+        grown = np.expm1(np.minimum(step * np.real(values), MOST_GROWTH) + 1j * step * np.imag(values))
         share = np.divide(grown, values, out=np.full_like(grown, step), where=values != 0)
         return np.real(vectors @ (share * (inverse @ a)))
 
     begin, a, t, step, fits, left = q, pull(q), 0.0, 0.0, True, 0
-    first, values, slopes = np.abs(a), np.zeros(len(q)), np.zeros((len(q), len(q)))
+    first, values = np.abs(a), np.zeros(len(q))
+    slopes: Any = np.zeros((len(q), len(q)))
     vectors = inverse = np.eye(len(q))
     for _ in range(MOST):
         if fits:
@@ -68,15 +69,15 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
         if fits := bool(size <= TURN and off <= 1):
             q, a, t = q + turn, after, t + step
         step *= min(5.0, max(0.2, 0.8 / np.sqrt(max(off, (size / TURN) ** 2, 1e-3)))) if np.isfinite(off) else 0.2
-        moved, k = np.abs(q - begin), int(np.argmax(values.real))
+        moved, k = np.abs(q - begin), int(np.argmax(np.real(values)))
         if moved[model.slides].max(initial=0.0) > LOST:
             raise _no_rest_error(model, q - begin)
         if moved[~model.slides].max(initial=0.0) > FAR:
             break
         if t > LONG:
-            if left == AGAIN or not stiffness or values[k].real <= UNSTABLE * np.abs(values).max():
+            if left == AGAIN or not stiffness or np.real(values[k]) <= UNSTABLE * np.abs(values).max():
                 break
-            way, left, t, step, fits = vectors[:, k].real, left + 1, 0.0, 0.0, True
+            way, left, t, step, fits = np.real(vectors[:, k]), left + 1, 0.0, 0.0, True
             q = q + ASIDE * way / (np.abs(way).max() or 1.0)
             a = pull(q)
     else:
