@@ -144,17 +144,17 @@ def _numbered(names: tuple[Name, ...], letters: Letters) -> bool:
 def _with_rates(renamed: Renamed, letters: Letters) -> Renamed:
     """The same with names of rates: the usual ones, and in a vector of four states, where no coordinate has one.
 
-    theta1_ddot may stand beside angle1; of x[1] and x[2] the rates are x[3] and x[4].
+    theta1_ddot may stand beside angle1, or beside y[0]; of x[1] and x[2] the rates are x[3] and x[4].
     """
     if renamed.keys() & letters.moving.keys():
         return renamed
-    usual = {name.name: name for name in renamed.values()}
-    renamed |= {key: name for key, name in usual.items() if key in letters.moving and key not in letters.turned}
+    (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
+    apart = [name for name in letters.moving if name[0] in ANGLE_LETTERS and name not in letters.turned]
+    renamed |= {key: name for name in renamed.values() for key in apart if key[1] == name.index}
     named = any(letter in ("omega", "w") for letter, _ in letters.every)  # the usual names of angular velocities
     speeds = {("v", index): replace(one, dots=1) for (_, index), one in renamed.items() if index.isdigit()}
     if len(speeds) > 1 and speeds.keys() <= letters.every.keys() - letters.turned and not named:
         return renamed | speeds
-    (vector, *others), places = {name[0] for name in renamed}, sorted(name[1] for name in renamed)
     if others or not all(re.fullmatch(r"\[\d\]", place) for place in places):
         return renamed
     begin = 0 if (vector, "[0]") in {*letters.every, *renamed} else 1

@@ -316,7 +316,7 @@ def _explaining(
     if not here[best].credits[inside].all():  # the same with the angles from elsewhere, though no words say so
         kind, known, loads = here[best].system.kind, len(here), {*LOADS} & {*here[best].system.spec.parameters}
         for spec in FAMILIES.get(kind.split()[0], ()):
-            if spec.kind != kind and {*spec.kind.split()} ^ {*kind.split()} <= {*POSES}:
+            if spec.kind != kind and {*spec.kind.split()} ^ {*kind.split()} <= {*POSES, "mirrored"}:
                 system = System(spec if loads else unloaded(spec))
                 here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                 scores.append(here[-1].score(inside, words))

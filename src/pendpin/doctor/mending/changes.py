@@ -145,7 +145,7 @@ class Patient:
     def _upside_down(self, node: Node) -> Iterator[Change]:
         """Quotients of a product the other way round, as l/g for g/l."""
         for i, (above, below) in enumerate(pairwise(node.children)):
-            if node.value[i : i + 2] == ("*", "/") and symbols(above) and symbols(below):
+            if node.value[i : i + 2] == ("*", "/") and (symbols(above) or above.value == 1) and symbols(below):
                 children = (*node.children[:i], below, above, *node.children[i + 2 :])
                 first, second = (self.writer.text[slice(*one.outer)] for one in (above, below))
                 splices = (*above.outer, second), (*below.outer, first)
