@@ -52,16 +52,6 @@ def test_every_scene_can_be_loaded() -> None:
     assert {path.stem for path in paths if not load_scene(path).duration} == {"no-duration", "one-sample"}
 
 
-def test_pinocchios_own_joints_fail_where_ours_hold() -> None:
-    """In chains of 100 rods joints of several degrees of freedom are shown beside, without a claim."""
-    outcomes = hard(["chain-100-digits"], full=False).outcomes
-    beside = {found.method: found for found in outcomes if not found.claimed}
-    assert [found.verdict for found in outcomes if found.claimed] == ["ok"]
-    assert set(beside) == {f"pin {joint}, {way}" for joint in ("Universal", "Spherical") for way in ("LOCAL", "WORLD")}
-    assert all(beside[f"pin {joint}, WORLD"].verdict == "fails, as expected" for joint in ("Universal", "Spherical"))
-    assert beside["pin Spherical, LOCAL"].verdict == "fails, as expected"
-
-
 @pytest.mark.skipif(not (find_spec("mujoco") and find_spec("pydrake")), reason="pip install mujoco drake")
 def test_other_simulators_run_the_same_cases() -> None:
     """Beside "auto", without claims: all of them start and stop; none falls from the pole with a thin rod's spin."""
@@ -142,7 +132,6 @@ def test_json_has_all(monkeypatch, capfd) -> None:
         "seconds",
         "failure",
         "claimed",
-        "beside",
         "ok",
         "verdict",
         "left_out",

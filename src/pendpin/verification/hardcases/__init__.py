@@ -34,8 +34,7 @@ class Outcome(Claim):
     """The result of one case on one method."""
 
     seconds: float
-    claimed: bool = True  # False for other algorithms and simulators
-    beside: bool = False  # whether it is another algorithm, there to show how it fails
+    claimed: bool = True  # False for other simulators
     left_out: bool = False  # whether it needs a library that is not installed
 
     def __str__(self) -> str:
@@ -47,7 +46,7 @@ class Outcome(Claim):
             return "left out"
         if self.claimed:
             return super().verdict
-        return "holds" if self.ok else "fails, as expected" if self.beside else "fails"
+        return "holds" if self.ok else "fails"
 
 
 @dataclass(frozen=True, repr=False)
@@ -107,17 +106,10 @@ def hard(
 
 
 def _run(case: Case, full: bool, progress: Progress) -> Iterator[Outcome]:
-    """A case on its methods, and beside them."""
+    """A case on its methods."""
     for method in case.methods:
         progress(f"{case.name} on {method}")
         yield run_case(case, method, full)
-    if case.beside is not None:
-        progress(f"{case.name}, beside")
-        begin = time.process_time()
-        beside = case.beside()
-        seconds = (time.process_time() - begin) / max(len(beside), 1)
-        for name, figure in beside.items():
-            yield Outcome(case.name, name, figure, case.bound, None, seconds, claimed=False, beside=True)
 
 
 def run_case(case: Case, method: str, full: bool) -> Outcome:
@@ -174,7 +166,7 @@ def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
         return float(kinematics.tip_distance(solve(make_scene()).tips, ours().tips, length).max())
 
     words = {"figure": "distance to pendpin's tips at tolerance 1e-13, over the chain's length", "derivation": "chosen"}
-    return replace(case, measure=measure, bound=CLOSE, beside=None, **words)
+    return replace(case, measure=measure, bound=CLOSE, **words)
 
 
 def _run_on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:

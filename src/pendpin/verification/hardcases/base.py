@@ -30,8 +30,7 @@ SWING = float(np.sqrt(G / REDUCED))  # rad/s, its small swings, and the rate at 
 
 @dataclass(frozen=True)
 class Case:
-    """One hard case. `measure` solves its scenes, in the full or the short form, and returns the figure that is compared
-    with `bound`; `beside` returns the same figure for other algorithms, which make no claim."""
+    """One hard case. `measure` solves its scenes, in full or in short, and returns the figure to compare with `bound`."""
 
     name: str
     group: int  # of GROUPS
@@ -43,7 +42,6 @@ class Case:
     derivation: str  # where the bound comes from
     methods: Mapping[str, Settings]  # settings by method; "auto" is one of them
     measure: Measure
-    beside: Callable[[], Mapping[str, float]] | None = None
 
 
 # the groups, and the texts and methods of all cases, by name or by the name of their family
@@ -68,7 +66,6 @@ def case(
     figure: Figure = drift,
     short: Mapping[str, Any] | None = None,
     measure: Measure | None = None,
-    beside: Callable[[], Mapping[str, float]] | None = None,
     **numbers: Any,
 ) -> Case:
     """A case with the entry of catalogue.toml under a name, in which {numbers} are filled in.
@@ -81,7 +78,7 @@ def case(
     def measure_run(solve: Solve, full: bool) -> float:
         return figure(solve(scene(filled["name"], None if full else short)))
 
-    return Case(**filled, bound=bound, measure=measure or measure_run, beside=beside)
+    return Case(**filled, bound=bound, measure=measure or measure_run)
 
 
 def start_of(scene: Scene) -> tuple[Array, Array]:
