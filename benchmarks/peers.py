@@ -220,7 +220,7 @@ def main() -> None:
         if rods == 1:
             beside_raw_heyoka(console, given)
         if options.pictures:
-            report.plot(options.pictures / f"cost_{rods}.png", short=True)
+            report.plot(options.pictures / f"cost_{rods}.png")
         console.print(f"{report.machine}; {report.versions}")
     if options.pages:
         write_between_marks(TOP / "docs" / "accuracy.md", "costs", markdown(rows))

@@ -359,7 +359,6 @@ def test_every_option_with_commas_may_be_repeated() -> None:
         (("fit", "scene.toml", "swing.csv", "--hold-out-start", "0.2"), "--hold-out"),
         (("section", "--at", "theta = 0", "--of", "phi", "--plot", "x.png"), "--of"),
         (("urdf",), "--list"),
-        (("cost", "--short"), "--plot"),
         (("modes", "--mode", "1"), "--html"),
         (("sweep", "--sampling", "latin"), "--sample"),
         (("run", "--urdf", ""), "--urdf: the name of the URDF is empty"),

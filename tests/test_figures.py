@@ -18,7 +18,7 @@ from pendpin.stability.sections import bifurcation, portrait, strobe
 from pendpin.stability.sections.points import read_crossing
 from pendpin.sweeps.figure import draw_map
 from pendpin.verification.agreement import draw_motions
-from pendpin.verification.work_precision.report import Curve, Point, draw_all, draw_cost
+from pendpin.verification.work_precision.report import Curve, Point, draw_cost
 from test_work_precision_report import REPORT
 
 SOURCE = Path(pp.__file__).parent
@@ -107,9 +107,6 @@ FIGURES: dict[str, list[Callable[[], Any]]] = {
     "sweeps/figure.py draw_map": [
         lambda: swept("start.positions.theta_1"),
         lambda: swept("start.positions.theta_1", "model.rods[0].length"),
-    ],
-    "verification/work_precision/report.py draw_all": [
-        lambda: draw_all(REPORT),
     ],
     "verification/work_precision/report.py draw_cost": [lambda: draw_cost(REPORT), lambda: draw_cost(many_curves(22))],
     "verification/agreement/__init__.py draw_motions": [lambda: draw_motions(["adams-2", "conical"])],

@@ -102,14 +102,12 @@ def cost(
     thorough: Annotated[bool, Option("--thorough", help="All methods, all settings, over the full duration.")] = False,
     budget: Annotated[float, Option(min=0, help="Stop measuring a method when its run takes longer, in s.")] = 1.0,
     plot: inputs.Plot = None,
-    short: Annotated[bool, Option("--short", help="Draw the cheapest method of each tool and its next digit.")] = False,
     limit: inputs.Limit = None,
     json: inputs.Json = False,
 ) -> None:
     """Find the fastest method for each accuracy and its run time, in about 20 s. --thorough: a work-precision diagram."""
     from pendpin.verification.work_precision.cost import cost as measure
 
-    inputs.refuse_alone(short and plot is None, "--short", "--plot FILE, the figure that it shortens")
     refuse_outputs(chosen.files, plot=plot)
     options = {"accuracy": accuracy, "peers": peers, "thorough": thorough, "budget": budget}
     chosen = replace(chosen, scene=inputs.with_duration(chosen.scene, duration, None))
@@ -118,7 +116,7 @@ def cost(
         with waiting("the reference", json, work) as progress, chosen.noted() as scene, asked:
             report = measure(scene, methods=inputs.split_at_commas(methods) or None, **options, progress=progress)
         with reported(report.report(), json) as files:
-            files += [report.plot(plot, short)] if plot else []
+            files += [report.plot(plot)] if plot else []
     if report.interrupted:
         raise KeyboardInterrupt
 

@@ -158,10 +158,9 @@ class CostReport(Result):
     missing: tuple[str, ...] = ()  # other simulators that were asked for and are not installed
     rows: tuple[CostRow, ...] = ()  # the answers, from coarse to fine
 
-    def plot(self, path: str | Path | None = None, short: bool = False) -> Any:
-        """The figure of all methods that were measured, or of the cheapest of each tool; written to a path if given."""
-        draw = draw_cost if short else draw_all
-        return draw(self) if path is None else write_figure(path, lambda: draw(self))
+    def plot(self, path: str | Path | None = None) -> Any:
+        """The figure of all methods that were measured, and of what the next digit takes; written to a path if given."""
+        return draw_cost(self) if path is None else write_figure(path, lambda: draw_cost(self))
 
     def best(self, error: float, peers: bool = False) -> tuple[str, float] | None:
         """The cheapest method that meets an error, and its time in s; with `peers` that of the other simulators."""
@@ -267,49 +266,33 @@ DIGITS = (1e-3, 1e-9)  # errors between which the price of a digit is the mean
 TOOLS = {"pendpin": "#D55E00", "mujoco": "#0072B2", "drake": "#009E73", "scipy": "#7A3E9D"}  # in every figure
 NAMES = {"mujoco": "MuJoCo", "drake": "Drake", "scipy": "SciPy"}
 MATTER = 4  # curves in colour: the cheapest of each tool, then those that are the cheapest at most errors
-SIZE = (10.0, 6.2)  # inches
+SIZE = (12.0, 6.2)  # inches
+WIDTHS = (4.4, 1.0)  # of the curves, and of the prices, in proportion
 LINE, LETTER, AWAY = 8.0, 4.0, 4.0  # points: of a name at a curve's end, its height, a letter's width, its distance
 
 
 @styled()
 def draw_cost(report: CostReport) -> Any:
-    """The cheapest method of pendpin and of each other simulator in strong colours, all others pale."""
+    """All methods: error across, falling to the right; seconds up; a line for each. Beside them what the next digit takes."""
     best, figure = _cheapest(report), new_figure(*SIZE)
-    ax, prices = figure.subplots(1, 2, width_ratios=(3.4, 1))
-    for tool, curve in best.items():
-        name = f"{NAMES.get(tool, tool)}: {curve.name.removeprefix(tool).strip()}"
-        _draw_curve(ax, curve, report.error, TOOLS[tool], name, 3.2 if tool == "pendpin" else 2.2)
-    drawn = ((curve, _points(curve, report.error)) for curve in report.curves if curve not in best.values())
-    others = [points for _, points in drawn if len(points[0]) > 1]  # one point makes no line
-    for i, points in enumerate(others):
-        label = "_again" if i else f"{len(others)} other methods"
-        ax.plot(*points, "-", color=PALE, linewidth=1, zorder=1, label=label)
-    _frame(figure, ax, report)
-    figure.legend(loc="outside upper right", ncols=3)  # beside the curves, not on them
-    _draw_prices(prices, best)
-    return figure
-
-
-@styled()
-def draw_all(report: CostReport) -> Any:
-    """All methods: error across, falling to the right; seconds up; a line for each."""
-    figure = new_figure(*SIZE)
-    ax = figure.subplots()
-    matter = {curve.name: TOOLS[tool] for tool, curve in _cheapest(report).items()}
-    fronts = [best[0] for error in report.decades if (best := report.best(error)) is not None]
+    ax, prices = figure.subplots(1, 2, width_ratios=WIDTHS)
+    matter = {curve.name: TOOLS[tool] for tool, curve in best.items()}
+    fronts = [first[0] for error in report.decades if (first := report.best(error)) is not None]
     free = [color for color in COLORS if color not in matter.values()]
     for name in sorted(dict.fromkeys(fronts), key=fronts.count, reverse=True):
         if name not in matter and len(matter) < MATTER:
             matter[name] = free[len(matter) % len(free)]
+    others = [curve for curve in report.curves if curve.name not in matter and _points(curve, report.error)[0]]
     for name, color in matter.items():
         curve = next(curve for curve in report.curves if curve.name == name)
-        _draw_curve(ax, curve, report.error, color, name, 2.2)
-    others = [curve for curve in report.curves if curve.name not in matter and _points(curve, report.error)[0]]
+        look = {"linewidth": 2.2, "linestyle": "--" if curve.peer else "-", "marker": "o", "zorder": 3}
+        ax.plot(*_points(curve, report.error), color=color, label=name, **look)
     for curve in others:
         ax.plot(*_points(curve, report.error), ".--" if curve.peer else ".-", color=PALE, linewidth=1, zorder=1)
     _frame(figure, ax, report)
     _name_ends(ax, others, report.error)
-    figure.legend(loc="outside upper right", ncols=MATTER)
+    figure.legend(loc="outside upper right", ncols=MATTER)  # beside the curves, not on them
+    _draw_prices(prices, best)
     return figure
 
 
@@ -335,16 +318,11 @@ def _cheapest(report: CostReport) -> dict[str, Curve]:
     return {tool: best[tool] for tool in TOOLS if tool in best}
 
 
-def _draw_curve(ax: Any, curve: Curve, least: float, color: str, label: str, width: float) -> None:
-    """One curve in colour; those of other simulators dashed."""
-    look = {"linewidth": width, "linestyle": "--" if curve.peer else "-", "marker": "o", "zorder": 3}
-    ax.plot(*_points(curve, least), color=color, label=label, **look)
-
-
 def _name_ends(ax: Any, curves: list[Curve], least: float) -> None:
     """The name of each curve at its most accurate end, moved up or down where another name is, with a line to it."""
     (left, right), (low, high) = (np.log(ax.get_xlim()), np.log(ax.get_ylim()))
-    width, height = 0.8 * 72 * SIZE[0], 0.8 * 72 * SIZE[1]  # points, about, of the axes
+    share = WIDTHS[0] / sum(WIDTHS)
+    width, height = 0.8 * 72 * SIZE[0] * share, 0.8 * 72 * SIZE[1]  # points, about, of the axes
     ends = []
     for curve in curves:
         error, seconds = min(zip(*_points(curve, least), strict=True))
@@ -393,6 +371,7 @@ def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
     drawn = ax.barh(names, bars, 0.55, color=[TOOLS[tool] for tool in prices])
     ax.bar_label(drawn, [f"{price:.2f} x" for price in bars], padding=4, fontsize=11)
     ax.set_xlim(0, 1.35 * max([1.0, *bars]))
+    ax.set_ylim((len(bars) - 1) / 2 - len(TOOLS) / 2, (len(bars) - 1) / 2 + len(TOOLS) / 2)  # few bars are no thicker
     ax.set_title("the next digit takes")
     ax.spines["bottom"].set_visible(False)
     ax.grid(visible=False)
