@@ -14,7 +14,7 @@ from pendpin.graphics.style import BESIDE, BLACK, COLORS, GREY, new_figure, plai
 from pendpin.ground.arguments import axes
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import DRIFT, is_chain, unit_of
+from pendpin.trajectory.columns import DRIFT, NOTHING, is_chain, unit_of
 
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
@@ -142,7 +142,6 @@ MOST_RODS = 3
 VIEWS = {"above": (0, 1), "front": (1, 2), "side": (0, 2)}  # of x, y, z those to the right and up
 MOST_POINTS = 30_000  # of a path
 MOST_JOINTS = 6  # of a tree: those that move most
-NOTHING = 1e-12  # of the largest force times the model's size: a moment below is rounding
 
 
 def panels_of(run: RunRecord) -> list[Panel]:

@@ -19,10 +19,10 @@ from numpy.typing import NDArray
 
 from pendpin.errors import InputError, MissingLibrary, choices, inside
 from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth
-from pendpin.graphics.figure import NOTHING
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template, read_whole, write_whole
 from pendpin.model.bodies import pinocchio
+from pendpin.trajectory.columns import NOTHING
 
 THINNEST = 0.002  # radius of the thinnest solid, over the extent of the drawing: about 2 pixels
 SHADOWS = 500  # shapes that still throw shadows: beyond that they cost more than they show

@@ -55,7 +55,16 @@ def run_report(run: Any, checked: str) -> Report:
         data |= {"work": {kind: float(work[-1]) for kind, work in run.work.items()}, "energy_balance": run.imbalance}
     data["summary"] = {name: figure._asdict() for name, figure in run.summary().items()}
     data["joint_events"] = [event._asdict() for event in run.events]
-    return Report((Table(("run", ""), [*_rows(run, checked), *_answers(run)]),), data)
+
+    # how far a pendulum swings, later too if that is less, what it pulls, and when it comes to rest
+    rows, summary = [*_rows(run, checked)], run.summary()
+    for name in (name for name in ANSWERS if name in summary):
+        later = summary.get(f"{name}, second half")
+        less = later if later and later.value < summary[name].value else None
+        after = f"; after half the time {less.value:.6g} {less.unit}" if less else ""
+        rows.append((name, f"{summary[name]}{after}"))
+    rows += [("extremes", summary.remark)] if summary.remark else []
+    return Report((Table(("run", ""), rows),), data)
 
 
 def _text(text: str) -> str:
@@ -110,17 +119,6 @@ def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
         yield "notes", "\n".join(note[:MOST_OF_A_NOTE] for note in stats.notes)
     if left := leaving(run):
         yield "slid away", "\n".join(left)
-
-
-def _answers(run: Any) -> Iterator[tuple[str, str]]:
-    """How far a pendulum swings, later too if that is less, what it pulls, and when it comes to rest."""
-    summary = run.summary()
-    for name in (name for name in ANSWERS if name in summary):
-        later = summary.get(f"{name}, second half")
-        less = later if later and later.value < summary[name].value else None
-        yield name, str(summary[name]) + (f"; after half the time {less.value:.6g} {less.unit}" if less else "")
-    if summary.remark:
-        yield "extremes", summary.remark
 
 
 def _scene(run: RunRecord) -> str:

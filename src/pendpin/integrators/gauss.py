@@ -173,7 +173,14 @@ class Gauss(Integrator):
             if factors is None or thorough:
                 self._calls += thorough * len(times) * self._nv
                 slopes = [self._form.slopes(*stage, thorough) for stage in zip(times, Q, V, now, strict=True)]
-                factors = lapack("getrf")(self._matrix(h, M, N, *map(np.array, zip(*slopes, strict=True))))[:2]
+                in_q, in_v = map(np.array, zip(*slopes, strict=True))
+                # The derivative of the residual in V, (s nv, s nv): M_i delta_ij + h a_ij (N_i - dF_j/dv)
+                # - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
+                a, (s, nv, _) = self.rule.a, N.shape
+                J = h * a[:, None, :, None] * (N[:, :, None, :] - in_v.transpose(1, 0, 2)[None])
+                J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
+                J[np.arange(s), :, np.arange(s)] += M
+                factors = lapack("getrf")(J.reshape(s * nv, s * nv))[:2]
             residual = (M @ V[..., None])[..., 0] - p - h * self.rule.within(F)
             change = lapack("getrs")(*factors, residual.reshape(-1))[0].reshape(V.shape)
             V = V - change
@@ -185,12 +192,3 @@ class Gauss(Integrator):
                 return Q, V, F
             before = size
         return None
-
-    def _matrix(self, h: float, M: Array, N: Array, in_q: Array, in_v: Array) -> Array:
-        """The derivative of the residual in V, (s nv, s nv)."""
-        # M_i delta_ij + h a_ij (N_i - dF_j/dv) - h² sum_k a_ik dF_k/dq a_kj, with N = dp/dq.
-        a, (s, nv, _) = self.rule.a, N.shape
-        J = h * a[:, None, :, None] * (N[:, :, None, :] - in_v.transpose(1, 0, 2)[None])
-        J -= h * h * np.einsum("ik,kab,kj->iajb", a, in_q, a)
-        J[np.arange(s), :, np.arange(s)] += M
-        return J.reshape(s * nv, s * nv)

@@ -12,7 +12,7 @@ from pendpin.model.kinematics import model_of, swings_at
 from pendpin.motions.continuation import Continuation, find_coarse, resolve
 from pendpin.motions.search import Quantity, find_largest, impacts
 from pendpin.trajectory import RunRecord
-from pendpin.trajectory.columns import UNITS, is_chain, swing
+from pendpin.trajectory.columns import NOTHING, UNITS, is_chain, swing
 
 MOST_PERIODS = 4  # joints
 LEAST_TURNS = 3  # upward crossings, for a period: two swings that can be compared
@@ -104,9 +104,11 @@ def _extremes(run: Any, more: Continuation | None) -> dict[str, Figure]:
             rows[name] = whole._replace(place="of a link, from straight down")
         later = whole.time is not None and whole.time >= half
         rows[f"{name}, second half"] = whole if later else _largest(run, more, quantity, unit, half)
-    parts = () if run.rod_reactions is None else run.rod_reactions._fields
+    parts = {} if run.rod_reactions is None else run.rod_reactions._asdict()
+    force = max((np.abs(parts[name]).max() for name in FORCES if name in parts), default=0.0)
+    size = {"R": force, "M": force * np.abs(run.tips).max(initial=0.0)}
     for name in (name for name in (*FORCES, "M1", "M2", "M3") if name in parts):
-        if getattr(run.rod_reactions, name).any():
+        if not np.abs(parts[name]).max() <= NOTHING * size[name[0]]:  # of rounding every sample is an extreme
             least, largest = (
                 _largest(run, more, lambda rows, n=name, s=sign: s * getattr(rows.rod_reactions, n), UNITS[name])
                 for sign in (-1.0, 1.0)

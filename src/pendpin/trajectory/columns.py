@@ -19,6 +19,7 @@ OF_CHAINS = ("omega", "angular_momentum")  # computed from the model of a chain 
 DRIFT = "energy_drift"  # not a column of a table: it counts from the first sample that is asked for
 EFFORTS = "efforts"  # neither are they: computed when the first is asked for
 WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
+NOTHING = 1e-12  # of the largest force, or of that times the model's size: a force or moment below is rounding
 
 
 def columns(run: Any) -> dict[str, Place]:

@@ -95,25 +95,21 @@ def hard(
     outcomes so far. Raises InputError for an unknown case, MissingLibrary for a missing simulator.
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
-    run = _run_on_peers if peers else partial(_run, full=full)
     if peers:  # the short forms that others can run: measured by their angles, or by tips compared with pendpin's
         simulators.require_libraries()
         direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
         compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
         cases = tuple(sorted([*direct, *compared], key=lambda case: case.group))
-    results, stopped = collect(outcome for case in cases for outcome in run(case, progress=progress))
+        outcomes = (outcome for case in cases for outcome in _run_on_peers(case, progress))
+    else:
+        outcomes = (run_case(case, method, full, progress) for case in cases for method in case.methods)
+    results, stopped = collect(outcomes)
     return HardReport(results, cases, stopped)
 
 
-def _run(case: Case, full: bool, progress: Progress) -> Iterator[Outcome]:
-    """A case on its methods."""
-    for method in case.methods:
-        progress(f"{case.name} on {method}")
-        yield run_case(case, method, full)
-
-
-def run_case(case: Case, method: str, full: bool) -> Outcome:
+def run_case(case: Case, method: str, full: bool, progress: Progress = lambda what: None) -> Outcome:
     """One case on one of its methods, with its setting."""
+    progress(f"{case.name} on {method}")
     setting: dict[str, Any] = dict(case.methods[method])
     return _measure(case, method, lambda scene: simulate(scene, method=method, **setting), full)
 
@@ -171,8 +167,7 @@ def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
 
 def _run_on_peers(case: Case, progress: Progress) -> Iterator[Outcome]:
     """A case on `auto` and on other simulators: the best of some settings, none finer after a run longer than LIMIT."""
-    progress(f"{case.name} on auto")
-    yield replace(run_case(case, "auto", full=False), claimed=False)
+    yield replace(run_case(case, "auto", False, progress), claimed=False)
     for name, (make_peers, method, settings) in SIMULATORS.items():
         progress(f"{case.name} on {name}")
         outcomes: list[Outcome] = []

@@ -273,7 +273,7 @@ LINE, LETTER, AWAY = 8.0, 4.0, 4.0  # points: of a name at a curve's end, its he
 
 @styled()
 def draw_cost(report: CostReport) -> Any:
-    """All methods: error across, falling to the right; seconds up; a line for each. Beside them what the next digit takes."""
+    """A line for each method: error across, falling to the right; seconds up. Beside them what the next digit takes."""
     best, figure = _cheapest(report), new_figure(*SIZE)
     ax, prices = figure.subplots(1, 2, width_ratios=WIDTHS)
     matter = {curve.name: TOOLS[tool] for tool, curve in best.items()}
