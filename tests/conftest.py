@@ -9,11 +9,9 @@ from collections.abc import Iterator
 from unittest.mock import patch
 
 import pytest
-import typer.main
 from hypothesis import HealthCheck, settings
 
 from browser import Browser, chromium
-from pendpin.runs.preparation import known_dynamics, known_runs
 
 # no deadlines, no looks at how fast examples come: nothing here depends on a clock
 settings.register_profile("usual", max_examples=60, deadline=None, suppress_health_check=[HealthCheck.too_slow])
@@ -44,6 +42,8 @@ def browser() -> Iterator[Browser]:
 @pytest.fixture(autouse=True, scope="session")
 def commands_built_once() -> Iterator[None]:
     """Typer builds all commands at each call of `main`, of which there are a thousand: 0.02 s of processor each."""
+    import typer.main
+
     with patch.object(typer.main, "get_command", functools.cache(typer.main.get_command)):
         yield
 
@@ -51,6 +51,11 @@ def commands_built_once() -> Iterator[None]:
 @pytest.fixture(autouse=True)
 def nothing_known(request: pytest.FixtureRequest) -> Iterator[None]:
     """What was bound with a library or function that a test replaces is not met by other tests, nor theirs by it."""
+    from pendpin.runs.preparation import (
+        known_dynamics,
+        known_runs,
+    )  # here: the process that only hands out tests needs none
+
     replaces = "monkeypatch" in request.fixturenames
     for cache in (known_dynamics, known_runs) if replaces else ():
         cache.known.clear()
