@@ -213,7 +213,7 @@ def test_two_joints_that_mimic_each_other_cannot_be_locked(tmp_path: Path) -> No
     path.write_text(edited(ROD, *((axis, axis + mimic) for axis, mimic in both)))
     (note,) = (note for note in build(pp.UrdfModel(path=path)).notes if "mimics" in note)
     assert "'theta' mimics 'phi', 'phi' mimics 'theta' in the file" in note
-    with pytest.raises(pp.InputError, match="joint 'theta': it mimics itself, by way of 'phi'"):
+    with pytest.raises(pp.InputError, match="joint 'theta': its mimics form a circle: 'theta', 'phi', 'theta'"):
         build(pp.UrdfModel(path=path, mimic="locked"))
 
 

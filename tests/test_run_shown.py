@@ -1,6 +1,7 @@
 """What is shown of a run: representations, figures, animations."""
 
 from dataclasses import replace
+import re
 from pathlib import Path
 
 import numpy as np
@@ -210,3 +211,14 @@ def test_labels_say_in_what_two_scenes_differ() -> None:
     labels = labels_of([one, other])
     assert labels[0].endswith("start.positions.theta 0.3")
     assert labels[1].endswith("start.positions.theta 0.4")
+
+
+def test_the_times_of_a_late_run_are_told_apart() -> None:
+    """Those of its summary are those of the run from 0 on, later by its start, to the microsecond that is printed."""
+    from_0, late = (pp.simulate(SCENES["smooth"].replace({"start.time": t}), duration=2.0) for t in (0.0, 1e9))
+    for name, figure in from_0.summary().items():
+        if figure.time is not None:
+            printed = re.search(r" at ([\d.]+) s", str(late.summary()[name]))
+            assert printed, name
+            assert float(printed[1]) - 1e9 == pytest.approx(figure.time, abs=2e-6)
+    assert "1000000000 to 1000000002 s" in repr(late)

@@ -11,6 +11,7 @@ from typing import Any, TypeGuard
 MOST_CHARACTERS = 1_000  # of a message
 MOST_NAMES = 16  # in a list of them
 MOST_REPR = 900  # of a representation
+LATE = 1e5  # s: six digits of such a time are not enough
 
 KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
 
@@ -127,6 +128,11 @@ def inside(place: str) -> Iterator[None]:
 def amount(count: int, noun: str) -> str:
     """A number of things: 1 sample, 2 samples."""
     return f"{count} {noun}{'s' * (count != 1)}"
+
+
+def moment(t: float) -> str:
+    """A time in s as text: to six digits, or to a microsecond where it is late."""
+    return f"{t:.6g}" if abs(t) < LATE else f"{t:.6f}".rstrip("0").rstrip(".")
 
 
 def not_one_of(value: Any, names: Iterable[str]) -> str:

@@ -6,7 +6,7 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, shown
+from pendpin.errors import InputError, moment, shown
 from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array, Indices
 from pendpin.trajectory import RunRecord
@@ -166,7 +166,7 @@ def runs_of(run: RunRecord, compare: Runs) -> list[RunRecord]:
         if not isinstance(other, RunRecord):
             raise InputError(f"compare: a {type(other).__name__} is not a run")
         if len(run.t) and (not len(other.t) or other.t[0] > run.t[-1] or other.t[-1] < run.t[0]):
-            span = f"from {run.t[0]:g} to {run.t[-1]:g} s"
+            span = f"from {moment(run.t[0])} to {moment(run.t[-1])} s"
             raise InputError(f"compare: the run {span} has no time in common with another")
     return [run, *others]
 

@@ -13,7 +13,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import PendpinError, amount
+from pendpin.errors import PendpinError, amount, moment
 from pendpin.graphics.figure import draw
 from pendpin.graphics.page import base64_of
 from pendpin.graphics.style import picture_of
@@ -73,13 +73,13 @@ def _text(text: str) -> str:
 
 def _page_rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
     """The rows of a run, its summary, its events and the versions."""
-    yield "time", f"{run.t[0]:g} to {run.t[-1]:g} s, {amount(len(run.t), 'sample')}"
+    yield "time", f"{moment(run.t[0])} to {moment(run.t[-1])} s, {amount(len(run.t), 'sample')}"
     yield from _rows(run, checked)
     for name, figure in run.summary().items():
         yield name, str(figure)
     if run.events:  # how many of each kind, and the first of them
         kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
-        first = [f"{event.t:.6g} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
+        first = [f"{moment(event.t)} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
         rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
         yield "events", "\n".join([kinds, *first, *rest])
     yield "version", f"pendpin {VERSION}"

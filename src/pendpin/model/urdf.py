@@ -467,7 +467,7 @@ def _followed(name: str, mimics: Mapping[str, Mimic], lock: Mapping[str, float])
     while path[-1] in mimics and path[-1] not in lock:
         master, multiplier, offset = mimics[path[-1]]
         if master in path:
-            raise InputError(f"joint {shown(name)}: it mimics itself, by way of {choices(map(shown, path[1:]))}")
+            raise InputError(f"joint {shown(name)}: its mimics form a circle: {choices(map(shown, [*path, master]))}")
         path, position, slope = [*path, master], position + slope * offset, slope * multiplier
     return position + slope * lock.get(path[-1], 0.0)
 

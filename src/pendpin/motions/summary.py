@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, PendpinError, amount
+from pendpin.errors import InputError, PendpinError, amount, moment
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.kinematics import model_of, swings_at
 from pendpin.motions.continuation import Continuation, find_coarse, resolve
@@ -32,7 +32,7 @@ class Figure(NamedTuple):
     place: str = ""  # which rod
 
     def __str__(self) -> str:
-        when = "" if self.time is None else f" at {self.time:.6g} s"
+        when = "" if self.time is None else f" at {moment(self.time)} s"
         return f"{self.value:.6g} {self.unit}{when}{self.place and f', {self.place}'}"
 
 
@@ -165,7 +165,7 @@ def text(run: Any) -> str:
     parts = [f"{name} {rows[name]}" for name in ("at rest from", SWING, TILT) if name in rows]
     if "R3 largest" in rows:
         least, largest = rows["R3 least"], rows["R3 largest"]
-        pushed = f"{-least.value:.4g} N at {least.time:.6g} s{least.place and f', {least.place}'}"
+        pushed = f"{-least.value:.4g} N at {moment(least.time)} s{least.place and f', {least.place}'}"
         if largest.value < 0:
             parts.append(f"compression from {-largest.value:.4g} to {pushed}")
         elif least.value < 0:

@@ -11,7 +11,7 @@ from typing import Any, Self, TypeVar
 
 import numpy as np
 
-from pendpin.errors import InputError, amount, one_line, shown
+from pendpin.errors import InputError, amount, moment, one_line, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import open_arrays, path_of, refuse_other_format, write_arrays, write_whole
 from pendpin.ground.records import LARGEST
@@ -175,7 +175,8 @@ class RunRecord:
         if not len(self.t):
             return "a run without samples"
         setting = f"{self.stats.method} with {self.stats.setting}, {self.stats.steps} steps"
-        return f"{model_in_words(self)}: {self.t[0]:g} to {self.t[-1]:g} s, {amount(len(self.t), 'sample')}, {setting}"
+        span = f"{moment(self.t[0])} to {moment(self.t[-1])} s, {amount(len(self.t), 'sample')}"
+        return f"{model_in_words(self)}: {span}, {setting}"
 
     def reactions(self) -> AnyReactions:
         """What its joint exerts on every rod, each (n, rods): docs/python.md. Raises InputError where no rod has its own."""
