@@ -286,3 +286,21 @@ def test_joint_angles_from_tips_are_those_of_the_motion(columns: dict, noise: fl
         table[name] = y + draw.normal(0, noise, len(y))
     (swing,) = prepare(scene, table, "model.rods[1].com").angles
     assert np.abs(swing.y - run.q).max() < (30e-3 if noise else 1e-7)
+
+
+def test_a_centre_of_mass_names_its_centre_of_oscillation(tmp_path) -> None:
+    """h and I / (m h) give the same swing: from a guess near one the fit is that one, and its report names the other."""
+    rod = pp.Rod(length=1.0, mass=1.0, com=0.4, inertia=(0.05, 0.05, 0.001), joint="hinge")
+    true = pp.Scene(
+        duration=6.0,
+        model=pp.Chain(rods=[rod]),
+        effects=[Gravity()],
+        start=pp.Start(positions={"theta": 0.8}),
+        data=Data(columns={"theta": ["theta"]}),
+    )
+    data = pp.simulate(true, samples=301).to_csv(tmp_path / "swing.csv", "theta")
+    key, other = "model.rods[0].com", 0.05 / 0.4
+    for guess, found, named in ((0.35, 0.4, other), (0.1, other, 0.4)):
+        fit = pp.fit(true.replace({key: guess}), data, free=[key])
+        assert fit.values[key] == pytest.approx(found, rel=1e-5)
+        assert f"{key} = {named:.4g} m, its centre of oscillation" in str(fit)

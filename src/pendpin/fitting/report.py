@@ -226,6 +226,11 @@ class Fit(Result):
             rows.append(f"Cells without a number, which are skipped: {missing}.")
         if not isinstance(self.scene.model, Chain):
             rows.append('Masses and inertias are those of the URDF: a fit frees those of rods (kind = "chain") only.')
+        key, rods = "model.rods[0].com", self.scene.model.all_rods if isinstance(self.scene.model, Chain) else ()
+        if len(rods) == 1 and not rods[0].payload and key in self.errors and rods[0].properties.h:
+            of = rods[0].properties
+            other = (of.I2 if rods[0].turns == "y" else of.I1) / (of.m * of.h)
+            rows.append(f"{key} = {other:.6g} m, its centre of oscillation, may fit alike: angles cannot tell.")
         if self.undetermined and self.follows:
             rows.append(
                 f"Not determined by these data: {', '.join(self.undetermined)}. Do not free those that you can weigh or "
