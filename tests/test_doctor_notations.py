@@ -183,3 +183,82 @@ def test_a_length_before_a_rate_in_brackets_is_a_factor():
         verdicts(BOB.replace("gl", "gL").replace("ml", "mL") + r"$$v = L\left(\frac{d\theta}{dt}\right)$$")[-1]
         == "holds"
     )
+
+
+SWING = r"$$\ddot\theta = -\frac gl\sin\theta$$"
+
+
+@pytest.mark.parametrize(
+    ("formula", "verdict"),
+    [
+        (r"h = l(1-\cos\theta)", "holds"),
+        (r"f = \frac{1}{2\pi}\sqrt{\frac gl}", "holds"),
+        (r"v_{max} = \sqrt{2gl(1-\cos\theta_0)}", "holds"),
+        (r"v_{max} = \sqrt{2gl(1+\cos\theta_0)}", "not checked"),
+        (r"T = \frac{1}{2\pi}\sqrt{\frac lg}", "fails"),
+        (r"\theta(t) = \theta_0\cos\left(\sqrt{\frac gl}\,t\right)", "holds if"),
+        (r"\theta(t) = \theta_0\cos\left(\sqrt{\frac lg}\,t\right)", "not checked"),
+    ],
+)
+def test_what_every_page_on_a_swing_has(formula, verdict):
+    assert verdicts(SWING + f"$${formula}$$")[-1] == verdict
+
+
+TENSIONS = r"""The bobs hang on rods; $S_1$ and $S_2$ are the tensions of the rods.
+$$x_1 = l_1\sin\theta_1, \quad y_1 = -l_1\cos\theta_1$$
+$$x_2 = x_1 + l_2\sin\theta_2, \quad y_2 = y_1 - l_2\cos\theta_2$$
+$$m_1\ddot x_1 = -S_1\sin\theta_1 + S_2\sin\theta_2$$ $$m_2\ddot y_2 = S_2\cos\theta_2 - m_2 g$$"""
+
+
+@pytest.mark.parametrize("letter", ["S_", "T_", "F_{T"])
+def test_tensions_are_those_of_the_rods(letter):
+    text = TENSIONS if letter != "F_{T" else TENSIONS.replace("S_1", "F_{T1}").replace("S_2", "F_{T2}")
+    text = text.replace("S_", letter)
+    assert verdicts(text) == ["holds"] * 6
+    assert "holds" not in verdicts(text.replace("- m_2 g", "+ m_2 g"))[-1:]
+
+
+def test_a_letter_that_divides_is_a_damping_as_any_that_multiplies():
+    assert verdicts(r"$$\ddot\theta + \frac{\dot\theta}{Q} + \sin\theta = 0$$") == ["holds"]
+    driven = r"$$\ddot\theta + \frac1q\dot\theta + \sin\theta = a\cos(\omega_D t)$$"
+    driven += r"$$E = \frac12\dot\theta^2 + 1 - \cos\theta$$"
+    assert verdicts(driven) == ["holds"] * 2
+    assert verdicts(driven.replace("1 - ", "1 + "))[-1] == "not checked"
+
+
+def test_no_letter_is_wanted_that_the_text_does_not_have():
+    """The bob's mass is M here, and no cart has a mass."""
+    text = r"""$$x_p = X + l\sin\theta, \quad y_p = -l\cos\theta$$ $$V = -Mgl\cos\theta$$
+$$l\ddot\theta + \ddot X\cos\theta + g\sin\theta = 0$$
+$$\ddot\theta = -\frac gl\sin\theta - \frac{\ddot X}{l}\cos\theta$$"""
+    assert "fails" not in verdicts(text)
+
+
+STEP = """x, x_dot, theta, theta_dot = state
+s = sin(theta)
+c = cos(theta)
+x_acc = (-2*m*l*theta_dot**2*s + 3*m*g*s*c + 4*F)/(4*(m + M) - 3*m*c**2)
+theta_acc = (-3*m*l*theta_dot**2*s*c + 6*(m + M)*g*s + 6*F*c)/(4*l*(m + M) - 3*m*l*c**2)
+x_dot += x_acc*dt
+theta_dot += theta_acc*dt
+"""
+
+
+def test_an_angle_may_be_positive_against_the_cart():
+    assert pp.diagnose(STEP).wrong == ()
+    assert verdicts(STEP)[-4:] == ["holds"] * 4
+    (wrong, *_) = pp.diagnose(STEP.replace("+ 6*F*c", "- 6*F*c")).wrong or [None]
+    assert wrong is None or wrong.place == "line 5"
+
+
+ELEMENTS = """cos = np.cos(y[0] - y[2])
+sin = np.sin(y[0] - y[2])
+phi2_double_dot = ((m1 + m2)*(L1*y[1]**2*sin - g*np.sin(y[2]) + g*np.sin(y[0])*cos)
+                   + m2*L2*y[3]**2*sin*cos)/(L2*(m1 + m2*sin**2))
+return [y[1], phi1_double_dot, y[3], phi2_double_dot]
+"""
+
+
+def test_an_acceleration_has_another_name_than_the_states():
+    assert verdicts(ELEMENTS)[2] == "holds"
+    assert verdicts(ELEMENTS.replace("+ g*", "- g*"))[2] != "holds"

@@ -67,6 +67,19 @@ $$V = m g l\cos\alpha$$
 $$m l^2\ddot\alpha + m r l\cos\alpha\,\ddot\theta - m l^2\sin\alpha\cos\alpha\,\dot\theta^2 - m g l\sin\alpha = 0$$
 $$(J_a + m r^2 + m l^2\sin^2\alpha)\ddot\theta + m r l\cos\alpha\,\ddot\alpha
 + 2 m l^2\sin\alpha\cos\alpha\,\dot\theta\dot\alpha - m r l\sin\alpha\,\dot\alpha^2 = \tau$$""",
+    "two that a spring couples": r"""Two equal pendulums are coupled by a spring at the distance $a$ below their pivots.
+$$T = \frac12 m l^2(\dot\theta_1^2 + \dot\theta_2^2)$$
+$$V = \frac12 m g l(\theta_1^2 + \theta_2^2) + \frac12 k a^2(\theta_1 - \theta_2)^2$$
+$$m l^2\ddot\theta_1 + m g l\theta_1 + k a^2(\theta_1 - \theta_2) = 0$$
+$$m l^2\ddot\theta_2 + m g l\theta_2 - k a^2(\theta_1 - \theta_2) = 0$$
+$$\omega_2 = \sqrt{\frac gl + \frac{2 k a^2}{m l^2}}$$""",
+    "a hoop that turns": r"""A bead on a hoop that turns with $\Omega$:
+$$T = \frac12 m R^2(\dot\theta^2 + \Omega^2\sin^2\theta)$$
+$$V_{eff}(\theta) = -m g R\cos\theta - \frac12 m R^2\Omega^2\sin^2\theta$$
+$$\ddot\theta = \Omega^2\sin\theta\cos\theta - \frac gR\sin\theta$$ $$\Omega_c = \sqrt{\frac gR}$$""",
+    "a rod with a bob": r"""A rod of mass $m$ and length $l$ carries a bob of mass $M$ at its end.
+$$I = \frac13 m l^2 + M l^2$$ $$I\ddot\theta = -\left(\frac m2 + M\right) g l\sin\theta$$
+$$d = \frac{m l/2 + M l}{m + M}$$ $$T = 2\pi\sqrt{\frac{(m/3 + M) l}{(m/2 + M) g}}$$""",
 }
 
 
@@ -76,7 +89,8 @@ FAULTS = [
     (r"+ 2\dot r", r"- 2\dot r"),
     (r"- l_2\dot", r"+ l_2\dot"),
 ]
-FAULTS += [(r"+ 2 m l^2", r"- 2 m l^2")]
+FAULTS += [(r"+ 2 m l^2", r"- 2 m l^2"), (r"m g l\theta_2 - k", r"m g l\theta_2 + k"), (r"- \frac gR", r"+ \frac gR")]
+FAULTS += [(r"I = \frac13 m", r"I = \frac12 m")]
 
 
 @pytest.mark.parametrize(("text", "fault"), [*zip(FURTHER.values(), FAULTS, strict=True)], ids=FURTHER)
@@ -106,3 +120,19 @@ def test_a_system_that_the_user_names_is_taken_though_no_coordinate_or_word_of_t
     }
     if rod in own:  # no spring is named
         assert [one.verdict for one in pp.diagnose(f"${own[rod]}$", rod=rod).findings] == ["holds"]
+
+
+CONE = r"""The bob of a conical pendulum has the string's tension $T$ and the radius $r = l\sin\theta$.
+$$T\cos\theta = m g$$ $$T\sin\theta = m\omega^2 r$$ $$\omega = \sqrt{\frac{g}{l\cos\theta}}$$
+$$v = \sqrt{g r\tan\theta}$$ The period is $$T = 2\pi\sqrt{\frac{l\cos\theta}{g}}$$"""
+
+
+def test_a_conical_pendulum_keeps_its_angle():
+    assert {one.verdict for one in pp.diagnose(CONE).findings} == {"holds"}
+    wrong = pp.diagnose(CONE.replace(r"= m\omega^2 r", r"= m\omega^2 l")).findings
+    assert [one.latex for one in wrong if one.verdict != "holds"] == [r"T\sin\theta = m\omega^2 l"]
+
+
+def test_a_rod_and_its_bob_have_either_letter():
+    text = FURTHER["a rod with a bob"].translate(str.maketrans("mM", "Mm"))
+    assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}

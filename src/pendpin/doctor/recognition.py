@@ -48,7 +48,8 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
     r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
     "polar": r"spherical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
-    "conical": r"conical|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|원추 ?진자",
+    "conical": r"conical|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|"
+    r"원추 ?진자",
     "turning": r"\bhoop|\bbead\b|(?:turn|rotat|spin)\w* (?:ring|wire|circle|loop|frame|plane|about (?:a|its|the) vertical)|"
     r"\baro\b|\banello|\banneau|旋转圆环",
     "coupled": r"\bcoupl(?:ed|ing)|gekoppelt|acoplad|accoppiat|couplés|связанны|耦合|連成|결합",
