@@ -126,6 +126,27 @@ REFUSED: dict[str, tuple[Call, str]] = {
             "model.copies": "this number has no derivative",
         }.items()
     },
+    **{
+        f"{name} beyond double precision, or an array": (call, says)
+        for name, call, says in (
+            ("times", lambda: run().at(10**400), "times: a number of 400 digits are not numbers"),
+            ("a level", lambda: run().crossings("theta_1", 10**400), "level: a number of 400 digits is not"),
+            ("t0", lambda: run().state_transition(10**400, 1.0), "t0: a number of 400 digits is not a time"),
+            ("a rate", lambda: pp.bind(scene()).energy([10**400] * 2, [0.0] * 2), "are not numbers"),
+            ("a point", lambda: run().express("theta", point=10**400), "point: .* are not numbers"),
+            ("a guess", lambda: pp.periodic_orbit(scene(), 10**400, 1.0), "guess: .* 4 finite numbers"),
+            ("a joint", lambda: run().express(np.zeros((2, 2))), "express .* is not one of"),
+            ("a frame", lambda: run().express("theta", np.zeros((2, 2))), "frame: .* is not one of"),
+            ("a side", lambda: run().express("theta", on=[]), "on: .* is not one of"),
+            ("a case", lambda: pp.validate([[1]]), "validate: case .* is not one of"),
+            ("a column", lambda: run().to_pandas(np.zeros((2, 2))), "is not the name of a quantity"),
+            (
+                "a key",
+                lambda: pp.sections.bifurcation(scene(), [], [1], pp.sections.strobe(of="phi")),
+                "is not a key path",
+            ),
+        )
+    },
     "a key without derivative": (lambda: pp.follow(orbit(), "duration", 9.0), "has no derivative"),
     "to NaN": (lambda: pp.follow(orbit(), HEIGHT, math.nan), "to: nan is not a finite number"),
     "to words": (lambda: pp.follow(orbit(), HEIGHT, "far"), "to: 'far' is not a finite number"),

@@ -88,8 +88,8 @@ def shown(value: Any, most: int = 60) -> str:
 
 
 def is_number(value: Any) -> TypeGuard[float]:
-    """Whether a value is a number: a bool is not one, though Python counts it among the integers."""
-    return isinstance(value, int | float) and not isinstance(value, bool)
+    """Whether a value is a number: a bool is not one, though an int to Python, nor an int beyond double precision."""
+    return isinstance(value, float) or (type(value) is int and abs(value) <= sys.float_info.max)
 
 
 def shown_path(path: Path) -> str:
@@ -157,7 +157,7 @@ def _first_of(names: tuple[str, ...]) -> str:
 
 def find(names: tuple[str, ...], name: str, what: str) -> int:
     """The place of a name. Raises InputError that lists the names, or the first of many."""
-    if name in names:
+    if isinstance(name, str) and name in names:
         return names.index(name)
     raise InputError(f"{what} {not_one_of(name, names)}")
 

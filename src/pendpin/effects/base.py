@@ -110,7 +110,7 @@ def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float)
         if kind is float and numbers.dtype.kind not in "biufO":
             raise TypeError
         numbers = np.array(numbers, kind)  # its own: a function may return the same array every time
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{what} returned {shown(output)}, which is not an array of numbers") from None
     if numbers.shape != shape and not (shape[0] == 1 and numbers.shape == shape[1:]):
         raise InputError(f"{what} returned shape {numbers.shape}, where {shape} is wanted")

@@ -57,7 +57,7 @@ def numbers(name: str, values: Any, finite: bool = False) -> Array:
         if array.dtype.kind not in "iufO":
             raise TypeError
         array = array.astype(float, copy=False)
-    except (TypeError, ValueError):
+    except (TypeError, ValueError, OverflowError):
         raise InputError(f"{name}: {shown(values)} are not numbers") from None
     if finite and not np.isfinite(array).all():
         place = np.argwhere(~np.isfinite(array))[0].tolist()

@@ -107,7 +107,7 @@ class Model:
 
     def index(self, name: str, where: str) -> int:
         """The place of a joint in model order; a single rod's may be written with _1. Raises InputError."""
-        if set(self.joints) <= {"theta", "phi"} and name in {"theta_1", "phi_1"}:
+        if set(self.joints) <= {"theta", "phi"} and str(name) in {"theta_1", "phi_1"}:
             name = name.removesuffix("_1")
         return find(self.joints, name, f"{where}: joint")
 

@@ -9,6 +9,7 @@ from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import kinematics
 from pendpin.equations.trees import motions_in_links, place_joints
 from pendpin.errors import InputError, did_you_mean, not_one_of, shown
+from pendpin.ground.arguments import numbers
 from pendpin.ground.arrays import Array, ArrayLike, across, applied, cross
 from pendpin.model.bodies import NEAR, pinocchio
 from pendpin.model.build import FLIP, SIGNS, Model, build
@@ -218,7 +219,7 @@ def model_of(run: RunRecord) -> Model:
 def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | None, on: str) -> Array:
     """The wrench (n, 6) of a joint in a frame and at a point (Trajectory.express)."""
     for name, value, choices in (("frame", frame, FRAMES), ("on", on, SIDES)):
-        if value not in choices:
+        if not isinstance(value, str) or value not in choices:
             raise InputError(f"{name}: {not_one_of(value, choices)}")
     model = model_of(run)
     at = model.index(joint, "express")
@@ -229,13 +230,9 @@ def express_wrench(run: RunRecord, joint: str, frame: str, point: ArrayLike | No
     turn = axes.mT @ child[:, :3, :3]
     force, moment = (applied(turn, part) for part in np.split(run.wrench[:, at], 2, axis=1))
     if point is not None:
-        try:
-            numbers = np.asarray(point, float)
-        except (TypeError, ValueError):
-            numbers = np.empty(0)
-        if numbers.shape != (3,) or not np.isfinite(numbers).all():
+        if (place := numbers("point", point, finite=True)).shape != (3,):
             raise InputError(f"point: {shown(point)} is not three finite numbers, in m")
-        arm = applied(axes.mT, child[:, :3, 3] - origin[..., 0]) - numbers
+        arm = applied(axes.mT, child[:, :3, 3] - origin[..., 0]) - place
         moment = moment + cross(arm, force)
     return SIDES[on] * np.concatenate([force, moment], axis=1)
 

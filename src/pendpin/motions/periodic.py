@@ -20,7 +20,7 @@ from pendpin.dynamics.pace import changes_with_time
 from pendpin.dynamics.vibrations import Matrices, Vibrations, is_stable, matrices, spectrum, vibrations
 from pendpin.effects import ContactEffect
 from pendpin.errors import InputError, RunError, shown
-from pendpin.ground.arguments import seconds
+from pendpin.ground.arguments import numbers, seconds
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
@@ -102,12 +102,10 @@ def periodic_orbit(
     if guess is None or isinstance(guess, Start):
         state = np.concatenate(start_state(model, scene.start if guess is None else guess))
     else:
-        try:
-            state = np.asarray(guess, float)
-        except (TypeError, ValueError):
-            state = np.empty(0)
-        size = 2 * len(model.joints)
-        if state.shape != (size,) or not np.isfinite(state).all():
+        state, size = np.empty(0), 2 * len(model.joints)
+        with suppress(InputError):
+            state = numbers("guess", guess, finite=True)
+        if state.shape != (size,):
             raise InputError(f"guess: {shown(guess)} is neither a Start nor {size} finite numbers, q then v")
     first = period_of(scene) if period is None else seconds("period", period, lasting=True)
     free = first is None

@@ -140,7 +140,7 @@ class Trajectory(RunRecord):
     def to_pandas(self, *names: str) -> Any:
         """A pandas DataFrame over time, a column for each name, units in attrs["units"]. MissingLibrary without pandas."""
         pandas = optional("pandas", "to_pandas", "pandas")
-        columns = [name for name in names or self.names if name != "t"]
+        columns = [name for name in names or self.names if str(name) != "t"]
         frame = pandas.DataFrame({name: self[name] for name in columns}, index=pandas.Index(self.t, name="t"))
         frame.attrs["units"] = {name: unit_of(self, name) for name in ("t", *columns)}
         return frame
@@ -187,7 +187,7 @@ class Trajectory(RunRecord):
         """Write a CSV file with a column for each name, t first, every digit kept; all `names` if absent. InputError."""
         path = path_of(path)
         refuse_other_format(path, *TABLES)
-        columns = ["t", *(name for name in names or self.names if name != "t")]
+        columns = ["t", *(name for name in names or self.names if str(name) != "t")]
         rows = np.array([self[name] for name in columns]).T
         pieces = (rows[first : first + ROWS_AT_ONCE].tolist() for first in range(0, len(rows), ROWS_AT_ONCE))
         return write_csv(path, columns, chain.from_iterable(pieces))

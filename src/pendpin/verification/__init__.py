@@ -65,7 +65,7 @@ def choose_cases(cases: Mapping[str, C], names: Sequence[str], command: str) -> 
     if not isinstance(names, Sequence):
         raise InputError(f"{command}: {shown(names)} is not a list of cases")
     for name in names:
-        if name not in cases:
+        if not isinstance(name, str) or name not in cases:
             raise InputError(f"{command}: case {not_one_of(name, cases)}; `pendpin {command} --list` shows all")
     return {name: cases[name] for name in names or cases}
 

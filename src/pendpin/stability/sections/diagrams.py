@@ -11,7 +11,7 @@ from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.engines import Moving
 from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
 from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
-from pendpin.ground.arguments import axes, numbers, whole_number
+from pendpin.ground.arguments import axes, numbers, parsed, whole_number
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.bodies import mass_matrix
@@ -243,6 +243,7 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
     scene = chosen_scene(scene)
     if not isinstance(section, Section):
         raise InputError(f"section: {shown(section)} is not a pp.sections.strobe(...) or crossing(...)")
+    parsed(key)  # a key that is none is refused
     at = numbers("values", values)
     if at.ndim != 1 or not len(at) or (np.diff(at) <= 0).any():
         raise InputError("values: give the values of the number in rising order, at least one")
