@@ -102,8 +102,8 @@ def test_a_free_end_bears_no_moment_about_its_centre_of_mass() -> None:
         (("theta_9",), "theta_9"),
         (("theta_1", "wold"), "frame: 'wold' is not one of: world, parent, child; did you mean 'world'"),
         (("theta_1", "world", (1.0, 2.0)), "point: "),
-        (("theta_1", "world", (1.0, 2.0, float("nan"))), "point: "),
-        (("theta_1", "world", "here"), "point: 'here' is not three finite numbers"),
+        (("theta_1", "world", (1.0, 2.0, float("nan"))), "nan is not a finite number"),
+        (("theta_1", "world", "here"), "point: 'here' are not numbers"),
         (("theta_1", "world", None, "both"), "on: 'both' is not one of: child, parent"),
     ],
 )

@@ -135,7 +135,7 @@ REFUSED: dict[str, tuple[Call, str]] = {
             ("a rate", lambda: pp.bind(scene()).energy([10**400] * 2, [0.0] * 2), "are not numbers"),
             ("a point", lambda: run().express("theta", point=10**400), "point: .* are not numbers"),
             ("a guess", lambda: pp.periodic_orbit(scene(), 10**400, 1.0), "guess: .* 4 finite numbers"),
-            ("a joint", lambda: run().express(np.zeros((2, 2))), "express .* is not one of"),
+            ("a joint", lambda: run().express(np.zeros((2, 2))), "express: .* is not one of"),
             ("a frame", lambda: run().express("theta", np.zeros((2, 2))), "frame: .* is not one of"),
             ("a side", lambda: run().express("theta", on=[]), "on: .* is not one of"),
             ("a case", lambda: pp.validate([[1]]), "validate: case .* is not one of"),

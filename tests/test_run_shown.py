@@ -1,7 +1,7 @@
 """What is shown of a run: representations, figures, animations."""
 
-from dataclasses import replace
 import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
