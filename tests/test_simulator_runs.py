@@ -62,7 +62,7 @@ def error(run, reference):
 # --- right, and as right as asked -----------------------------------------------------------------------------------
 
 
-@pytest.mark.parametrize("count", [1, 3])
+@pytest.mark.parametrize("count", [1, pytest.param(3, marks=pytest.mark.slow)])
 def test_peers_come_to_pendpins_motion(count):
     """Fixed steps: the error falls with the order. Error control: four decades of tolerance gain three of error."""
     scene = chain(count)
