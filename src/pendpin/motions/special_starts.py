@@ -2,7 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
-from typing import Any, Self
+from typing import Self
 
 import numpy as np
 
@@ -20,7 +20,7 @@ UNSTABLE = 1e-9  # of the largest rate: what grows faster leaves a rest
 ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
 FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
 LOST = 1e9  # m: a slide is not followed farther
-AWAY = 1e-3  # of the acceleration at the start: a slide that is far off and still has as much slides away
+SMALL = 1e-8  # rad or m, of differences in place of derivatives
 MOST = 3_000  # steps on the way to a rest: most scenes take some tens, a chain on a stiff anchor up to 1,400
 TURN, OFF, NEGLIGIBLE = 0.3, 0.3, 1e-6  # rad or m that a step moves, the share it may be off, and what is no matter
 MOST_GROWTH = 99.0  # e to this is the factor by which a step may grow: its square is still a number
@@ -43,7 +43,6 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
     """The stable rest to which q (nv,) comes if its speed is its acceleration. InputError for what falls without end."""
     # By steps of the exponential Euler method, exact where accelerations are linear: what is stiff decays and what is
     # unstable grows, however long they are. A rest that is unstable is left along what grows first.
-    from scipy.optimize import approx_fprime, root  # here: half a second, which a chain that hangs does not need
 
     def flow(a: Array) -> Array:  # what an acceleration moves in a step
         grown = np.expm1(np.minimum(step * np.real(values), MOST_GROWTH) + 1j * step * np.imag(values))
@@ -51,12 +50,11 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
         return np.real(vectors @ (share * (inverse @ a)))
 
     begin, a, t, step, fits, left = q, pull(q), 0.0, 0.0, True, 0
-    first, values = np.abs(a), np.zeros(len(q))
-    slopes: Any = np.zeros((len(q), len(q)))
-    vectors = inverse = np.eye(len(q))
+    values, slopes = np.zeros(len(q)), np.zeros((len(q), len(q)))
+    vectors, inverse, small = np.eye(len(q)), np.eye(len(q)), SMALL * np.eye(len(q))
     for _ in range(MOST):
         if fits:
-            slopes = stiffness(q) if stiffness else approx_fprime(q, pull)
+            slopes = stiffness(q) if stiffness else np.array([pull(q + way) - a for way in small]).T / SMALL
             slopes = np.where(np.isfinite(slopes), slopes, 0.0)  # as at a pole
             with suppress(np.linalg.LinAlgError):  # else the last ones serve, as where two vectors are one
                 found, ways = np.linalg.eig(slopes)
@@ -73,22 +71,14 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
         if moved[model.slides].max(initial=0.0) > LOST:
             raise _no_rest_error(model, q - begin)
         if moved[~model.slides].max(initial=0.0) > FAR:
-            break
+            return q
         if t > LONG:
             if left == AGAIN or not stiffness or np.real(values[k]) <= UNSTABLE * np.abs(values).max():
-                break
+                return q
             way, left, t, step, fits = np.real(vectors[:, k]), left + 1, 0.0, 0.0, True
             q = q + ASIDE * way / (np.abs(way).max() or 1.0)
             a = pull(q)
-    else:
-        raise _no_rest_error(model, q - begin)
-    # The search below may end anywhere where there is no rest: what slides away is named before it.
-    if (model.slides & (np.abs(q - begin) > FAR) & (np.abs(a) > AWAY * first.max())).any():
-        raise _no_rest_error(model, q - begin)
-    try:
-        return root(pull, q, tol=1e-15, jac=stiffness).x
-    except InputError:  # next to the rest already: squares in the search underflow, and it goes to NaN
-        return q
+    raise _no_rest_error(model, q - begin)
 
 
 def _stiffness(scene: Scene) -> Pull | None:
