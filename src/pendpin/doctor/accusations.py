@@ -209,6 +209,7 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
         for other in cases
     )
     shown = case.finding.dimensions or trusted or is_rate or _is_of_index(change, equation)
+    shown = shown or change.words.endswith(" is upside down")  # as 1/(2 pi) before the root of l/g
     is_plain = change.count == 1 and shown
     if is_long and size < SHORTEST[change.count] and not is_plain:
         return too_short
@@ -231,6 +232,9 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
+    known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
+    if mend.count > 1 and _size(one) < SHORTEST[2] and (mend.equation.names ^ equation.names) - known:
+        return f"{as_read}; it may be about something else"  # as sqrt(m/k), of a spring, beside sqrt(l/g)
     start, end, new = mend.splices[0]
     around = one.text[:start][-1:] + one.text[end : end + 1]
     if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
@@ -255,7 +259,6 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     lacks = lambda one: bodies & one.finding.mends[0].equation.names - one.finding.equation.names  # noqa: E731
     is_sum, is_term = any(new.kind == "sum" for new in mend.swaps.values()), mend.words.endswith(" is missing")
     if (is_sum or is_term) and (new := lacks(case)):
-        known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
         same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
         if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
             return f"{as_read}; it may be about one body alone"
