@@ -150,7 +150,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
     if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
-    if squared(one.sides) is not one.sides:
+    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and _size(one) < SHORTEST[1]
+    instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
+    if instant or squared(one.sides) is not one.sides:
         return f"{as_read}; a speed may be that of one start"
     if case.entry in TURNING:
         return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
