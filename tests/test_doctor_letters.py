@@ -199,7 +199,7 @@ def test_two_bodies_may_have_letters_or_be_counted_from_0(text):
     assert "fails" in verdicts(text.replace("V = -", "V = ", 1))
 
 
-@pytest.mark.parametrize("sign", "+-")
+@pytest.mark.parametrize("sign", ["-", pytest.param("+", marks=pytest.mark.slow)])
 def test_a_letter_that_only_multiplies_a_rate_is_a_damping(sign):
     """b is a length of a pendulum on a cart elsewhere; q is no vector of coordinates where it is a number."""
     text = """q = (M + m)*(I + m*L^2) - m^2*L^2*cos(theta)^2

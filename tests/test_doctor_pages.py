@@ -297,6 +297,9 @@ total_energy = Ekin + Epot
 }
 
 
+MOST = [pytest.param(name, marks=[pytest.mark.slow] if i % 5 else []) for i, name in enumerate(PAGES)]
+
+
 @pytest.mark.parametrize("name", PAGES)
 def test_a_right_page_holds(name):
     """Every line of it but what gives a value or a name."""
@@ -304,7 +307,7 @@ def test_a_right_page_holds(name):
     assert {one.verdict for one in found} <= {"holds", "holds if"}, [(one.latex, one.remark) for one in found]
 
 
-@pytest.mark.parametrize("name", PAGES)
+@pytest.mark.parametrize("name", MOST)
 def test_a_fault_in_a_page_is_not_said_to_hold(name):
     """Something of the page is no longer said to hold, and no line is accused that stayed right."""
     text, right, wrong = PAGES[name]
