@@ -73,6 +73,9 @@ def conditions(system: System) -> list[Condition]:
         said = r"conical|theta.{0,4} (?:is|stays) constant|(?:dot\{?\\?theta\}?|theta')\s*=\s*0|theta\s*=.{0,7}const"
         cone = (("dtheta", 0.0), ("dphi", _CONICAL_RATE))
         found.append(Condition("theta is constant, as in a conical pendulum", said, cone))
+    if spec.kind.startswith("plane") and "down" in spec.kind:
+        lowest = r"lowest|bottom|maxim|máxim|greatest|largest|tiefst|plus bas|más bajo|mais baixo|más baja"
+        found.append(Condition("it is at its lowest point", lowest, (("theta", 0.0),)))
     if spec.kind.startswith("plane"):  # it was at rest at an angle with a name, or one that the text gives in words
         up = spec.kind.endswith("up")
         for start, words in ((spec.values["theta0"], "theta_0"), (np.pi / 2, "90°"), (np.pi * (not up), "the top")):
