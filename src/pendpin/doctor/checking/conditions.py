@@ -203,7 +203,8 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
 
     An equation without circular functions may hold to the first order. `sure` says that they are nothing else.
     """
-    drives = (part for part in parts(equation.sides) if part.kind == "product" and SOME.value in _numbers(part))
+    products = (part for part in parts(equation.sides) if part.kind == "product")
+    drives = (part for part in products if SOME.value in [one.value for one in part.children if one.kind == "number"])
     free = {"?M_0"}.union(*(part.names for part in drives))  # the moment M_0 may drive, as may a in a cos(w t)
     other = lambda name: (  # noqa: E731
         name not in free and (NO_LOAD.fullmatch(name.lstrip("?").partition("_")[0]) or "arrow" in name)
@@ -218,10 +219,6 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
         if (right or small) and any(np.abs(size).min() > 0 for _, size in residuals(bare, here)):
             return " and ".join([*(f"{name.lstrip('?')} = 0" for name in sorted(unknown)), *filter(None, (small,))])
     return ""
-
-
-def _numbers(product: Node) -> list[Fraction]:
-    return [child.value for child in product.children if child.kind == "number"]
 
 
 def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str | None:
