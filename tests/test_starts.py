@@ -142,3 +142,18 @@ def test_a_rope_whose_ends_are_one_above_the_other_hangs_in_a_loop() -> None:
     assert np.linalg.svd(tips, compute_uv=False)[2] < 1e-6
     assert np.linalg.svd(tips, compute_uv=False)[1] > 0.01
     assert pp.modes(scene.replace(start=pp.Start.at_rest(scene))).stable
+
+
+def test_a_stiff_anchor_is_reached_by_softer_ones(monkeypatch: pytest.MonkeyPatch) -> None:
+    """With a tenth of the steps the search alone fails; a rope under an anchor 1 mm beside the vertical hangs at it."""
+    monkeypatch.setattr("pendpin.motions.special_starts.MOST", 100)
+    rope = pp.Chain(rods=[pp.Rod(length=0.375, mass=0.3, radius=0.01, copies=8)])
+    point = (0.001, 0.0, -0.5)
+    scene = pp.Scene(
+        duration=0.0,
+        model=rope,
+        effects=[GRAVITY, pp.effects.Anchor(link="rod_8", point=point, stiffness=1e5)],
+    )
+    run = pp.simulate(scene.replace(start=pp.Start.at_rest(scene)))
+    assert np.abs(run.a).max() < 1e-5  # of 1e6 rad/s² at the start
+    assert np.linalg.norm(run.tips[0, -1] - point) < 0.3 * 8 * 9.81 / 1e5  # the anchor carries less than the weight

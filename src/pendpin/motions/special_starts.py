@@ -7,6 +7,7 @@ from typing import Self
 import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind
+from pendpin.effects import Anchor
 from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, is_number, say_note, shown
 from pendpin.ground.arrays import TINY, Array
@@ -21,7 +22,8 @@ ASIDE, AGAIN = 0.01, 3  # rad, how far an unstable rest is left, and how often
 FAR = 100.0  # rad or m: what moves as far as this and has no equilibrium there never comes to rest
 LOST = 1e9  # m: a slide is not followed farther
 SMALL = 1e-8  # rad or m, of differences in place of derivatives
-MOST = 3_000  # steps on the way to a rest: most scenes take some tens, a chain on a stiff anchor up to 1,400
+MOST = 1_500  # steps on the way to a rest: most scenes take some tens, a chain on a stiff anchor up to 1,400
+SOFTER = tuple(10.0**k for k in range(-6, 1))  # of the stiffness of anchors that throw a rope about: they draw it first
 TURN, OFF, NEGLIGIBLE = 0.3, 0.3, 1e-6  # rad or m that a step moves, the share it may be off, and what is no matter
 MOST_GROWTH = 99.0  # e to this is the factor by which a step may grow: its square is still a number
 LONG = 1e6  # s² of pseudo-time, until the slowest mode has decayed
@@ -39,7 +41,7 @@ def _no_rest_error(model: Model, moved: Array) -> InputError:
     return InputError(f"start: there is no equilibrium near start.positions; {remedy}")
 
 
-def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
+def _relax(scene: Scene, q: Array) -> Array:
     """The stable rest to which q (nv,) comes if its speed is its acceleration. InputError for what falls without end."""
     # By steps of the exponential Euler method, exact where accelerations are linear: what is stiff decays and what is
     # unstable grows, however long they are. A rest that is unstable is left along what grows first.
@@ -49,6 +51,8 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
         share = np.divide(grown, values, out=np.full_like(grown, step), where=values != 0)
         return np.real(vectors @ (share * (inverse @ a)))
 
+    dynamics, stiffness = bind(scene), _stiffness(scene)
+    pull, model = _pull(dynamics, scene), dynamics.model
     begin, a, t, step, fits, left = q, pull(q), 0.0, 0.0, True, 0
     values, slopes = np.zeros(len(q)), np.zeros((len(q), len(q)))
     vectors, inverse, small = np.eye(len(q)), np.eye(len(q)), SMALL * np.eye(len(q))
@@ -79,6 +83,10 @@ def _relax(pull: Pull, q: Array, model: Model, stiffness: Pull | None) -> Array:
             q = q + ASIDE * way / (np.abs(way).max() or 1.0)
             a = pull(q)
     raise _no_rest_error(model, q - begin)
+
+
+def _pull(dynamics: Dynamics, scene: Scene) -> Pull:
+    return lambda q: dynamics.acceleration(scene.start.time, q, np.zeros_like(q))
 
 
 def _stiffness(scene: Scene) -> Pull | None:
@@ -113,12 +121,19 @@ class Start(StartRecord):
             rest = hanging + 2 * np.pi * np.round((q - hanging) / (2 * np.pi))
             dynamics = Dynamics(dynamics.model, scene.effects, "chain", start=time)
 
-        def pull(q: Array) -> Array:
-            return dynamics.acceleration(time, q, np.zeros_like(q))
-
+        pull = _pull(dynamics, scene)
         size = max(float(np.abs(pull(x)).max()) for x in (q, q + 0.5))
         if not hangs:
-            rest = _relax(pull, q, dynamics.model, _stiffness(scene))
+            held = [
+                (f"effects[{i}].stiffness", e.stiffness) for i, e in enumerate(scene.effects) if isinstance(e, Anchor)
+            ]
+            try:
+                rest = _relax(scene, q)
+            except InputError:
+                if not held:
+                    raise
+                for share in SOFTER:
+                    rest = _relax(scene.replace({key: share * stiffness for key, stiffness in held}), rest)
         # where levers are so long, nothing turns
         lost = np.abs(rest - q)[dynamics.model.slides].max(initial=0.0) > LOST
         if lost or not np.abs(pull(rest)).max(initial=0.0) <= REST * size:
