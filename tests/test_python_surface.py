@@ -93,6 +93,7 @@ def test_every_function_takes_the_path_of_a_scene() -> None:
     )
     assert pp.crosscheck(str(path), states=2).ok
     assert pp.simulate_many(path, [[0.1, 0.2]], [[0.0, 0.0]], workers=1).q.shape == (1, 601, 2)
+    assert pp.Start.at_rest(path).positions == dict.fromkeys(("theta", "phi"), 0.0)
     for function in (pp.bind, pp.crosscheck, lambda given: pp.simulate_many(given, [[0.1, 0.2]], [[0.0, 0.0]])):
         with pytest.raises(pp.InputError, match="is not a Scene, nor the path of a scene file"):
             function({"duration": 1.0})
@@ -161,6 +162,22 @@ REFUSED = {
     "b'x.html' is not the path": lambda run: run.animate().save(b"x.html"),
     "method: 0 ": lambda run: pp.simulate(FALLING, method=pytest.importorskip("pandas").Series([1])),
     "method: ": lambda run: pp.simulate(FALLING, method=np.array(["rk4"])),
+    "'\\ud800' is not the path": lambda run: run.save("\ud800"),
+    "update: 'x'": lambda run: FALLING.copy(update="x"),
+    "positions: {0.5} is not a table": lambda run: pp.Start(positions={0.5}),
+    "states: 100000000": lambda run: pp.crosscheck(FALLING, states=10**8),
+    "methods: True": lambda run: pp.cost(FALLING, methods=True),
+    "methods: 1 ": lambda run: pp.validate(methods=[1]),
+    "methods: 0 ": lambda run: pp.validate(methods=0),
+    "accuracy: None": lambda run: pp.cost(FALLING, accuracy=None),
+    "peers: 0": lambda run: pp.cost(FALLING, peers=0),
+    "thorough: 'no'": lambda run: pp.cost(FALLING, thorough="no"),
+    "repetitions: 1.5": lambda run: pp.cost(FALLING, repetitions=1.5),
+    "budget: nan": lambda run: pp.cost(FALLING, budget=float("nan")),
+    "progress: None": lambda run: pp.cost(FALLING, progress=None),
+    "progress: 1": lambda run: pp.validate(progress=1),
+    "progress: 'x'": lambda run: pp.simulate_many(FALLING, [NUMBERS[0]], [NUMBERS[1]], progress="x"),
+    "progress: 0": lambda run: pp.sweep(FALLING, {"model.rods[0].mass": [1.0]}, progress=0),
 }
 
 

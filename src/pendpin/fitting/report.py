@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, is_number, not_one_of, shown
+from pendpin.errors import InputError, find, is_number, shown
 from pendpin.fitting.data import Swing, read_swings, spread_of
 from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
 from pendpin.fitting.parameters import Combination
@@ -98,10 +98,9 @@ class Fit(Result):
         That of a normal distribution with the covariance of the two. Raises InputError for a number without an error, and
         for a level that is not between 0 and 1.
         """
-        places = [list(self.errors).index(key) for key in (one, other) if key in self.errors]
-        if len(set(places)) < 2:
-            odd = next((key for key in (one, other) if key not in self.errors), one)
-            raise InputError(f"confidence_region: {not_one_of(odd, tuple(self.errors))}; give two numbers with errors")
+        places = [find(tuple(self.errors), key, "confidence_region:") for key in (one, other)]
+        if one == other:
+            raise InputError(f"confidence_region: {one} is there twice; give two numbers with errors")
         if not is_number(level) or not 0 < level < 1:
             raise InputError(f"level: {shown(level)} is not a probability between 0 and 1")
         angle = np.linspace(0.0, 2 * np.pi, 200)

@@ -3,12 +3,12 @@
 import ast
 import operator
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, KeyPath, is_number, shown
+from pendpin.errors import InputError, KeyPath, find, is_number, shown
 from pendpin.ground.arrays import Array
 
 
@@ -25,6 +25,16 @@ def whole_number(name: str, value: Any, least: int = 1, most: float = np.inf) ->
         to = f"to {most:,}" if most < np.inf else "on"
         raise InputError(f"{name}: {shown(value)} is not a whole number from {least} {to}")
     return operator.index(value)
+
+
+def names_in(name: str, value: Any, valid: tuple[str, ...]) -> Sequence[str]:
+    """One name or a list of names, each of them valid."""
+    names = [value] if isinstance(value, str) else value
+    if not isinstance(names, Sequence):
+        raise InputError(f"{name}: {shown(value)} is not a list of names")
+    for one in names:
+        find(valid, one, f"{name}:")
+    return names
 
 
 def function(name: str, value: Any) -> Any:

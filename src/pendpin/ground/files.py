@@ -34,6 +34,10 @@ def path_of(value: Any) -> Path:
         raise InputError(f"{shown(value)} is not the path of a file")
     if value == "":  # Path makes it the folder "."
         raise InputError("the name of the file is empty")
+    try:
+        os.fsencode(value)
+    except UnicodeEncodeError:
+        raise InputError(f"{shown(value)} is not the path of a file: no name has such letters") from None
     return Path(value)
 
 

@@ -118,6 +118,8 @@ class Record(BaseModel, metaclass=RecordType):
 
     def copy(self, *, update: Mapping[str, Any] | None = None) -> Self:  # type: ignore[override]
         """A record with some fields changed, and checked: pydantic's own would skip the checks."""
+        if not isinstance(update, Mapping | None):
+            raise InputError(f"update: {shown(update)} is not a mapping of fields to values")
         return type(self)(**self.given() | dict(update or {}))
 
     def given(self) -> dict[str, Any]:

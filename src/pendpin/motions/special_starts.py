@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from contextlib import suppress
+from pathlib import Path
 from typing import Self
 
 import numpy as np
@@ -12,7 +13,7 @@ from pendpin.equations import exact
 from pendpin.errors import InputError, MissingLibrary, is_number, say_note, shown
 from pendpin.ground.arrays import TINY, Array
 from pendpin.model.build import SIGNS, Model, start_state
-from pendpin.scene import Chain, Scene
+from pendpin.scene import Chain, Scene, chosen_scene
 from pendpin.scene import Start as StartRecord
 
 Pull = Callable[[Array], Array]  # of q (nv,): the accelerations (nv,), or their derivatives (nv, nv)
@@ -104,11 +105,12 @@ class Start(StartRecord):
     """When and where the motion starts, by joint name (what is left out is 0) or as a full list in model order."""
 
     @classmethod
-    def at_rest(cls, scene: Scene) -> Self:
+    def at_rest(cls, scene: Scene | str | Path) -> Self:
         """The stable equilibrium of a scene nearest to its start's positions, with the effects as they are at the start.
 
         Friction is left out. Raises InputError if there is no equilibrium.
         """
+        scene = chosen_scene(scene)
         dynamics, time = bind(scene), scene.start.time
         q, _ = start_state(dynamics.model, scene.start)
         loads, chain, along = dynamics.loads, dynamics.model.chain, SIGNS * dynamics.loads.field(0.0)
@@ -148,7 +150,7 @@ class Start(StartRecord):
         return cls(time=time, positions=dict(zip(joints, rest.tolist(), strict=True)))
 
     @classmethod
-    def conical(cls, scene: Scene, angle: float) -> Self:
+    def conical(cls, scene: Scene | str | Path, angle: float) -> Self:
         """The steady cone of a single rod about the vertical, at an angle from it in rad: the tip runs round a circle.
 
         The rate Omega follows from Omega² cos(angle) = m g h / (I1 + m h²). Exact for a rod without inertia about its
@@ -157,6 +159,7 @@ class Start(StartRecord):
         I3 / (I1 + m h²) sin(angle) tan²(angle); beyond 1 % of the angle that is noted. Raises InputError for scenes
         without a cone.
         """
+        scene = chosen_scene(scene)
         dynamics = bind(scene)
         if not isinstance(scene.model, Chain) or len(dynamics.model.joints) != 2 or scene.model.count != 1:
             raise InputError("start: a steady cone needs a chain of one rod on a universal joint")

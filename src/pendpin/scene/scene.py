@@ -23,7 +23,7 @@ from pendpin.scene.toml import MAX_SCENE_BYTES, example_names, read_toml, scene_
 Values = Annotated[
     Annotated[dict[str, Number], AfterValidator(FrozenDict), Tag("~by name")]
     | Annotated[tuple[Number, ...], Tag("~in order")],
-    Discriminator(lambda value: "~by name" if isinstance(value, dict) else "~in order"),
+    Discriminator(lambda value: "~by name" if isinstance(value, dict | set) else "~in order"),  # a set has no order
 ]
 
 

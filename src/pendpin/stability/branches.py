@@ -11,7 +11,7 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.errors import InputError, RunError, find, is_number, shown
 from pendpin.graphics.style import BESIDE, PALE, new_figure, styled, with_unit
 from pendpin.ground.arguments import axes, number_at, parsed
 from pendpin.ground.arrays import Array
@@ -116,8 +116,7 @@ def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled", "
     if to == (first := number_at(orbit.scene, key)):
         raise InputError(f"to: {key} is {to:g} already")
     if onto is not None:
-        if onto not in ONTO:
-            raise InputError(f"onto: {shown(onto)} is not {' or '.join(map(repr, ONTO))}")
+        find(tuple(ONTO), onto, "onto:")
         orbit = _orbit_on_new_branch(orbit, key, float(to), onto)
         first = number_at(orbit.scene, key)
     scene, y, tuned = orbit.scene, _state(orbit), _is_tuned(orbit.scene, key)

@@ -18,7 +18,7 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import bind
 from pendpin.errors import InputError, Interrupted, RunError, amount, shown
-from pendpin.ground.arguments import whole_number
+from pendpin.ground.arguments import function, whole_number
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.libraries import version
 from pendpin.ground.records import LARGEST
@@ -106,6 +106,7 @@ def simulate_many(
     scene = chosen_scene(scene).with_solver(method=method, tolerance=tolerance)
     dynamics = bind(scene)
     q, v = _starts(dynamics.model, scene, positions, velocities)
+    progress = function("progress", progress)
     workers = None if workers is None else whole_number("workers", workers)
     auto = scene.solver.method == "auto" and not scene.solver.accuracy
     free = auto and taylor_takes(scene, dynamics, False, MOST_JOINTS)

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError, Interrupted, RunError, shown
+from pendpin.ground.arguments import function
 from pendpin.ground.arrays import ArrayLike
-from pendpin.ground.files import refuse_targets
+from pendpin.ground.files import path_of, refuse_targets
 from pendpin.ground.libraries import optional
 from pendpin.runs.batches import WIDTH
 from pendpin.scene import Scene, chosen_scene
@@ -83,18 +84,17 @@ def sweep(
         raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
     if workers is not None and dask is not None:
         raise InputError("workers: the cluster of `dask` has its own; give one of both")
-    if not isinstance(out, str | Path | None):
-        raise InputError(f"out: {shown(out)} is not the path of a store")
-    new = out is None or not Path(out).exists()
+    progress, out = function("progress", progress), None if out is None else path_of(out)
+    new = out is None or not out.exists()
     if out is not None and new:
-        refuse_targets([Path(out)], [])
+        refuse_targets([out], [])
     count = plan.count
     try:
         size = _block_size(task, workers or cores()) if new else 1
     except (KeyboardInterrupt, Interrupted):  # of a single run, which knows nothing of the sweep
         reason = f"stopped by the user before the first of {count} cases; nothing is kept"
         raise Interrupted(reason, finished(Store(task, None, count).data)) from None
-    results = Store(task, None if out is None else Path(out), size)
+    results = Store(task, out, size)
     left = blocks_left(results.data)
     spans = [results.blocks.span(block) for block in left]
     if dask is not None and spans:

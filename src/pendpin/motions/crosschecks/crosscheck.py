@@ -29,6 +29,7 @@ from pendpin.trajectory import RunRecord
 
 BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
 LARGEST_RATE = 100.0  # rad/s
+MOST_STATES = 10_000_000  # compared at once: some gigabytes
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 POLE = 1e-6  # of cos(phi): at poles of thin rods theta moves nothing, and the mass matrix keeps four digits here
 REFERENCE_JOINTS = 400  # states times joints that the recursion in 50 digits is given: some seconds
@@ -164,7 +165,7 @@ def crosscheck(
     Raises:
         InputError: where fewer than two routes cover the model.
     """
-    states, seed = whole_number("states", states), whole_number("seed", seed, least=0)
+    states, seed = whole_number("states", states, most=MOST_STATES), whole_number("seed", seed, least=0)
     if routes is not None and not (isinstance(routes, Mapping) and all(map(callable, routes.values()))):
         raise InputError(f"routes: {shown(routes)} is not a mapping of names to functions (rod, q, v, field)")
     dynamics, random = bind(scene), np.random.default_rng(seed)

@@ -19,10 +19,10 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.dynamics.vibrations import matrices, vibrations
-from pendpin.errors import InputError, MissingLibrary, amount, find, inside, not_one_of
+from pendpin.errors import InputError, MissingLibrary, amount, find, inside
 from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
-from pendpin.ground.arguments import number_at
+from pendpin.ground.arguments import function, names_in, number_at
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template
 from pendpin.ground.records import Number, Positive, Record, Vector
@@ -257,9 +257,8 @@ def validate(
         InputError: for unknown names.
     """
     cases = choose_cases(published_cases(), names, "validate")
-    for method in methods or ():
-        if method not in (*METHODS, TO_ACCURACY):
-            raise InputError(f"methods: {not_one_of(method, (*METHODS, TO_ACCURACY))}")
+    methods = None if methods is None else names_in("methods", methods, (*METHODS, TO_ACCURACY))
+    progress = function("progress", progress)
     left_out: list[str] = []
     found = (_compare(name, case, methods, progress, left_out) for name, case in cases.items())
     rows, stopped = collect(chain.from_iterable(found))

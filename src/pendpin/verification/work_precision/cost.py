@@ -11,7 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, RunError, amount, not_one_of
+from pendpin.errors import Halted, InputError, Interrupted, RunError, amount, is_number, shown
+from pendpin.ground.arguments import flag, function, names_in, seconds, whole_number
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
@@ -89,12 +90,11 @@ def cost(
         InputError: for an unknown method, or where there is no reference.
     """
     scene = chosen_scene(scene)
-    methods = [methods] if isinstance(methods, str) else methods
-    for method in methods or ():
-        if method not in _all_methods():
-            raise InputError(f"methods: {not_one_of(method, _all_methods())}")
-    if not 0 < accuracy < 1:
-        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    methods = None if methods is None else names_in("methods", methods, _all_methods())
+    peers, thorough, progress = flag("peers", peers), flag("thorough", thorough), function("progress", progress)
+    repetitions, budget = whole_number("repetitions", repetitions, least=0), seconds("budget", budget)
+    if not is_number(accuracy) or not 0 < accuracy < 1:
+        raise InputError(f"accuracy: {shown(accuracy)} is not between 0 and 1")
     if KNOWN * accuracy < EPS:
         rounded = f"numbers of 64 bits are rounded to {EPS:.1g} of themselves"
         needed = f"the reference has to be {1 / KNOWN:g} times as accurate"
