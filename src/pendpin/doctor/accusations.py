@@ -7,7 +7,7 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from functools import cached_property
-from itertools import combinations
+from itertools import combinations, product
 
 import numpy as np
 
@@ -16,12 +16,12 @@ from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import Printed, squared
-from pendpin.doctor.reading.names import ENERGY, INERTIA, MASS
+from pendpin.doctor.reading.names import ENERGY, INERTIA, LENGTH, MASS
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW, Reading
 from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, random_states
+from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, Values, random_states
 from pendpin.doctor.systems.rod import RODS
 
 RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
@@ -32,6 +32,7 @@ OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
 ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
 SHORT = 9  # equations of a short text, each of which may be wrong
 SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
+LEAST = 7  # parts of an equation that two changes may accuse in a short text
 OF_TWO = 4  # parts of an equation of two names and a sign
 LONG = 20  # parts of one that a single change may accuse, whatever its other letters mean
 VERY_LONG = 30  # parts of one that a single change may accuse, whatever else the text holds
@@ -77,6 +78,16 @@ class Case:
     def written(self) -> set[Written]:
         """The names that stand in it."""
         return {part.written for part in parts(self.one.sides) if part.written}
+
+    @cached_property
+    def lengths(self) -> dict[Written, Values]:
+        """The values of its names that mean lengths which do not change."""
+        spec, true, found = self.spec, random_states(self.system), dict[Written, Values]()
+        for part in parts(self.one.sides) if self.finding.equation else ():
+            what = self.finding.equation.meaning(str(part.value)) if self.finding.equation else ""
+            if part.kind == "symbol" and part.written and what in spec.still and spec.dimensions.get(what) == LENGTH:
+                found[part.written] = true[what]
+        return found
 
     @cached_property
     def motions(self) -> list[Quantities]:
@@ -160,6 +171,11 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "it is no part of the mass matrix or its equation as it stands; a row may be multiplied by something"
     if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
         return words
+    own, others = case.lengths, (other for other in cases if other.is_true and other.reading is case.reading)
+    others = {name: value for other in others for name, value in other.lengths.items()}
+    for (first, a), (second, b) in product(own.items(), (others | own).items()):
+        if first != second and np.array_equal(a, b):
+            return f"{as_read}; {plain(first)} and {plain(second)} would be the same length"
     of_sign = case.mends_itself and case.finding.mends[0].words.startswith("the sign of ")
     if of_sign and _size(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
         return f"{as_read}; a direction may be chosen so{else_wrong}"
@@ -235,7 +251,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
     known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
-    if mend.count > 1 and _size(one) < SHORTEST[2] and (mend.equation.names ^ equation.names) - known:
+    other = _size(one) < LEAST or (mend.equation.names ^ equation.names) - known
+    if mend.count > 1 and _size(one) < SHORTEST[2] and other:
         return f"{as_read}; it may be about something else"  # as sqrt(m/k), of a spring, beside sqrt(l/g)
     start, end, new = mend.splices[0]
     around = one.text[:start][-1:] + one.text[end : end + 1]

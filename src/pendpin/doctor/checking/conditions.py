@@ -28,10 +28,15 @@ from pendpin.doctor.checking.residuals import (
 from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
 from pendpin.doctor.systems.rod import SPECIAL
+from pendpin.doctor.systems.tables import FAMILIES
 
 _CONICAL_RATE = itemgetter("conical_rate")
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
-SMALL = (1e-2, 1e-3)  # the sizes of states at which an equation to the first order is compared
+SMALL, MIDDLING = (
+    (1e-2, 1e-3),
+    (0.3, 0.1),
+)  # sizes of states at which an equation of the first order, or more, is compared
+ORDERS = {1: "first", 2: "second", 3: "third"}
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip
 NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
@@ -134,7 +139,7 @@ def _quantities_apart(equation: Equation) -> set[str]:
 
 
 def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
-    """Whether an equation holds in a special case, which makes no side vanish that does not in general, nor all terms."""
+    """Whether an equation holds in a special case, in which no letter or side vanishes that does not in general."""
     special = replace(system, spec=case.spec or system.spec)
     here, full = random_states(special, case.instead), random_states(special)
     with suppress(Unread):
@@ -143,8 +148,10 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
         zero = any(side.kind == "number" and not side.value for side in equation.sides)
         if max(np.abs(size).max() for _, size in residuals(equation, here)) < TRIVIAL:
             return False
-        for side in () if zero else equation.sides:
-            special, general = (norm(evaluate(side, equation.context(q))).max() for q in (here, full))
+        # nor may a letter of it vanish: what multiplies it would not be checked
+        letters = [part for part in parts(equation.sides) if part.kind == "symbol"]
+        for part in (*letters, *(() if zero else equation.sides)):
+            special, general = (norm(evaluate(part, equation.context(q))).max() for q in (here, full))
             if special < TRIVIAL < general:
                 return False
         return True
@@ -154,19 +161,27 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
 def small_angles(equation: Equation, system: System) -> str:
     """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
     names, own = equation.names, equation.definitions
-    every = parts([*equation.sides, *(own[name] for name in names & own.keys())])
+    every = [*parts([*equation.sides, *(own[name] for name in names & own.keys())])]
     moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
     # squares of speeds are of the second order: to the first an energy says nothing
     energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == (0, 2, -2) or names & {*"TVLE"}
     if energy or not moves or any(part.kind == "function" and part.value != "sqrt" for part in every):
         return ""
-    with suppress(Unread):
-        scaled = [random_states(system, scale=size) for size in SMALL]
-        far, close = (relative_error(equation, states) for states in scaled)
-        rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
-        # what is left is of the second order, by itself and beside the terms
-        if far < 10 * SMALL[0] and close < 0.2 * far and less < 0.03 * rest:
-            return "the angles are small, to the first order"
+    upright = {*system.kind.split()} ^ {"down", "up"}  # where a matrix is, it may be made linear there
+    others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()
+    turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
+    pairs = (system.spec, "the angles are small"), (turned, "the angles are small and from upright")
+    powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & {*system.spec.coordinates}]
+    order = max((1, *powers))  # of a series, which has to be right up to its own last term
+    sizes = SMALL if order == 1 else MIDDLING  # where a fifth power is more than rounding
+    for spec, words in pairs[: 1 + (turned is not None)]:
+        with suppress(Unread):
+            scaled = [random_states(replace(system, spec=spec), scale=size) for size in sizes]
+            far, close = (relative_error(equation, states) for states in scaled)
+            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+            ratio = (sizes[1] / sizes[0]) ** (order - 0.5)  # half an order above what a wrong last term leaves
+            if far < 10 * sizes[0] and close < ratio * far and less < ratio * sizes[1] / sizes[0] * rest:
+                return f"{words}, to the {ORDERS.get(order, f'{order}th')} order"
     return ""
 
 

@@ -217,9 +217,15 @@ def _derivative(node: Node, context: Context) -> Values:
     if all(context.means_constant(part) for part in walk(below) if part.kind in ("symbol", "derivative")):
         raise Unread("the derivative of a constant", node.span[0])
     try:
-        return quantities.derivative(lambda q: evaluate(below, replace(context, quantities=q)), name)
+        value = quantities.derivative(lambda q: evaluate(below, replace(context, quantities=q)), name)
     except KeyError:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
+    lone = below.kind == "symbol" and name in spec.coordinates and quantities.xp is np and value.ndim == 1
+    if lone and context.equation.meaning(below.value) not in {"T", *ENERGIES, *spec.unknowns} and not np.any(value):
+        raise Unread(
+            "the derivative of a constant", node.span[0]
+        )  # as of W, a weight, where it is a function of action
+    return value
 
 
 def _product(node: Node, parts: list[Values]) -> Values:
