@@ -174,8 +174,9 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     own, others = case.lengths, (other for other in cases if other.is_true and other.reading is case.reading)
     others = {name: value for other in others for name, value in other.lengths.items()}
     for (first, a), (second, b) in product(own.items(), (others | own).items()):
-        if first != second and np.array_equal(a, b):
-            return f"{as_read}; {plain(first)} and {plain(second)} would be the same length"
+        alike = np.ptp(a / b) < TOLERANCE if len(spec.coordinates) == 1 else np.array_equal(a, b)
+        if first != second and alike:  # as the radius of a body that rolls, and that of its bowl
+            return f"{as_read}; the length {plain(first)} would be that of {plain(second)}, or a fixed part of it"
     of_sign = case.mends_itself and case.finding.mends[0].words.startswith("the sign of ")
     if of_sign and _size(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
         return f"{as_read}; a direction may be chosen so{else_wrong}"
@@ -266,9 +267,15 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     left_out = equation.energies and any(mend.swaps[id(part)].names <= case.spec.still for part in moved)
     if left_out and equation.names & {*LOADS}:
         return f"{as_read}; a part of it may be the potential of a load"
+    away = equation.names & {*case.spec.parameters} - mend.equation.names - known
+    if away and mend.words.startswith("the factor ") and mend.words.partition(" is too many")[1]:
+        return f"{as_read}; nothing that holds has {min(away)}"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
         return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
+    no_law = not equation.names & {*case.spec.unknowns}
+    if no_law and mend.words.endswith(" is missing") and mend.equation.names & {*LOADS} - equation.names:
+        return f"{as_read}; a load may be 0 there"
     loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
     if scaled := [
         load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)

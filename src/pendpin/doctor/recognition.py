@@ -48,7 +48,7 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
     r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
     "polar": r"spherical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
-    "conical": r"conical|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|"
+    "conical": r"conical|\bcone\b|governor|centrifugal regulator|fliehkraftregler|regulador centr|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|"
     r"원추 ?진자",
     "turning": r"\bhoop|\bbead\b|(?:turn|rotat|spin)\w* (?:ring|wire|circle|loop|frame|plane|about (?:a|its|the) vertical)|"
     r"\baro\b|\banello|\banneau|旋转圆环",
@@ -405,7 +405,8 @@ def _others(page: _Page) -> Iterator[Reading]:
         ways = [one for i, one in enumerate(every_way) if one not in every_way[:i]]
         # the user says it, though no coordinate is in it, or a page on periods and inertias has none
         periods = family == "plane" and ("pi", "") in every and not page.letters[0].angles
-        still = page.kind == family or periods or family == "conical"
+        places = family == "polar" and {(name, "") for name in "xyz"} <= page.letters[0].moving.keys()
+        still = page.kind == family or periods or places or family == "conical"
         for renamed in ways or [Renamed()] * still:
             bound_to: dict[tuple[str, bool], tuple[Vocabulary, list[Printed]]] = {}
             for spec in bodies:

@@ -25,12 +25,14 @@ from pendpin.doctor.checking.residuals import (
     residuals,
     stack_residuals,
 )
+from pendpin.doctor.reading.names import ENERGY
 from pendpin.doctor.reading.tree import Node, Unread, parts
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
 from pendpin.doctor.systems.rod import SPECIAL
 from pendpin.doctor.systems.tables import FAMILIES
 
 _CONICAL_RATE = itemgetter("conical_rate")
+FEW_DEGREES = re.compile(r"\bsmall|lineari|klein|petit|peque|piccol|малы|小", re.I)
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
 SMALL, MIDDLING = (
     (1e-2, 1e-3),
@@ -115,7 +117,7 @@ def holds_if(equation: Equation, system: System, context: str, neighbours: list[
         meant = re.search(case.stated, context, re.IGNORECASE) or (case.absent and (few or still) and not has(equation))
         if meant and _holds_under(equation, system, case):
             return case.words
-    return small_angles(equation, system)
+    return small_angles(equation, system, bool(FEW_DEGREES.search(context)))
 
 
 @cache
@@ -158,21 +160,27 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
     return False
 
 
-def small_angles(equation: Equation, system: System) -> str:
-    """In words, whether an equation without circular functions holds to the first order: its error shrinks."""
+def small_angles(equation: Equation, system: System, stated: bool = False) -> str:
+    """In words, whether an equation without circular functions holds to the order of its terms: its error shrinks.
+
+    An energy without angles is one of small angles only where the text has `stated` that they are.
+    """
     names, own = equation.names, equation.definitions
     every = [*parts([*equation.sides, *(own[name] for name in names & own.keys())])]
     moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
-    # squares of speeds are of the second order: to the first an energy says nothing
-    energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == (0, 2, -2) or names & {*"TVLE"}
-    if energy or not moves or any(part.kind == "function" and part.value != "sqrt" for part in every):
+    of_energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == ENERGY
+    energy = names & {*"TVLE"} or (of_energy and not names & {*system.spec.unknowns})
+    if not (moves or energy) or any(part.kind == "function" and part.value != "sqrt" for part in every):
         return ""
     upright = {*system.kind.split()} ^ {"down", "up"}  # where a matrix is, it may be made linear there
     others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()
     turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
     pairs = (system.spec, "the angles are small"), (turned, "the angles are small and from upright")
     powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & {*system.spec.coordinates}]
-    order = max((1, *powers))  # of a series, which has to be right up to its own last term
+    if energy and not (powers or stated):
+        return ""
+    # a series has to be right up to its own last term, and energies to the squares of rates
+    order = max((2 if energy else 1, *powers))
     sizes = SMALL if order == 1 else MIDDLING  # where a fifth power is more than rounding
     for spec, words in pairs[: 1 + (turned is not None)]:
         with suppress(Unread):

@@ -278,6 +278,8 @@ def random_base(spec: Spec, count: int, seed: int = 0) -> dict[str, Values]:
     random = np.random.default_rng(seed)
     half = count // 2
     base = {name: random.uniform(0.15, 1.4, count) * random.choice([-1, 1], count) for name in spec.state}
+    for name in (one for one in spec.coordinates if spec.dimensions.get(one) == (0, 1, 0)):
+        base[name] = np.abs(base[name])  # as the length of a spring
     for name in spec.parameters:
         base[name] = np.tile(np.exp(random.uniform(-0.7, 0.7, half)), 2)
         if name in spec.values:
