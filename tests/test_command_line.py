@@ -397,6 +397,14 @@ def test_a_command_in_the_background_ends_at_its_limit(monkeypatch: pytest.Monke
     assert "stopped after 7 s (--limit)" in capfd.readouterr().err
 
 
+def test_a_limit_that_never_comes_is_the_longest_wait(monkeypatch: pytest.MonkeyPatch) -> None:
+    """A thread refuses to wait for longer, with a traceback beside the command's output."""
+    waits = []
+    monkeypatch.setattr("threading.Timer", lambda limit, _: waits.append(limit) or AtOnce(limit, lambda: None))
+    assert run_main("modes", "examples/double_pendulum.toml", "--limit", "inf") == 0
+    assert waits == [threading.TIMEOUT_MAX]
+
+
 @pytest.mark.parametrize("command", [name for name in LONG if name != "run"])
 def test_every_long_command_ends_at_its_limit(
     command: str, tmp_path: Path, monkeypatch: pytest.MonkeyPatch, capfd

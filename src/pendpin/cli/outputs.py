@@ -141,7 +141,7 @@ def limited(limit: float | None) -> Iterator[SimpleNamespace]:
         late = True
         signal.pthread_kill(threading.main_thread().ident or 0, signal.SIGINT)  # wakes it where it waits for others
 
-    timer = threading.Timer(seconds("limit", limit), interrupt)
+    timer = threading.Timer(min(seconds("limit", limit), threading.TIMEOUT_MAX), interrupt)
     timer.daemon = True
     ignored = signal.getsignal(signal.SIGINT) is signal.SIG_IGN  # as where a shell runs the command in the background
     if ignored:
