@@ -401,7 +401,7 @@ def test_a_limit_that_never_comes_is_the_longest_wait(monkeypatch: pytest.Monkey
     """A thread refuses to wait for longer, with a traceback beside the command's output."""
     waits = []
     monkeypatch.setattr("threading.Timer", lambda limit, _: waits.append(limit) or AtOnce(limit, lambda: None))
-    assert run_main("modes", "examples/double_pendulum.toml", "--limit", "inf") == 0
+    assert run_main("check", "--states", "2", "--limit", "inf") == 0
     assert waits == [threading.TIMEOUT_MAX]
 
 
