@@ -485,3 +485,53 @@ def test_the_first_terms_of_a_series_and_unit_vectors_of_the_pendulum_are_no_mis
     assert [one.verdict for one in findings(text)] == ["holds", "not checked"]
     text = r"$$\vec r = l\hat r$$ $$\dot{\vec r} = l\dot\theta\hat\theta$$ $$m l\ddot\theta = -m g\sin\theta$$"
     assert {one.verdict for one in findings(text)} == {"holds"}
+
+
+LAW = r"$$\ddot\theta + \frac gl\sin\theta = 0$$ $$T = \frac12 m l^2\dot\theta^2$$ "
+OF_BOWLS = r"$$V = m g (R - r)(1 - \cos\theta)$$ $$(R - r)\dot\theta = r\omega$$ "
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (LAW, r"\omega = \sqrt{\frac{m g d^2}{4 I L}}"),  # two wires
+        (LAW, r"I = \frac12 m R^2"),
+        (OF_BOWLS, r"I = \frac25 m r^2"),
+        (OF_BOWLS, r"\frac34 m (R - r)^2\dot\theta^2 = T"),
+        (LAW, r"g(h) = g_0\left(\frac{R}{R + h}\right)^2"),
+        (LAW, r"T_0 = 2\pi\sqrt{\frac{l}{g\sin\alpha}}"),
+        (LAW, r"\frac{1}{2 m l^2}\left(\frac{dW}{d\theta}\right)^2 - m g l\cos\theta = E"),
+        (LAW, r"\frac12 m v_b^2 = \frac12 m v_t^2 + 2 m g l"),
+        (LAW, r"\dot p = -\sin\theta"),
+        (LAW + r"$$m l^2\ddot\theta + m g l\sin\theta = u$$ ", r"\dot E = 0"),
+    ],
+)
+def test_another_body_an_instant_or_units_of_its_own_accuse_nobody(text, line):
+    """Two letters would be one length; a speed is one of an instant; a text may choose its units or have no load."""
+    assert "fails" not in [one.verdict for one in pp.diagnose(f"{text}$${line}$$").findings]
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6}) = 0", True),
+        (r"\ddot\theta + \frac gl(\theta + \frac{\theta^3}{6}) = 0", False),
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6} + \frac{\theta^5}{120}) = 0", True),
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6} + \frac{\theta^5}{100}) = 0", False),
+        (r"V = \frac12 m g l\theta^2", True),
+        (r"V = m g l\theta^2", False),
+        (r"V = m g l(\frac{\theta^2}{2} - \frac{\theta^4}{24})", True),
+        (r"V = m g l(\frac{\theta^2}{2} + \frac{\theta^4}{24})", False),
+        (r"m l^2\ddot\theta + c\dot\theta + m g l\theta = 0", True),
+        (r"m l^2\ddot\theta + c\theta^2 + m g l\theta = 0", False),
+    ],
+)
+def test_a_series_holds_to_its_own_last_term(line, right):
+    """A wrong last term leaves an error of its own order, a right one an error of the next."""
+    assert (pp.diagnose(f"{LAW}$${line}$$").findings[-1].verdict == "holds if") == right
+
+
+def test_what_multiplies_a_letter_that_vanishes_is_not_checked():
+    """At rest each factor of a rate would do."""
+    text = LAW + r"From rest at its lowest point $$E = \frac13 m l^2\dot\theta^2 - m g l\cos\theta$$"
+    assert not pp.diagnose(text).findings[-1].verdict.startswith("holds")

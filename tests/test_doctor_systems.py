@@ -23,6 +23,7 @@ def test_each_system_obeys_lagrange(spec):
     loads |= {"x": q["F"]} if "F" in spec.parameters else {}
     loads |= {"theta": q["tau1"]} if "tau1" in spec.parameters and "theta" in spec.coordinates else {}
     loads |= {f"theta{i}": q[f"tau{i}"] for i in "12" if f"tau{i}" in spec.parameters}
+    loads |= {"s": -q["S"]} if "S" in spec.parameters else {}  # of a string that is pulled
     for name in spec.coordinates:
         momentum = q.derivative(lambda there, name=name: there.derivative(lambda z: z["L"], f"d{name}"), "t")
         slope = q.derivative(lambda there: there["L"], name)
@@ -55,6 +56,11 @@ $$T = \frac12 m(\dot r^2 + r^2\dot\theta^2)$$
 $$V = -m g r\cos\theta + \frac12 k(r - l_0)^2$$
 $$\ddot r - r\dot\theta^2 + \frac{k}{m}(r - l_0) - g\cos\theta = 0$$
 $$r\ddot\theta + 2\dot r\dot\theta + g\sin\theta = 0$$""",
+    "a string that is pulled": r"""The length $l$ of the string is changed.
+$$T = \frac12 m(\dot l^2 + l^2\dot\theta^2)$$
+$$V = -m g l\cos\theta$$
+$$l\ddot\theta + 2\dot l\dot\theta + g\sin\theta = 0$$
+$$S = m g\cos\theta + m l\dot\theta^2 - m\ddot l$$""",
     "three bobs": r"""# The triple pendulum
 $$x_3 = l_1\sin\theta_1 + l_2\sin\theta_2 + l_3\sin\theta_3$$
 $$V = -(m_1+m_2+m_3) g l_1\cos\theta_1 - (m_2+m_3) g l_2\cos\theta_2 - m_3 g l_3\cos\theta_3$$
@@ -87,6 +93,7 @@ FAULTS = [
     (r"(g - a", "(g + a"),
     (r"- A\omega", r"+ A\omega"),
     (r"+ 2\dot r", r"- 2\dot r"),
+    (r"+ 2\dot l", r"- 2\dot l"),
     (r"- l_2\dot", r"+ l_2\dot"),
 ]
 FAULTS += [(r"+ 2 m l^2", r"- 2 m l^2"), (r"m g l\theta_2 - k", r"m g l\theta_2 + k"), (r"- \frac gR", r"+ \frac gR")]

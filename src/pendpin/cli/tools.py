@@ -128,8 +128,8 @@ def doctor(
     rod: Annotated[
         str | None,
         Option(
-            help="point, thin, uniform, symmetric or general; or plane, moved, elastic, double, triple, acrobot, cart-pole, "
-            "cart-double, polar, conical, turning, coupled, furuta. Found if absent."
+            help="point, thin, uniform, symmetric or general; or plane, moved, elastic, pulled, double, triple, acrobot, "
+            "cart-pole, cart-double, polar, conical, turning, coupled, furuta. Found if absent."
         ),
     ] = None,
     convention: Annotated[

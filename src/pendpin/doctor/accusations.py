@@ -163,6 +163,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
     of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and _size(one) < SHORTEST[1]
     instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
+    speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
+    instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
     if instant or squared(one.sides) is not one.sides:
         return f"{as_read}; a speed may be that of one start"
     if case.entry in TURNING:
@@ -288,16 +290,17 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
         if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
             return f"{as_read}; it may be about one body alone"
-    # not by mistake, if a law of accelerations has no parameter, the text never writes these, or several equations lack them
+    # not by mistake, if it has no parameter, the text never writes these, or several equations lack them
     brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     named = {*case.spec.coordinates, *(() if is_term else case.spec.parameters)}
     fresh = mend.equation.names & named - equation.names
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
-    scaled = not equation.names & {*case.spec.parameters} and bool(equation.names & {*case.spec.unknowns})
-    if brought and (scaled or brought - written or sum(_brought(other) == brought for other in cases) > 1):
-        return f"it does not hold, but where {' = '.join(sorted(brought))} = 1"
+    own = {*case.spec.parameters}
+    units = mend.equation.names & own if not equation.names & own else set[str]()  # a text may choose them to be 1
+    if units or (brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1)):
+        return f"it does not hold, but where {' = '.join(sorted(units or brought))} = 1"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]

@@ -38,7 +38,7 @@ def diagnose(
         equations: a text in LaTeX, Markdown or plain notation, a Path of such a file or of a TOML file, a list of texts and
             sympy expressions or Eq, or a mapping of names to these. A Scene compares functions instead; see below.
         rod: "point" (a mass at the tip), "thin" (uniform, I3 = 0), "uniform" (radius r), "symmetric" (h, I1 = I2, I3) or
-            "general" (h, I1, I2, I3). Other systems: "plane", "moved", "elastic", "double", "triple", "acrobot",
+            "general" (h, I1, I2, I3). Other systems: "plane", "moved", "elastic", "pulled", "double", "triple", "acrobot",
             "cart-pole", "cart-double", "polar", "conical", "turning", "coupled", "furuta". Found from the symbols if absent.
         symbols: names of your own, such as {"alpha": "theta", "A": "J_1"}.
         scene: a chain of rods that the equations describe.

@@ -12,6 +12,7 @@ from pendpin.doctor.checking.check import check, is_general, quantity_of, when
 from pendpin.doctor.checking.conditions import (
     PIVOT,
     ROUGHLY,
+    TINY,
     holds_if,
     is_identity,
     loads_at_zero,
@@ -164,10 +165,13 @@ class _Doctor:
 
     def _with_loads(self, found: Finding, equation: Equation, loads: set[str], condition: str) -> Finding:
         """The verdict on an equation that holds under the `condition` that some loads are 0."""
-        told = "small" not in condition and not all(map(PIVOT.match, loads))
-        words = loads_in_words(equation, self.system, loads) if told else None
+        small = condition.rpartition(" and ")[2] if "small" in condition else ""
+        linear = small and any(side.kind == "matrix" for side in equation.sides)  # of which nothing tells a load
+        told = not (linear or all(map(PIVOT.match, loads)))
+        words = loads_in_words(equation, self.system, loads, TINY if small else 1.0) if told else None
         if words:
-            return replace(found, verdict="holds", remark=words, equation=without(equation, loads))
+            said = {"verdict": "holds if", "condition": small} if small else {"verdict": "holds"}
+            return replace(found, **said, remark=words, equation=without(equation, loads))
         if words is None:
             return replace(found, verdict="holds if", condition=condition, equation=without(equation, loads))
         names = " and ".join(sorted(name.lstrip("?") for name in loads))

@@ -87,7 +87,7 @@ def renamings(family: str, letters: Letters) -> Iterator[Renamed]:
         angles = [name for name in angles if name[1] or name[0] not in indexed][:MOST_ANGLES]
     else:
         angles = [name for name in alone if often[name] * RARELY >= often[alone[0]]]
-    sliding = {*SLIDES, *(("l", "L", "rho") if family == "elastic" else ())}
+    sliding = {*SLIDES, *(("l", "L", "rho") if family in ("elastic", "pulled") else ())}
     moving = {*letters.moving, *((("s", ""), ("x", "")) if ("v", "") in often else ())} & often.keys()  # v is its rate
     slides = [name for name in moving - letters.turned if name[0] in sliding or name[1][:1] == "["]
     slides = sorted(slides, key=lambda name: (name in angles, -often[name], name))[:MOST_SLIDES]

@@ -48,16 +48,18 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     "double": r"double[- ]pendul|doppelpendel|péndulo doble|pêndulo duplo|pendule double|doppio pendolo|двойно\w* маятник|"
     r"双摆|二重振り?子|이중 ?진자|two[- ]link|acrobot|pendubot",
     "polar": r"spherical pendul|azimuth|sphärische|péndulo esférico|pendule sphérique|球面摆|球面振り?子",
-    "conical": r"conical|\bcone\b|governor|centrifugal regulator|fliehkraftregler|regulador centr|kegelpend|c[óô]nic|conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|"
-    r"원추 ?진자",
-    "turning": r"\bhoop|\bbead\b|(?:turn|rotat|spin)\w* (?:ring|wire|circle|loop|frame|plane|about (?:a|its|the) vertical)|"
-    r"\baro\b|\banello|\banneau|旋转圆环",
+    "conical": r"conical|\bcone\b|governor|centrifugal regulator|fliehkraftregler|regulador centr|kegelpend|c[óô]nic|"
+    r"conique|konisch|конич|horizontal circle|horizontalen kreis|圆锥摆|円錐振り?子|원추 ?진자",
+    "turning": r"\bhoop|\bbead\b|(?:turn|rotat|spin)\w* (?:with .{0,40})?(?:ring|wire|circle|loop|frame|plane|"
+    r"about (?:an?|its|the) vertical)|\baro\b|\banello|\banneau|旋转圆环",
     "coupled": r"\bcoupl(?:ed|ing)|gekoppelt|acoplad|accoppiat|couplés|связанны|耦合|連成|결합",
     "furuta": r"Furuta|\b(?:rotary|rotational)(?: inverted)? pendulum|古田|旋转倒立摆|旋轉倒立擺",
     "triple": r"triple pendul|dreifachpendel|péndulo triple|pêndulo triplo|pendule triple|pendolo triplo|三摆|"
     r"тройно\w* маятник|三重振り?子|삼중 ?진자|three[- ]link",
     "elastic": r"elastic pendul|spring pendul|swinging spring|pendule élastique|péndulo elástico|pêndulo elástico|"
     r"pendolo elastico|пружинн\w* маятник|弹簧摆|ばね振り?子|탄성 ?진자",
+    "pulled": r"length.{0,30} (?:chang|var|shorten)|variable length|pulled (?:up|in)|veränderliche\w* länge|"
+    r"longueur variable|longitud variable|comprimento variável|lunghezza variabile",
     "moved": r"Kapi[tc]za|Капиц|卡皮察|カピッツァ|parametric\w* (?:driven|excited)|(?:pivot|support) (?:moves|osc|vib)|"
     r"(?:vibrat|oscillat|mov|driven|shak)\w* (?:pivot|support|suspension)",
     "rod": r"cardan|universal joint|U-joint|hooke'?s? joint|gimbal",
@@ -389,6 +391,7 @@ def _others(page: _Page) -> Iterator[Reading]:
         "acrobot": driven,
         "moved": points and ("t", "") in page.letters[0].turned,
         "elastic": "spring" in said,
+        "pulled": "spring" not in said and {("l", ""), ("L", ""), ("r", "")} & page.letters[0].moving.keys(),
         "conical": "conical" in said,
         "turning": "turning" in said,
         "coupled": {"coupled", "spring"} <= said,

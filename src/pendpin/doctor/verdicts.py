@@ -21,7 +21,7 @@ from pendpin.doctor.accusations import (
     says,
     shows_itself,
 )
-from pendpin.doctor.checking.conditions import LOAD_RATIO, load_of
+from pendpin.doctor.checking.conditions import LOAD_RATIO, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
@@ -41,6 +41,11 @@ POINTS = (LENGTH, (0, 1, -1))  # powers of kg, m, s of places and speeds
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     """The findings of a document, weighed against each other."""
     cases = [Case(*three) for three in zip(findings, found.equations, found.chosen, strict=True)]
+    small = {case.one.statement.section for case in cases if "small" in case.finding.condition}
+    for case in cases:  # beside laws of small angles an energy is one of these too
+        equation = case.finding.equation if case.one.statement.section in small else None
+        if case.finding.verdict == "fails" and equation and (words := small_angles(equation, case.system, True)):
+            case.says(verdict="holds if", condition=words, when="", proved=False)
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
     _doubt_loads_of_one(cases)

@@ -47,6 +47,7 @@ LOAD_RATIO = 1e-7  # of two values of one coefficient
 BRAKES = ("damping", "drag", "dry friction")  # forces against the motion
 LARGE = Node("number", (0, 0), Fraction(10**40))  # what divides by it is 0 to 25 digits
 SOME = Node("number", (0, 0), Fraction(7, 10))  # that a load is
+TINY = 1e-10  # the size of states at which only terms of the first order are left
 TRIVIAL = 1e-9  # what is left of an equation's terms where a condition makes all of them vanish
 
 
@@ -175,7 +176,7 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     upright = {*system.kind.split()} ^ {"down", "up"}  # where a matrix is, it may be made linear there
     others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()
     turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
-    pairs = (system.spec, "the angles are small"), (turned, "the angles are small and from upright")
+    pairs = (system.spec, "the angles are small"), (turned, "the angles are small, from upright")
     powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & {*system.spec.coordinates}]
     if energy and not (powers or stated):
         return ""
@@ -244,7 +245,7 @@ def loads_at_zero(equation: Equation, system: System, unknown: set[str], sure: b
     return ""
 
 
-def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str | None:
+def loads_in_words(equation: Equation, system: System, loads: set[str], scale: float = 1.0) -> str | None:
     """What each symbol does without which an equation holds: "b is a damping"; empty where one does nothing of the kind.
 
     With it the equation has to hold in a motion with another generalised force, M q'' = f + c Q, where Q is one of
@@ -253,31 +254,35 @@ def loads_in_words(equation: Equation, system: System, loads: set[str]) -> str |
     """
     if "mass" not in system.spec.formulas or equation.energies:
         return None
-    found = [_acts_as(without(equation, loads - {name}), system, {name}) for name in sorted(loads)]
+    found = [_acts_as(without(equation, loads - {name}), system, {name}, scale) for name in sorted(loads)]
     if len(loads) > 1 and not any(found):  # rho C_d A is one
-        found = [_acts_as(equation, system, loads)]
+        found = [_acts_as(equation, system, loads, scale)]
     return " and ".join(found) if all(found) else ""
 
 
-def _acts_as(equation: Equation, system: System, loads: set[str]) -> str:
+def _acts_as(equation: Equation, system: System, loads: set[str], scale: float) -> str:
     """What some symbols do together: "b is a damping"; empty for nothing of the kind."""
     names = " ".join(sorted(name.lstrip("?") for name in loads))
-    return f"{names} is a {load[0]}" if (load := load_of(equation, system, loads)) else ""
+    return f"{names} is a {load[0]}" if (load := load_of(equation, system, loads, scale)) else ""
 
 
-def load_of(equation: Equation, system: System, loads: set[str]) -> tuple[str, Values] | None:
-    """What some symbols do together where they have a value, and how much of that (n,); None for nothing usual."""
+def load_of(equation: Equation, system: System, loads: set[str], scale: float = 1.0) -> tuple[str, Values] | None:
+    """What some symbols do together where they have a value, and how much of that (n,); None for nothing usual.
+
+    `scale` is the size of the states at which the equation holds: TINY for one of small angles.
+    """
     given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, SOME))
-    for kind, force in _usual_forces(system):
-        size = _multiple(given, system, force)
+    true = random_states(system, scale=scale)
+    for kind, force in _usual_forces(true):
+        size = _multiple(given, true, force)
         if size is not None and not (kind in BRAKES and (size > 0).any()):
             return kind, size
     return None
 
 
-def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
+def _usual_forces(true: Quantities) -> Iterator[tuple[str, Values]]:
     """Generalised forces (k, n) of a rate, a deflection or 1: at a coordinate, between two, at all, on each mass."""
-    true, names = random_states(system), system.spec.coordinates
+    names = true.spec.coordinates
     one = np.eye(len(names))
     axes = [*one, *(one[i] - one[j] for i in range(len(names)) for j in range(i))]
     for kind, order in (("damping", "d"), ("spring", "")):
@@ -290,9 +295,9 @@ def _usual_forces(system: System) -> Iterator[tuple[str, Values]]:
     yield from (("load", np.outer(axis, np.ones(true.shape))) for axis in axes)
 
 
-def _multiple(equation: Equation, system: System, force: Values) -> Values | None:
+def _multiple(equation: Equation, true: Quantities, force: Values) -> Values | None:
     """The multiple of a generalised force with which an equation holds, (n,) of its parameters; None for none."""
-    true = random_states(system)
+    system = true.system
     turned = np.einsum("ijn,jn->in", inverse(true["mass"], true), force)
     still = {**true.base, **{name: true[name] for name in system.spec.unknowns}}
     pushed = {f"dd{name}": still[f"dd{name}"] + turned[i] for i, name in enumerate(system.spec.coordinates)}

@@ -228,6 +228,7 @@ FAMILIES = {
     "plane": family("plane"),
     "moved": family("moved"),
     "elastic": family("elastic"),
+    "pulled": family("pulled"),
     "cart-pole": family("cart-pole"),
     "cart-double": family("cart-double"),
     "double": [spec for spec in family("double") if not {"tip", "equal"} <= {*spec.kind.split()}],
