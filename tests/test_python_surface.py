@@ -16,6 +16,7 @@ import numpy as np
 import pytest
 
 import pendpin as pp
+from pendpin.sweeps.plan import cases_of
 from pendpin.sweeps.significance import significance
 from pendpin.verification.hardcases import hard
 
@@ -170,6 +171,8 @@ REFUSED = {
     "methods: 1 ": lambda run: pp.validate(methods=[1]),
     "methods: 0 ": lambda run: pp.validate(methods=0),
     "accuracy: None": lambda run: pp.cost(FALLING, accuracy=None),
+    "accuracy: 'x'": lambda run: significance(FALLING, accuracy="x"),
+    "3 is not the path of": lambda run: cases_of(3),
     "peers: 0": lambda run: pp.cost(FALLING, peers=0),
     "thorough: 'no'": lambda run: pp.cost(FALLING, thorough="no"),
     "repetitions: 1.5": lambda run: pp.cost(FALLING, repetitions=1.5),

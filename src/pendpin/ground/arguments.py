@@ -60,6 +60,14 @@ def seconds(name: str, value: Any, lasting: bool = False) -> float:
     return number
 
 
+def fraction(name: str, value: Any) -> float:
+    """A number between 0 and 1, both left out."""
+    number = value.item() if isinstance(value, np.generic) else value
+    if not is_number(number) or not 0 < number < 1:
+        raise InputError(f"{name}: {f'{number:g}' if is_number(number) else shown(value)} is not between 0 and 1")
+    return number
+
+
 def numbers(name: str, values: Any, finite: bool = False) -> Array:
     """Numbers as an array of floats of any shape, if asked for all finite; not text, complex numbers or bools."""
     try:

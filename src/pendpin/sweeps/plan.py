@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.errors import InputError, inside, not_one_of, say_note, shown
 from pendpin.ground.arguments import numbers, parsed, whole_number
 from pendpin.ground.arrays import Array, ArrayLike, Indices
-from pendpin.ground.files import csv_table, number_in, read_whole
+from pendpin.ground.files import csv_table, number_in, path_of, read_whole
 from pendpin.ground.report import Report, Table
 
 CASE = "case"  # the dimension of cases that are not a grid
@@ -144,8 +144,9 @@ def spread_out(spreads: Mapping[str, Spread], unit: Array) -> dict[str, Array]:
     return columns
 
 
-def cases_of(path: Path) -> Plan:
+def cases_of(path: str | Path) -> Plan:
     """The cases in a CSV file: a head line of key paths, then a row of numbers for each case. Raises InputError."""
+    path = path_of(path)
     with inside(str(path)):
         keys, rows = csv_table(read_whole(path, MAX_CSV_BYTES, "a CSV of cases"))
         if not rows:

@@ -11,7 +11,8 @@ import numpy as np
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
-from pendpin.errors import InputError, Interrupted, PendpinError
+from pendpin.errors import Interrupted, PendpinError
+from pendpin.ground.arguments import fraction
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.build import build, start_state
@@ -76,8 +77,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     The comparison ends where two runs of the same scene, at two tolerances, differ by more than a tenth of the accuracy, as
     in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time. InputError, RunError.
     """
-    if not 0 < accuracy < 1:
-        raise InputError(f"accuracy: {accuracy:g} is not between 0 and 1")
+    accuracy = fraction("accuracy", accuracy)
     samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
     scene = scene.with_solver(samples=samples)
     budget = np.inf if thorough else BUDGET

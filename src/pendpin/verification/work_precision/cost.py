@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, RunError, amount, is_number, shown
-from pendpin.ground.arguments import flag, function, names_in, seconds, whole_number
+from pendpin.errors import Halted, InputError, Interrupted, RunError, amount
+from pendpin.ground.arguments import flag, fraction, function, names_in, seconds, whole_number
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
@@ -93,8 +93,7 @@ def cost(
     methods = None if methods is None else names_in("methods", methods, _all_methods())
     peers, thorough, progress = flag("peers", peers), flag("thorough", thorough), function("progress", progress)
     repetitions, budget = whole_number("repetitions", repetitions, least=0), seconds("budget", budget)
-    if not is_number(accuracy) or not 0 < accuracy < 1:
-        raise InputError(f"accuracy: {shown(accuracy)} is not between 0 and 1")
+    accuracy = fraction("accuracy", accuracy)
     if KNOWN * accuracy < EPS:
         rounded = f"numbers of 64 bits are rounded to {EPS:.1g} of themselves"
         needed = f"the reference has to be {1 / KNOWN:g} times as accurate"
