@@ -58,7 +58,7 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     r"тройно\w* маятник|三重振り?子|삼중 ?진자|three[- ]link",
     "elastic": r"elastic pendul|spring pendul|swinging spring|pendule élastique|péndulo elástico|pêndulo elástico|"
     r"pendolo elastico|пружинн\w* маятник|弹簧摆|ばね振り?子|탄성 ?진자",
-    "pulled": r"length.{0,30} (?:chang|var|shorten)|variable length|pulled (?:up|in)|veränderliche\w* länge|"
+    "pulled": r"Atwood|length.{0,30} (?:chang|var|shorten)|variable length|pulled (?:up|in)|veränderliche\w* länge|"
     r"longueur variable|longitud variable|comprimento variável|lunghezza variabile",
     "moved": r"Kapi[tc]za|Капиц|卡皮察|カピッツァ|parametric\w* (?:driven|excited)|(?:pivot|support) (?:moves|osc|vib)|"
     r"(?:vibrat|oscillat|mov|driven|shak)\w* (?:pivot|support|suspension)",
@@ -66,7 +66,8 @@ WORDS = {  # of texts about each family, and about what else tells one system fr
     "upright": r"upright|inverted|invertido|invertito|inverso|inversé|inverses|перев[её]рнут|обратн\w* маятник|倒立|역진자|"
     r"도립|unstable|balanc|\btop\b|upward|stand|acrobot",
     "horizontal": r"horizontal|manipulator|\barm\b|elbow|x[- ]axis|two[- ]link|acrobot|pendubot|gymnast",
-    "arm": r"\brotary\b|\barm (?:rotation|angle|yaw|turns)|(?:rotat|turn)\w* arm|horizontal arm|旋臂|旋转臂",
+    "arm": r"\brotary\b|\barm (?:rotation|angle|yaw|turns)|\barm\b[^.]{0,90}\b(?:turn|rotat)|(?:rotat|turn)\w* arm|"
+    r"horizontal arm|旋臂|旋转臂",
     "spring": r"spring|elasti|ressort|muelle|resorte|\bmola\b|feder|molla|пружин|弹簧|彈簧|ばね|バネ|용수철",
     # systems that pendpin does not know
     "foreign": r"\b(?:roll\w*|dis[ck]|wheel|spring|elastic|hoop|bead|pulley|satellite|planet|orbit\w*|spool|ladder|"
