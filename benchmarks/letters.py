@@ -94,6 +94,8 @@ def drawn(heading: str, lines: list[str], random: Random) -> str:
     letters |= {"m": "m", "p": "p"} if plain else {}
     if heading == "compound pendulum":
         letters["l"] = choose(["d", "h", "l", "a", "r", "s", "b"])
+    if f"${letters['l']}$" in "\n".join(lines):  # which is another length there
+        letters["l"] = "l"
     if letters["l"] in (letters["S"], letters["b"]):
         letters |= {"l": "l", "b": "c"}
     letters |= {"l": "l"} if letters["l"] == "a" and heading == "vibrating pivot" else {}

@@ -535,3 +535,40 @@ def test_what_multiplies_a_letter_that_vanishes_is_not_checked():
     """At rest each factor of a rate would do."""
     text = LAW + r"From rest at its lowest point $$E = \frac13 m l^2\dot\theta^2 - m g l\cos\theta$$"
     assert not pp.diagnose(text).findings[-1].verdict.startswith("holds")
+
+
+DAMPED = r"""$$\ddot\theta + 2\gamma\dot\theta + \omega_0^2\theta = 0,\quad \omega_0 = \sqrt{g/l}$$
+$$\theta = A e^{-\gamma t}\cos(\Omega t)$$ $$m l^2\ddot\theta + c\dot\theta + m g l\sin\theta = 0$$
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        (r"\gamma = \frac{c}{2 m l^2}", True),
+        (r"\gamma = \frac{c}{m l^2}", False),  # c acts otherwise in the law with it
+        (r"\gamma = \frac{c}{2 m l^2}, \quad \Omega = \sqrt{\omega_0^2 - \gamma^2}", True),
+    ],
+)
+def test_a_solution_and_a_law_with_the_load_confirm_what_they_use(line, right):
+    """A decay rate is right if the load acts with it as it does without; a frequency, if the solution holds with it."""
+    assert (pp.diagnose(f"{DAMPED}$${line}$$").findings[-1].verdict == "holds") == right
+
+
+def test_what_two_constants_are_off_by_makes_neither_follow_from_the_other():
+    """Of parameters alone every residual is another one times what depends on parameters."""
+    text = (
+        LAW
+        + r"$$T_0 = \frac{1}{2\pi}\sqrt{\frac lg}$$ $$\omega_0 = \sqrt{\frac gl}$$ $$\omega_0^2 = \frac{g^2}{l^2}\pi^2$$"
+    )
+    first, *_, last = pp.diagnose(text).findings[2:]
+    assert (first.verdict, last.follows) == ("fails", 0)
+
+
+def test_a_number_at_the_end_of_a_chain_is_a_value_beside():
+    """What stands before it is checked."""
+    chain = r"$$T_0 = 2\pi\sqrt{\frac lg} = 3.5$$"
+    assert [pp.diagnose(LAW + text).findings[-1].verdict for text in (chain, chain.replace("2", "4"))] == [
+        "holds",
+        "fails",
+    ]

@@ -74,7 +74,7 @@ def test_inertias_of_one_text_are_about_the_same_point_unless_it_says_otherwise(
     assert verdicts(MASSES + JOINT) == ["holds"] * 3
     assert verdicts(MASSES.replace("m_2 h_2^2 + I_2", "I_2")) == ["holds"] * 3
     central = "The links have the central inertias $I_1$ and $I_2$.\n" + MASSES.replace("m_2 h_2^2 + I_2", "I_2")
-    assert verdicts(central) == ["fails", "holds", "fails"]
+    assert verdicts(central) == ["fails", "holds", "not checked"]  # M_22 = I_2 may say when they are equal
 
 
 @pytest.mark.parametrize(

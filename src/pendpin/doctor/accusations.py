@@ -438,6 +438,8 @@ def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
     if one.shape != other.shape or not np.abs(other).min() > 0:
         return False
     first, second = np.split(one / other, 2)
+    if np.array_equal(*np.split(one, 2)):  # of parameters alone it is always that, and has to be a number
+        return bool(np.ptp(first) <= RATIO * np.abs(first).max())
     return bool(np.abs(first - second).max() <= RATIO * np.abs(first).max())
 
 

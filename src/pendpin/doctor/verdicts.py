@@ -7,7 +7,7 @@ or is mended, uses it.
 from collections import defaultdict
 from contextlib import suppress
 from dataclasses import replace
-from itertools import permutations
+from itertools import permutations, product
 
 import numpy as np
 
@@ -21,9 +21,9 @@ from pendpin.doctor.accusations import (
     says,
     shows_itself,
 )
-from pendpin.doctor.checking.conditions import LOAD_RATIO, load_of, small_angles
+from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
-from pendpin.doctor.checking.residuals import TOLERANCE, Equation, changed, holds, relative_error, stack_residuals
+from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.names import INERTIA, LENGTH
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
@@ -46,6 +46,13 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
         equation = case.finding.equation if case.one.statement.section in small else None
         if case.finding.verdict == "fails" and equation and (words := small_angles(equation, case.system, True)):
             case.says(verdict="holds if", condition=words, when="", proved=False)
+    solutions = [case.finding.equation for case in cases if case.finding.kind == "solution"]
+    own = {key(node) for equation in solutions if equation for node in equation.definitions.values()}
+    for case in cases:  # what a solution takes a letter to be, as the frequency of a damped swing
+        solves = case.finding.verdict in ("fails", "not checked") and len(case.one.sides) == 2
+        if solves and case.left and key(case.one.sides[1]) in own:
+            told = {"mends": (), "when": "", "remark": "a solution holds with it", "proved": False}
+            case.says(verdict="holds", kind="relation", **told)
     _doubt_what_rivals_explain(cases, found)
     _doubt_definitions(cases)
     _doubt_loads_of_one(cases)
@@ -216,8 +223,12 @@ def _doubt_definitions(cases: list[Case]) -> None:
             own = one.definitions[one.defines]
             if loads := one.unknown - {one.defines}:  # a solution shows that it is right, whatever these are
                 solutions = (o.finding.equation for o in cases if o.finding.kind == "solution")
-                if not any(equation and one.defines in equation.definitions for equation in solutions):
-                    words = f"the symbol {min(loads).lstrip('?')} is not known: say what it is with --symbols"
+                solves = any(equation and one.defines in equation.definitions for equation in solutions)
+                alike = _act_alike(cases, one.defines, loads)
+                if not (all(alike) if alike else solves):
+                    load, name = min(loads).lstrip("?"), one.defines.lstrip("?")
+                    words = f"the symbol {load} is not known: say what it is with --symbols"
+                    words = f"{load} acts otherwise with {name} than without it" if alike else words
                     case.doubt(words, unknown=tuple(sorted(loads)))
             elif not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
@@ -225,6 +236,18 @@ def _doubt_definitions(cases: list[Case]) -> None:
         elif finding.equation and _is_derivative(finding.equation, case.system):
             names = [name.lstrip("?") for name, _ in meanings_used(finding.equation) if not used[name]]
             case.doubt(f"it holds by what {names[0]} is here, and nothing else confirms that" if names else "")
+
+
+def _act_alike(cases: list[Case], name: str, loads: set[str]) -> list[bool]:
+    """Of each equation with a name and each without whether a load is as large, as with 2 gamma and with c."""
+    found: dict[bool, list[tuple[str, Values]]] = {True: [], False: []}
+    for case in (case for case in cases if case.confirmed and len(case.spec.coordinates) == 1 and len(loads) == 1):
+        equation, load = case.finding.equation, None
+        if equation and all(equation.definitions.get(one) == ZERO for one in loads):
+            load = load_of(equation, case.system, loads, TINY if "small" in case.finding.condition else 1.0)
+        found[name in case.one.names] += [load] if load else []
+    pairs = product(found[True], found[False])
+    return [one == two and bool(np.allclose(size, other, LOAD_RATIO)) for (one, size), (two, other) in pairs]
 
 
 def _is_derivative(equation: Equation | None, system: System) -> bool:

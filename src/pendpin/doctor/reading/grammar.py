@@ -116,7 +116,8 @@ class _Parser:
             token = self.take()
             rounded = token.text == "≈" and len(found) > 1  # behind a chain
             if rounded or token.kind == "end" or (token.kind == "condition" and self.peek().kind == "end"):
-                return found
+                exact = [side for side in found if side.kind != "number" or "." not in self.text[slice(*side.span)]]
+                return exact if len(exact) > 1 else found  # omega = v/l = 1.2 gives a value beside
             if token.kind != "relation":
                 wrong = {
                     "condition": f"an equation that holds only {token.text} is not checked",
