@@ -156,8 +156,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "it asks where a slope is 0, as that of a potential at a rest"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
-        if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
-            return f"{as_read}; it has no coordinate, and may be about a body that falls or a height"
+        if moves or case.unit in ((0, 0, -2), (0, 1, -2)) or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
+            return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
     moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
     if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
