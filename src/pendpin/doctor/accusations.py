@@ -1,4 +1,4 @@
-"""What an accusation rests on: why an equation that does not hold is not accused, and from which wrong one it follows.
+"""What an accusation rests on: why an equation that does not hold is not accused.
 
 An accusation needs a reading that laws bear out: they hold with it, or one small change makes laws of equations.
 """
@@ -6,25 +6,22 @@ An accusation needs a reading that laws bear out: they hold with it, or one smal
 import re
 from contextlib import suppress
 from dataclasses import replace
-from functools import cached_property
-from itertools import combinations, product
+from itertools import product
 
 import numpy as np
 
-from pendpin.doctor.checking.check import euler_lagrange
-from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
-from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation, stack_residuals
+from pendpin.doctor.cases import Case, meanings_used, plain, says, size_of
+from pendpin.doctor.checking.evaluation import Equation, evaluate
+from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation
 from pendpin.doctor.mending.mends import Mend
-from pendpin.doctor.printed import Printed, squared
-from pendpin.doctor.reading.names import ENERGY, INERTIA, LENGTH, MASS
+from pendpin.doctor.printed import squared
+from pendpin.doctor.reading.names import ENERGY, INERTIA, MASS
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import FEW, Reading
-from pendpin.doctor.report import Finding
-from pendpin.doctor.systems.base import LOADS, Dimension, Quantities, Spec, System, Values, random_states
+from pendpin.doctor.reading.tree import Unread, key, parts, symbols, with_meaning
+from pendpin.doctor.recognition import FEW
+from pendpin.doctor.systems.base import LOADS, Spec, random_states
 from pendpin.doctor.systems.rod import RODS
 
-RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
 # the line after an equation, if it is the rest of it
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
@@ -43,97 +40,6 @@ CONSTANTS = ("g", "t", "pi")  # that mean the same everywhere
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
-
-
-class Case:
-    """An equation, its reading, and what is found about it so far."""
-
-    def __init__(self, finding: Finding, one: Printed, reading: Reading) -> None:
-        self.finding, self.one, self.reading = finding, one, reading
-        self.system, self.spec = reading.system, reading.system.spec
-        side = one.sides[0] if one.sides else None
-        self.left: Written | None = side.written if side and side.kind == "symbol" else None  # what stands alone there
-
-    @property
-    def confirmed(self) -> bool:
-        """Whether it holds, if only under a condition."""
-        return self.finding.verdict in ("holds", "holds if")
-
-    @property
-    def is_true(self) -> bool:
-        """Whether it holds and is more than a definition."""
-        return self.confirmed and self.finding.equation is not None and self.finding.kind != "definition"
-
-    @property
-    def mends_itself(self) -> bool:
-        """Whether its first mend is of the equation, and not of a definition that it uses."""
-        return bool(self.finding.mends) and " in the definition of " not in self.finding.mends[0].words
-
-    @property
-    def entry(self) -> str:
-        """What its first side means where that is a symbol, before the text gives it another meaning."""
-        return str(self.one.sides[0].value) if self.one.sides and self.one.sides[0].kind == "symbol" else ""
-
-    @cached_property
-    def written(self) -> set[Written]:
-        """The names that stand in it."""
-        return {part.written for part in parts(self.one.sides) if part.written}
-
-    @cached_property
-    def lengths(self) -> dict[Written, Values]:
-        """The values of its names that mean lengths which do not change."""
-        spec, true, found = self.spec, random_states(self.system), dict[Written, Values]()
-        for part in parts(self.one.sides) if self.finding.equation else ():
-            what = self.finding.equation.meaning(str(part.value)) if self.finding.equation else ""
-            if part.kind == "symbol" and part.written and what in spec.still and spec.dimensions.get(what) == LENGTH:
-                found[part.written] = true[what]
-        return found
-
-    @cached_property
-    def motions(self) -> list[Quantities]:
-        """The motions that it allows as a law though it is wrong, with as many of Lagrange's equations as that needs."""
-        names, true, law = (
-            [f"dd{name}" for name in self.spec.coordinates],
-            random_states(self.system),
-            self.finding.equation,
-        )
-        if law is None or law.energies or not law.names & {*names} or "mass" not in self.spec.formulas:
-            return []
-        base = {**true.base, **{name: true[name] for name in self.spec.unknowns}}
-        found = list[Quantities]()
-        with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
-            trials = ({one: true[one] * 0 + float(one == name) for one in names} for name in ("", *names))
-            at_rest, *moved = (
-                stack_residuals(law, Quantities(base | trial, self.system, np), plain=True) for trial in trials
-            )
-            slopes = np.array([there - at_rest for there in moved])  # (coordinates, rows, n)
-            kept = np.flatnonzero(np.abs(slopes).max((0, 2)) > TOLERANCE * np.abs(slopes).max())[: len(names)]
-            for others in map(list, combinations(range(len(names)), len(names) - len(kept))):
-                rows = np.concatenate([slopes[:, kept].transpose(1, 0, 2), true["mass"][others]])
-                offs = np.concatenate([at_rest[kept], -true["force_"][others]])
-                solution = np.linalg.solve(rows.transpose(2, 0, 1), -offs.T[..., None])[..., 0].T
-                there = Quantities(base | dict(zip(names, solution, strict=True)), self.system, np)
-                found += [there] * holds(law, there)
-        return found
-
-    def meaning(self) -> str:
-        """What its first side means, if that is a name."""
-        name = str(self.one.sides[0].value)
-        return self.finding.equation.meaning(name) if self.finding.equation else name
-
-    @property
-    def unit(self) -> Dimension | None:
-        """The powers of kg, m, s of what its first side means; of a state none, which may get any name."""
-        return None if self.meaning() in self.spec.state else self.spec.dimensions.get(self.meaning())
-
-    def says(self, **said: object) -> None:
-        """Another finding takes the place of what was found."""
-        self.finding = replace(self.finding, **said)
-
-    def doubt(self, words: str, **said: object) -> None:
-        """It is no accusation, and holds no longer, if words say why."""
-        if words:
-            self.says(**{"verdict": "not checked", "remark": words, "mends": (), "proved": False, **said})
 
 
 def objection_to(case: Case, cases: list[Case]) -> str:
@@ -156,12 +62,13 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return "it asks where a slope is 0, as that of a potential at a rest"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
-        if moves or case.unit in ((0, 0, -2), (0, 1, -2)) or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
+        moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
+        if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
             return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
     moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
     if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
-    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and _size(one) < SHORTEST[1]
+    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST[1]
     instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
     speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
     instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
@@ -180,7 +87,7 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         if first != second and alike:  # as the radius of a body that rolls, and that of its bowl
             return f"{as_read}; the length {plain(first)} would be that of {plain(second)}, or a fixed part of it"
     of_sign = case.mends_itself and case.finding.mends[0].words.startswith("the sign of ")
-    if of_sign and _size(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
+    if of_sign and size_of(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
         return f"{as_read}; a direction may be chosen so{else_wrong}"
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
@@ -221,9 +128,9 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
     trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
     if not case.mends_itself:  # it uses a wrong definition, which has to be long or used by several
         used = sum(other.finding.follows == number for other in cases) if number else len(cases)
-        short = is_long and not trusted and used < 2 and _size(cases[number - 1].one) < SHORTEST[1]
+        short = is_long and not trusted and used < 2 and size_of(cases[number - 1].one) < SHORTEST[1]
         return too_short if short else ""
-    one, spec, size, change = case.one, case.spec, _size(case.one), case.finding.mends[0]
+    one, spec, size, change = case.one, case.spec, size_of(case.one), case.finding.mends[0]
     equation = case.finding.equation or change.equation
     is_rate = case.left is not None and any(
         other.is_true and says(other.one) and other.left == replace(case.left, dots=case.left.dots - 1)
@@ -248,14 +155,14 @@ def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
 
 def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     """Why the first mend of an equation, or a name that it uses, accuses nobody; empty where it may."""
-    finding, one, left, mend = case.finding, case.one, case.left, case.finding.mends[0]
+    finding, one, mend = case.finding, case.one, case.finding.mends[0]
     equation = finding.equation or mend.equation
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
     known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
-    other = _size(one) < LEAST or (mend.equation.names ^ equation.names) - known
-    if mend.count > 1 and _size(one) < SHORTEST[2] and other:
+    other = size_of(one) < LEAST or (mend.equation.names ^ equation.names) - known
+    if mend.count > 1 and size_of(one) < SHORTEST[2] and other:
         return f"{as_read}; it may be about something else"  # as sqrt(m/k), of a spring, beside sqrt(l/g)
     start, end, new = mend.splices[0]
     around = one.text[:start][-1:] + one.text[end : end + 1]
@@ -290,10 +197,18 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
         if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
             return f"{as_read}; it may be about one body alone"
+    return _objection_to_names(case, cases, as_read)
+
+
+def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
+    """Why what the names of an equation mean, or those that its mend writes, accuses nobody; empty where it may."""
+    one, left, mend = case.one, case.left, case.finding.mends[0]
+    equation = case.finding.equation or mend.equation
+    gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
     # not by mistake, if it has no parameter, the text never writes these, or several equations lack them
     brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    named = {*case.spec.coordinates, *(() if is_term else case.spec.parameters)}
+    named = {*case.spec.coordinates, *(() if mend.words.endswith(" is missing") else case.spec.parameters)}
     fresh = mend.equation.names & named - equation.names
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
@@ -346,11 +261,6 @@ def _brought(case: Case) -> set[str]:
     return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
 
 
-def plain(name: Written) -> str:
-    """A name as it is typed."""
-    return name.letter + ("_" + name.index if name.index else "")
-
-
 def _is_near(case: Case) -> bool:
     """Whether one small change makes a law of an equation of several terms, or one that makes its dimensions agree."""
     finding, mends = case.finding, case.finding.mends
@@ -370,20 +280,10 @@ def _is_of_index(change: Mend, equation: Equation) -> bool:
     return len(names) == len(pairs) > 0 and all(old[:-1] == new[:-1] and old[-1:].isdigit() for old, new in names)
 
 
-def _size(one: Printed) -> int:
-    """How many numbers, letters, sums, products and the like an equation has."""
-    return sum(1 for _ in parts(one.sides))
-
-
 def shows_itself(case: Case) -> bool:
     """Whether an equation is so long that what one small change makes hold is what it means; no term more or less."""
     change = case.finding.mends[0] if case.mends_itself else None
-    return bool(change and change.count == 1 and not OF_TERMS.search(change.words) and _size(case.one) >= VERY_LONG)
-
-
-def says(one: Printed) -> bool:
-    """Whether an equation says more than names."""
-    return any(part.kind in ("sum", "product", "power", "derivative") for part in parts(one.sides))
+    return bool(change and change.count == 1 and not OF_TERMS.search(change.words) and size_of(case.one) >= VERY_LONG)
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:
@@ -402,48 +302,3 @@ def _moves(case: Case) -> bool:
         halves = [np.split(evaluate(side, context), 2, axis=-1) for side in law.sides if side.kind != "number"]
         return any(np.abs(first - second).max() > TOLERANCE * np.abs(first).max() for first, second in halves)
     return True
-
-
-def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
-    """The first wrong equation that another one follows from; 0 for none.
-
-    What it is off by, in each of its components, is what an earlier one is off by, or what follows of that for the motion.
-    """
-    states, known = random_states(system), list[tuple[int, np.ndarray]]()
-    with suppress(Unread, KeyError, ValueError):
-        off = stack_residuals(equation, states, plain=True)
-        for source in wrong:
-            number, other = source.finding.number, source.finding.equation
-            assert other is not None
-            with suppress(Unread, KeyError, ValueError):
-                known += [(number, row) for row in stack_residuals(other, states, plain=True)]
-                if source.meaning() in ("L", "T", "V"):
-                    context = other.context(states)
-                    lefts, true = (euler_lagrange(other.sides[i], system.spec) for i in (-1, 0))
-                    pairs = zip(lefts, true, strict=True)
-                    known += [(number, evaluate(a, context) - evaluate(b, context)) for a, b in pairs]
-        rows = [row for row in off if np.abs(row).max() > TOLERANCE * np.abs(off).max()]
-        sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
-        if source := min(sources, default=0):
-            return source
-    if equation.energies or not equation.names & {f"dd{name}" for name in system.spec.coordinates}:
-        return 0
-    with np.errstate(all="ignore"):
-        alike = (case for case in wrong if case.system is system)
-        return next((one.finding.number for one in alike if any(holds(equation, there) for there in one.motions)), 0)
-
-
-def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
-    """Whether one residual is another times what depends on the parameters alone, which halves of the states share."""
-    if one.shape != other.shape or not np.abs(other).min() > 0:
-        return False
-    first, second = np.split(one / other, 2)
-    if np.array_equal(*np.split(one, 2)):  # of parameters alone it is always that, and has to be a number
-        return bool(np.ptp(first) <= RATIO * np.abs(first).max())
-    return bool(np.abs(first - second).max() <= RATIO * np.abs(first).max())
-
-
-def meanings_used(equation: Equation) -> list[tuple[str, Node]]:
-    """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
-    names = sorted(names_in(equation.sides, equation.definitions) & equation.definitions.keys())
-    return [(name.partition("@")[0], equation.definitions[name]) for name in names]  # of what is computed twice each

@@ -11,16 +11,8 @@ from itertools import permutations, product
 
 import numpy as np
 
-from pendpin.doctor.accusations import (
-    SHORT,
-    Case,
-    find_source,
-    meanings_used,
-    objection_to,
-    plain,
-    says,
-    shows_itself,
-)
+from pendpin.doctor.accusations import SHORT, objection_to, shows_itself
+from pendpin.doctor.cases import Case, find_source, meanings_used, plain, says
 from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals

@@ -1,0 +1,172 @@
+"""An equation with its reading and what is found about it so far, and from which wrong one another follows."""
+
+from contextlib import suppress
+from dataclasses import replace
+from functools import cached_property
+from itertools import combinations
+
+import numpy as np
+
+from pendpin.doctor.checking.check import euler_lagrange
+from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
+from pendpin.doctor.checking.residuals import TOLERANCE, holds, stack_residuals
+from pendpin.doctor.printed import Printed
+from pendpin.doctor.reading.names import LENGTH
+from pendpin.doctor.reading.tree import Node, Unread, Written, parts
+from pendpin.doctor.recognition import Reading
+from pendpin.doctor.report import Finding
+from pendpin.doctor.systems.base import Dimension, Quantities, System, Values, random_states
+
+RATIO = 1e-7  # of two residuals that are multiples of each other: of second derivatives eight digits are left
+
+
+class Case:
+    """An equation, its reading, and what is found about it so far."""
+
+    def __init__(self, finding: Finding, one: Printed, reading: Reading) -> None:
+        self.finding, self.one, self.reading = finding, one, reading
+        self.system, self.spec = reading.system, reading.system.spec
+        side = one.sides[0] if one.sides else None
+        self.left: Written | None = side.written if side and side.kind == "symbol" else None  # what stands alone there
+
+    @property
+    def confirmed(self) -> bool:
+        """Whether it holds, if only under a condition."""
+        return self.finding.verdict in ("holds", "holds if")
+
+    @property
+    def is_true(self) -> bool:
+        """Whether it holds and is more than a definition."""
+        return self.confirmed and self.finding.equation is not None and self.finding.kind != "definition"
+
+    @property
+    def mends_itself(self) -> bool:
+        """Whether its first mend is of the equation, and not of a definition that it uses."""
+        return bool(self.finding.mends) and " in the definition of " not in self.finding.mends[0].words
+
+    @property
+    def entry(self) -> str:
+        """What its first side means where that is a symbol, before the text gives it another meaning."""
+        return str(self.one.sides[0].value) if self.one.sides and self.one.sides[0].kind == "symbol" else ""
+
+    @cached_property
+    def written(self) -> set[Written]:
+        """The names that stand in it."""
+        return {part.written for part in parts(self.one.sides) if part.written}
+
+    @cached_property
+    def lengths(self) -> dict[Written, Values]:
+        """The values of its names that mean lengths which do not change."""
+        spec, true, found = self.spec, random_states(self.system), dict[Written, Values]()
+        for part in parts(self.one.sides) if self.finding.equation else ():
+            what = self.finding.equation.meaning(str(part.value)) if self.finding.equation else ""
+            if part.kind == "symbol" and part.written and what in spec.still and spec.dimensions.get(what) == LENGTH:
+                found[part.written] = true[what]
+        return found
+
+    @cached_property
+    def motions(self) -> list[Quantities]:
+        """The motions that it allows as a law though it is wrong, with as many of Lagrange's equations as that needs."""
+        names, true, law = (
+            [f"dd{name}" for name in self.spec.coordinates],
+            random_states(self.system),
+            self.finding.equation,
+        )
+        if law is None or law.energies or not law.names & {*names} or "mass" not in self.spec.formulas:
+            return []
+        base = {**true.base, **{name: true[name] for name in self.spec.unknowns}}
+        found = list[Quantities]()
+        with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
+            trials = ({one: true[one] * 0 + float(one == name) for one in names} for name in ("", *names))
+            at_rest, *moved = (
+                stack_residuals(law, Quantities(base | trial, self.system, np), plain=True) for trial in trials
+            )
+            slopes = np.array([there - at_rest for there in moved])  # (coordinates, rows, n)
+            kept = np.flatnonzero(np.abs(slopes).max((0, 2)) > TOLERANCE * np.abs(slopes).max())[: len(names)]
+            for others in map(list, combinations(range(len(names)), len(names) - len(kept))):
+                rows = np.concatenate([slopes[:, kept].transpose(1, 0, 2), true["mass"][others]])
+                offs = np.concatenate([at_rest[kept], -true["force_"][others]])
+                solution = np.linalg.solve(rows.transpose(2, 0, 1), -offs.T[..., None])[..., 0].T
+                there = Quantities(base | dict(zip(names, solution, strict=True)), self.system, np)
+                found += [there] * holds(law, there)
+        return found
+
+    def meaning(self) -> str:
+        """What its first side means, if that is a name."""
+        name = str(self.one.sides[0].value)
+        return self.finding.equation.meaning(name) if self.finding.equation else name
+
+    @property
+    def unit(self) -> Dimension | None:
+        """The powers of kg, m, s of what its first side means; of a state none, which may get any name."""
+        return None if self.meaning() in self.spec.state else self.spec.dimensions.get(self.meaning())
+
+    def says(self, **said: object) -> None:
+        """Another finding takes the place of what was found."""
+        self.finding = replace(self.finding, **said)
+
+    def doubt(self, words: str, **said: object) -> None:
+        """It is no accusation, and holds no longer, if words say why."""
+        if words:
+            self.says(**{"verdict": "not checked", "remark": words, "mends": (), "proved": False, **said})
+
+
+def plain(name: Written) -> str:
+    """A name as it is typed."""
+    return name.letter + ("_" + name.index if name.index else "")
+
+
+def size_of(one: Printed) -> int:
+    """How many numbers, letters, sums, products and the like an equation has."""
+    return sum(1 for _ in parts(one.sides))
+
+
+def says(one: Printed) -> bool:
+    """Whether an equation says more than names."""
+    return any(part.kind in ("sum", "product", "power", "derivative") for part in parts(one.sides))
+
+
+def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
+    """The first wrong equation that another one follows from; 0 for none.
+
+    What it is off by, in each of its components, is what an earlier one is off by, or what follows of that for the motion.
+    """
+    states, known = random_states(system), list[tuple[int, np.ndarray]]()
+    with suppress(Unread, KeyError, ValueError):
+        off = stack_residuals(equation, states, plain=True)
+        for source in wrong:
+            number, other = source.finding.number, source.finding.equation
+            assert other is not None
+            with suppress(Unread, KeyError, ValueError):
+                known += [(number, row) for row in stack_residuals(other, states, plain=True)]
+                if source.meaning() in ("L", "T", "V"):
+                    context = other.context(states)
+                    lefts, true = (euler_lagrange(other.sides[i], system.spec) for i in (-1, 0))
+                    pairs = zip(lefts, true, strict=True)
+                    known += [(number, evaluate(a, context) - evaluate(b, context)) for a, b in pairs]
+        rows = [row for row in off if np.abs(row).max() > TOLERANCE * np.abs(off).max()]
+        sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
+        if source := min(sources, default=0):
+            return source
+    if equation.energies or not equation.names & {f"dd{name}" for name in system.spec.coordinates}:
+        return 0
+    with np.errstate(all="ignore"):
+        alike = (case for case in wrong if case.system is system)
+        return next((one.finding.number for one in alike if any(holds(equation, there) for there in one.motions)), 0)
+
+
+def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:
+    """Whether one residual is another times what depends on the parameters alone, which halves of the states share."""
+    if one.shape != other.shape or not np.abs(other).min() > 0:
+        return False
+    first, second = np.split(one / other, 2)
+    half = len(one) // 2
+    if np.array_equal(one[:half], one[half:]):  # of parameters alone it is always that, and has to be a number
+        return bool(np.ptp(first) <= RATIO * np.abs(first).max())
+    return bool(np.abs(first - second).max() <= RATIO * np.abs(first).max())
+
+
+def meanings_used(equation: Equation) -> list[tuple[str, Node]]:
+    """The symbols of the text that an equation uses, also through definitions, and what they are in it."""
+    names = sorted(names_in(equation.sides, equation.definitions) & equation.definitions.keys())
+    return [(name.partition("@")[0], equation.definitions[name]) for name in names]  # of what is computed twice each
