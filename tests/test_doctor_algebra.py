@@ -100,13 +100,13 @@ def test_names_that_are_defined_by_others_have_their_dimension() -> None:
     """Through a row of definitions; of names that define each other there is none, and the search ends."""
     spec, symbol = SPECS["thin"], lambda name: Node("symbol", (0, 0), name)
     row = {f"n{i}": symbol(f"n{i + 1}") for i in range(15)} | {"n15": symbol("l")}
-    assert dimension(symbol("n0"), row, spec) == (0, 1, 0)
-    assert dimension(symbol("a"), {"a": symbol("b"), "b": symbol("a")}, spec) in (None, NONE)
-    assert dimension(symbol("a"), {"a": Node("power", (0, 0), Fraction(3, 2), (symbol("m"),))}, spec) == (
-        Fraction(3, 2),
-        0,
-        0,
-    )
+    assert dimension(symbol("n0"), row, spec, {}) == (0, 1, 0)
+    assert dimension(symbol("a"), {"a": symbol("b"), "b": symbol("a")}, spec, {}) in (None, NONE)
+    root = {"a": Node("power", (0, 0), Fraction(3, 2), (symbol("m"),))}
+    assert dimension(symbol("a"), root, spec, {}) == (Fraction(3, 2), 0, 0)
+    # each is two of the next: 2^60 ways lead to the last
+    twice = {f"n{i}": Node("sum", (0, 0), (1, 1), (symbol(f"n{i + 1}"),) * 2) for i in range(60)} | {"n60": symbol("l")}
+    assert dimension(symbol("n0"), twice, spec, {}) == (0, 1, 0)
 
 
 # --- special cases --------------------------------------------------------------------------------------------------

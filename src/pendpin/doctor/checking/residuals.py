@@ -107,16 +107,23 @@ class Disagreement(Exception):
     """Terms of different dimensions are added or set equal; the message names them."""
 
 
-def dimension(node: Node, definitions: Mapping[str, Node], spec: Spec, depth: int = 0) -> Dimension | None:
-    """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement."""
-    parts = [dimension(child, definitions, spec, depth) for child in node.children]
+def dimension(
+    node: Node, definitions: Mapping[str, Node], spec: Spec, found: dict[str, Dimension | None]
+) -> Dimension | None:
+    """Powers of kg, m and s; None for what fits anything (0, or a name that is not known). Raises Disagreement.
+
+    `found` holds what definitions come to, each worked out once; one that is by itself fits anything.
+    """
+    parts = [dimension(child, definitions, spec, found) for child in node.children]
     match node.kind:
         case "number":
             return NONE if node.value else None
         case "symbol":
-            if node.value in definitions and depth < 20:
-                return dimension(definitions[node.value], definitions, spec, depth + 1)
-            return spec.dimensions.get(node.value)
+            name = str(node.value)
+            if name in definitions and name not in found:
+                found[name] = None
+                found[name] = dimension(definitions[name], definitions, spec, found)
+            return found[name] if name in definitions else spec.dimensions.get(name)
         case "sum" | "matrix":
             return common(parts)
         case "product":
@@ -168,6 +175,7 @@ def of_equation(equation: Equation, spec: Spec) -> tuple[Dimension | None, str]:
     """The dimension that all sides have, and in words which do not agree, empty where all do."""
     chosen = {name: Node("symbol", (0, 0), other) for name, other in equation.meanings.items() if name != other}
     try:
-        return common([dimension(side, equation.definitions | chosen, spec) for side in equation.sides]), ""
+        known, found = equation.definitions | chosen, dict[str, Dimension | None]()
+        return common([dimension(side, known, spec, found) for side in equation.sides]), ""
     except Disagreement as disagreement:
         return None, str(disagreement)

@@ -188,7 +188,7 @@ class Patient:
             name, own = self.equation.meaning(str(node.value)), self.equation.definitions
             for other in own.keys() - {name}:  # what the text or the user defined, of the same dimension
                 with suppress(Disagreement):
-                    here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec) for one in (name, other))
+                    here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec, {}) for one in (name, other))
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
             if name not in {*self.spec.still, *self.spec.unknowns} and symbols(own.get(name, node)) - self.spec.still:
