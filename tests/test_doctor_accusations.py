@@ -572,3 +572,17 @@ def test_a_number_at_the_end_of_a_chain_is_a_value_beside():
         "holds",
         "fails",
     ]
+
+
+@pytest.mark.parametrize(
+    ("line", "verdict"),
+    [
+        (r"\vec L = \vec r\times m\vec v", "holds"),
+        (r"\vec L = m(\vec r\times\vec v)", "holds"),
+        (r"\vec L = m(\vec v\times\vec r)", "fails"),
+    ],
+)
+def test_a_cross_product_in_a_plane_is_about_its_axis(line, verdict):
+    """A mass between its factors multiplies it."""
+    laws = r"$$L_z = m l^2\dot\theta$$ $$\tau_z = -m g l\sin\theta$$ $$\frac{dL_z}{dt} = \tau_z$$ "
+    assert pp.diagnose(f"{laws}$${line}$$").findings[-1].verdict == verdict

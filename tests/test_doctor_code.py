@@ -236,3 +236,19 @@ def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
     assert [*verdicts_of(steps).values()] == ["holds"] * 2
     assert next(iter(verdicts_of(steps.replace("sin(th", "cos(th")).values())) != "holds"
     assert not any("der(" in one.text for one in read_text(steps.replace("dt", "b")).statements)
+
+
+@pytest.mark.parametrize(
+    "code",
+    [
+        "domega_dt = -(g/L)*sin(theta) - k*omega*fabs(omega)",
+        "double alpha = -(g / L) * sin(theta);\ndouble T0 = 2. * M_PI * sqrt(L / g);",
+        "alpha = -(g/l)*sin(theta)\nT = 0.5d0*m*l**2*theta_dot**2\ndo i = 1, 1000",
+        "dw = -g/l*sin(th) + u[0]/(m*l**2)\ndth = w",
+        "\u03b8\u0307 = x[2]\ndx[1] = \u03b8\u0307\ndx[2] = -g/l*sin(\u03b8)",
+        "double V = -p.m*p.g*p.l*cos(s.th);\nds.th = s.om;\nds.om = -p.g/p.l*sin(s.th);",
+    ],
+    ids=["abs", "numbers of C", "numbers of Fortran", "one input", "a dot above", "records of rates"],
+)
+def test_idioms_of_other_languages(code):
+    assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}

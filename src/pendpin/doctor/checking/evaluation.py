@@ -235,8 +235,10 @@ def _product(node: Node, parts: list[Values]) -> Values:
         (operator, first, child), (joint, second, _) = factors[i : i + 2]
         if first.ndim == 3 and second.ndim == 2 and joint in "*.":
             factors[i : i + 2] = [(operator, _multiply(first, second, joint, child.span[0]), child)]
-    value = factors[0][1]
+    value, crossed = factors[0][1], False
     for operator, part, child in factors[1:]:
+        operator = "x" if crossed and operator == "*" and part.ndim == 2 else operator  # as in r x m v
+        crossed = operator == "x" and part.ndim == 1
         value = _multiply(value, part, operator, child.span[0])
     return value
 
@@ -251,6 +253,8 @@ def _multiply(a: Values, b: Values, operator: str, place: int) -> Values:
         raise Mismatch("a product of vectors of different lengths", place)
     if operator == "x" and a.shape[:-1] == b.shape[:-1] == (3,):
         return cross(a, b)
+    if operator == "x" and a.shape[:-1] == b.shape[:-1] == (2,):  # about the axis of a plane
+        return a[0] * b[1] - a[1] * b[0]
     if a.ndim == b.ndim == 2 and operator in "*.":
         return dot(a, b)
     if a.ndim == b.ndim == 2:

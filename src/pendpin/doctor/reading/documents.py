@@ -63,7 +63,7 @@ _LABEL = re.compile(
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
-    r"^\s*(?:for|while|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
+    r"^\s*(?:for|while|do|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|=\s*(?:\w+\.)*(?:symbols|Symbol|dynamicsymbols|Function|syms?|SX|MX)\s*\(|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
@@ -109,6 +109,7 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
 )
 _INDEXED = re.compile(r"(\\[a-z]{2,}|(?<![A-Za-z\\])[A-Za-z])_\{?(\d)\}?(?!\w)")
+_RECORDS = re.compile(r"\bd([a-z]\w*)\.\w+\s*=(?!=)")
 _MEMBER = re.compile(r"\bm_([ml])\d?\b")  # of an object in C++: m_m1, m_l1
 _AGAIN = re.compile(r"\s*([^\W\d]\w*)\s*([-+*/])=(?!=)\s*(.*?)\s*;?\s*(?:(?:#|//|%).*)?$", re.S)  # x /= 2
 _INDEX = r"\[\s*{}\s*(?:[+-]\s*1\s*)?\]"
@@ -119,8 +120,9 @@ _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
 )
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
-_SEVERAL = re.compile(  # x, y = a, b
-    r"\s*\(?((?:(?:self\.)?[^\W\d]\w*\s*,\s*)+(?:self\.)?[^\W\d]\w*)\)?,?\s*:?=(?!=)\s*(.*)", re.S
+_SEVERAL = re.compile(  # x, y = a, b; also with a dot above, as in Julia
+    r"\s*\(?((?:(?:self\.)?[^\W\d][\w\u0307\u0308]*\s*,\s*)+(?:self\.)?[^\W\d][\w\u0307\u0308]*)\)?,?\s*:?=(?!=)\s*(.*)",
+    re.S,
 )
 _QUOTED = re.compile(r"(?<![`$\w])`([^`$\n=]*=[^`$\n]*)`(?![`$])")  # `a = b` between words
 _LEFT = re.compile(r"((?:[^=]|(?<=[<>])=)+?)&?\s*=")
@@ -182,6 +184,10 @@ def read_text(text: str) -> Document:
         text = re.sub(pattern, by, text)
     if {"m", "l"} <= set(_MEMBER.findall(text)) and not re.search(r"\$|\\[a-z]{3}", text):
         text = re.sub(r"\bm_(?=[A-Za-z])", "", text)
+    for name in ("u", "tau"):  # the one load of a vector of inputs
+        text = text if re.search(rf"\b{name}\[[1-9:]", text) else re.sub(rf"\b{name}\[0\]", name, text)
+    for record in {name for name in _RECORDS.findall(text) if re.search(rf"\b{name}\.\w", text)}:  # ds.x beside s.x
+        text = re.sub(rf"\bd{record}\.(\w+)(?=\s*=(?!=))", rf"der({record}.\1)", text)
     for name, index in {*_INDEXED.findall(text)}:  # m2 beside m_2
         begins = "" if name.startswith("\\") else r"(?<![\w\\^])"
         text = re.sub(rf"{begins}{re.escape(name)}{index}(?!\w)", re.escape(f"{name}_{index}"), text)

@@ -10,7 +10,7 @@ from pendpin.doctor.reading.states import DAMPINGS
 from pendpin.doctor.reading.tree import Name, Node, Span, Written, unknown
 
 FUNCTIONS = {name: name for name in ("sin", "cos", "tan", "sec", "csc", "cot", "sqrt", "exp")} | {"sen": "sin"}
-FUNCTIONS |= dict.fromkeys(("sign", "sgn"), "sign")
+FUNCTIONS |= dict.fromkeys(("sign", "sgn"), "sign") | dict.fromkeys(("abs", "fabs"), "norm")
 
 
 def _meanings(table: str) -> dict[str, str]:

@@ -131,7 +131,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color|unit|si)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
         r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
         r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n"
-        r"|\b(?:np|jnp|numpy|math|Math|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
+        r"|\b(?:np|jnp|numpy|math|Mathf?|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
         r"|\b(?:[A-Za-z]\w*::)+"
         r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\([\w.*]{1,5}\)\s*$"
         r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
@@ -173,6 +173,11 @@ _OF_LATEX: tuple[Rewriting, ...] = (
 _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
+    (
+        r"(?<![\w.])(\d+)\.?(\.\d+)?[dD]0\b|(?<![\w.])(\d+)\.(?=\s+[*/+-]|\s*\))",
+        r"\1\2\3",
+    ),  # in Fortran, and 3. for 3.0
+    (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
