@@ -586,3 +586,9 @@ def test_a_cross_product_in_a_plane_is_about_its_axis(line, verdict):
     """A mass between its factors multiplies it."""
     laws = r"$$L_z = m l^2\dot\theta$$ $$\tau_z = -m g l\sin\theta$$ $$\frac{dL_z}{dt} = \tau_z$$ "
     assert pp.diagnose(f"{laws}$${line}$$").findings[-1].verdict == verdict
+
+
+@pytest.mark.parametrize("line", ["T = 2*pi*sqrt(2*L/(3*g))", "omega = sqrt(g/(L*cos(theta)))", "T = pi*sqrt(L/g)"])
+def test_what_is_true_of_every_point_shows_no_pendulum(line):
+    """As m v^2/2: beside it a period may be that of anything."""
+    assert "fails" not in [one.verdict for one in findings(f"{line}\nKE = 0.5*m*v**2\n")]

@@ -15,7 +15,7 @@ from pendpin.doctor.checking.evaluation import Equation, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
-from pendpin.doctor.reading.names import ENERGY, INERTIA, MASS
+from pendpin.doctor.reading.names import ENERGY, INERTIA, LENGTH, MASS
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Unread, key, parts, symbols, with_meaning
 from pendpin.doctor.recognition import FEW
@@ -270,7 +270,8 @@ def _is_near(case: Case) -> bool:
     if not case.mends_itself or fits:
         return True
     equation = mends[0].equation
-    return _is_law(equation, case.spec) and not equation.names <= case.spec.still
+    moving = {*case.spec.coordinates, *case.spec.rates, *case.spec.unknowns}
+    return _is_law(equation, case.spec) and bool(equation.names & moving)
 
 
 def _is_of_index(change: Mend, equation: Equation) -> bool:
@@ -287,10 +288,15 @@ def shows_itself(case: Case) -> bool:
 
 
 def _is_law(equation: Equation | None, spec: Spec) -> bool:
-    """Whether an equation is about more than how points move: a mass, a force, an energy or gravity is in it."""
+    """Whether an equation is about more than how points move, or a point as T = m v^2/2 is.
+
+    A mass, a force, an energy or gravity is in it, and a coordinate or a length.
+    """
     names = equation.names if equation else set[str]()
     heavy = any(name == "g" or spec.dimensions.get(name, (0, 0, 0))[0] for name in names)
-    return heavy and bool(names & {*spec.parameters})
+    lengths = {name for name in spec.still if spec.dimensions.get(name) == LENGTH}
+    own = {*spec.coordinates, *spec.rates, *spec.unknowns, *lengths}
+    return heavy and bool(names & {*spec.parameters}) and bool(names & own)
 
 
 def _moves(case: Case) -> bool:
