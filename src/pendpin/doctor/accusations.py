@@ -49,35 +49,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return ""
     as_read = f"as I read it, for {spec.title}, it does not hold"
     else_wrong = f". If it is meant so, {case.finding.mends[0].words}" if case.mends_itself else ""
-    if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
-        return f"{as_read}; {one.remark}"
-    values = [str(side.value) for side in one.sides]
-    if all(side.kind == "symbol" for side in one.sides):
-        if {*values} & {*spec.state} or all(value.startswith("?") for value in values):  # names of the text
-            return "it gives a state a name"
-        alike = len({side.written.letter for side in one.sides if side.written}) == 1  # omega = omega_0 at resonance
-        if alike or not (case.finding.dimensions or {*values} & {*spec.unknowns}):
-            return "it may say when the two are equal"
-    if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
-        return "it asks where a slope is 0, as that of a potential at a rest"
-    if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
-        moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
-        moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
-        if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
-            return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
-    moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
-    if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
-        return f"{as_read}; it may be about a body that moves by itself, as a cart"
-    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST[1]
-    instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
-    speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
-    instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
-    if instant or squared(one.sides) is not one.sides:
-        return f"{as_read}; a speed may be that of one start"
-    if case.entry in TURNING:
-        return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
-    if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
-        return "it is no part of the mass matrix or its equation as it stands; a row may be multiplied by something"
+    if words := _objection_to_form(case, cases, as_read):
+        return words
     if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
         return words
     own, others = case.lengths, (other for other in cases if other.is_true and other.reading is case.reading)
@@ -111,6 +84,43 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     terms = OF_TERMS.findall(words := case.finding.mends[0].words) if case.mends_itself else []
     if (terms and shown < SEVERAL[is_long]) or len(terms) > 1:
         return f"{as_read}; all that helps is that {words}"
+    return ""
+
+
+def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
+    """Why an equation as it stands may say something else: a choice, an instant, or a quantity that is not unique."""
+    one, spec, equation = case.one, case.spec, case.finding.equation
+    if equation is None:
+        return ""
+    if one.remark and spec.kind not in RODS:  # where its missing bracket stood is guessed
+        return f"{as_read}; {one.remark}"
+    values = [str(side.value) for side in one.sides]
+    if all(side.kind == "symbol" for side in one.sides):
+        if {*values} & {*spec.state} or all(value.startswith("?") for value in values):  # names of the text
+            return "it gives a state a name"
+        alike = len({side.written.letter for side in one.sides if side.written}) == 1  # omega = omega_0 at resonance
+        if alike or not (case.finding.dimensions or {*values} & {*spec.unknowns}):
+            return "it may say when the two are equal"
+    if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
+        return "it asks where a slope is 0, as that of a potential at a rest"
+    if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
+        moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
+        moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
+        if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
+            return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
+    moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
+    if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
+        return f"{as_read}; it may be about a body that moves by itself, as a cart"
+    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST[1]
+    instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
+    speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
+    instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
+    if instant or squared(one.sides) is not one.sides:
+        return f"{as_read}; a speed may be that of one start"
+    if case.entry in TURNING:
+        return "the matrix of velocity terms is not unique: this is another entry than the one that I know"
+    if case.entry in MASSES and not any(o.entry in MASSES for o in cases if o.finding.verdict == "holds"):
+        return "it is no part of the mass matrix or its equation as it stands; a row may be multiplied by something"
     return ""
 
 

@@ -178,6 +178,7 @@ _OF_CODE: tuple[Rewriting, ...] = (
         r"\1\2\3",
     ),  # in Fortran, and 3. for 3.0
     (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
+    (r"(?<=\w['′])([234])(?=[\s*)]|$)", r"^\1"),  # a power that is no longer raised, as in θ1'2
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),

@@ -1,0 +1,117 @@
+"""What an accusation of the doctor rests on: other bodies, instants, series, loads and solutions accuse nobody."""
+
+import pytest
+
+import pendpin as pp
+
+LAW = r"$$\ddot\theta + \frac gl\sin\theta = 0$$ $$T = \frac12 m l^2\dot\theta^2$$ "
+OF_BOWLS = r"$$V = m g (R - r)(1 - \cos\theta)$$ $$(R - r)\dot\theta = r\omega$$ "
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (LAW, r"\omega = \sqrt{\frac{m g d^2}{4 I L}}"),  # two wires
+        (LAW, r"I = \frac12 m R^2"),
+        (OF_BOWLS, r"I = \frac25 m r^2"),
+        (OF_BOWLS, r"\frac34 m (R - r)^2\dot\theta^2 = T"),
+        (LAW, r"g(h) = g_0\left(\frac{R}{R + h}\right)^2"),
+        (LAW, r"T_0 = 2\pi\sqrt{\frac{l}{g\sin\alpha}}"),
+        (LAW, r"\frac{1}{2 m l^2}\left(\frac{dW}{d\theta}\right)^2 - m g l\cos\theta = E"),
+        (LAW, r"\frac12 m v_b^2 = \frac12 m v_t^2 + 2 m g l"),
+        (LAW, r"\dot p = -\sin\theta"),
+        (LAW + r"$$m l^2\ddot\theta + m g l\sin\theta = u$$ ", r"\dot E = 0"),
+    ],
+)
+def test_another_body_an_instant_or_units_of_its_own_accuse_nobody(text, line):
+    """Two letters would be one length; a speed is one of an instant; a text may choose its units or have no load."""
+    assert "fails" not in [one.verdict for one in pp.diagnose(f"{text}$${line}$$").findings]
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6}) = 0", True),
+        (r"\ddot\theta + \frac gl(\theta + \frac{\theta^3}{6}) = 0", False),
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6} + \frac{\theta^5}{120}) = 0", True),
+        (r"\ddot\theta + \frac gl(\theta - \frac{\theta^3}{6} + \frac{\theta^5}{100}) = 0", False),
+        (r"V = \frac12 m g l\theta^2", True),
+        (r"V = m g l\theta^2", False),
+        (r"V = m g l(\frac{\theta^2}{2} - \frac{\theta^4}{24})", True),
+        (r"V = m g l(\frac{\theta^2}{2} + \frac{\theta^4}{24})", False),
+        (r"m l^2\ddot\theta + c\dot\theta + m g l\theta = 0", True),
+        (r"m l^2\ddot\theta + c\theta^2 + m g l\theta = 0", False),
+    ],
+)
+def test_a_series_holds_to_its_own_last_term(line, right):
+    """A wrong last term leaves an error of its own order, a right one an error of the next."""
+    assert (pp.diagnose(f"{LAW}$${line}$$").findings[-1].verdict == "holds if") == right
+
+
+def test_what_multiplies_a_letter_that_vanishes_is_not_checked():
+    """At rest each factor of a rate would do."""
+    text = LAW + r"From rest at its lowest point $$E = \frac13 m l^2\dot\theta^2 - m g l\cos\theta$$"
+    assert not pp.diagnose(text).findings[-1].verdict.startswith("holds")
+
+
+DAMPED = r"""$$\ddot\theta + 2\gamma\dot\theta + \omega_0^2\theta = 0,\quad \omega_0 = \sqrt{g/l}$$
+$$\theta = A e^{-\gamma t}\cos(\Omega t)$$ $$m l^2\ddot\theta + c\dot\theta + m g l\sin\theta = 0$$
+"""
+
+
+@pytest.mark.parametrize(
+    ("line", "right"),
+    [
+        (r"\gamma = \frac{c}{2 m l^2}", True),
+        (r"\gamma = \frac{c}{m l^2}", False),  # c acts otherwise in the law with it
+        (r"\gamma = \frac{c}{2 m l^2}, \quad \Omega = \sqrt{\omega_0^2 - \gamma^2}", True),
+    ],
+)
+def test_a_solution_and_a_law_with_the_load_confirm_what_they_use(line, right):
+    """A decay rate is right if the load acts with it as it does without; a frequency, if the solution holds with it."""
+    assert (pp.diagnose(f"{DAMPED}$${line}$$").findings[-1].verdict == "holds") == right
+
+
+def test_what_two_constants_are_off_by_makes_neither_follow_from_the_other():
+    """Of parameters alone every residual is another one times what depends on parameters."""
+    text = (
+        LAW
+        + r"$$T_0 = \frac{1}{2\pi}\sqrt{\frac lg}$$ $$\omega_0 = \sqrt{\frac gl}$$ $$\omega_0^2 = \frac{g^2}{l^2}\pi^2$$"
+    )
+    first, *_, last = pp.diagnose(text).findings[2:]
+    assert (first.verdict, last.follows) == ("fails", 0)
+
+
+def test_a_number_at_the_end_of_a_chain_is_a_value_beside():
+    """What stands before it is checked."""
+    chain = r"$$T_0 = 2\pi\sqrt{\frac lg} = 3.5$$"
+    assert [pp.diagnose(LAW + text).findings[-1].verdict for text in (chain, chain.replace("2", "4"))] == [
+        "holds",
+        "fails",
+    ]
+
+
+def test_a_two_behind_a_prime_is_a_power_whose_mark_is_lost():
+    """As of a page that was copied without its raised letters."""
+    text = "x1 = L1 sin θ1\nx1'' = −θ1'2 L1 sin θ1 + θ1'' L1 cos θ1\nV = -(m1+m2) g L1 cos θ1 - m2 g L2 cos θ2\n"
+    assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}
+
+
+@pytest.mark.parametrize(
+    ("line", "verdict"),
+    [
+        (r"\vec L = \vec r\times m\vec v", "holds"),
+        (r"\vec L = m(\vec r\times\vec v)", "holds"),
+        (r"\vec L = m(\vec v\times\vec r)", "fails"),
+    ],
+)
+def test_a_cross_product_in_a_plane_is_about_its_axis(line, verdict):
+    """A mass between its factors multiplies it."""
+    laws = r"$$L_z = m l^2\dot\theta$$ $$\tau_z = -m g l\sin\theta$$ $$\frac{dL_z}{dt} = \tau_z$$ "
+    assert pp.diagnose(f"{laws}$${line}$$").findings[-1].verdict == verdict
+
+
+@pytest.mark.parametrize("line", ["T = 2*pi*sqrt(2*L/(3*g))", "omega = sqrt(g/(L*cos(theta)))", "T = pi*sqrt(L/g)"])
+def test_what_is_true_of_every_point_shows_no_pendulum(line):
+    """As m v^2/2: beside it a period may be that of anything."""
+    assert "fails" not in [one.verdict for one in pp.diagnose(f"{line}\nKE = 0.5*m*v**2\n").findings]
