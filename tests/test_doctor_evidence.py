@@ -18,6 +18,8 @@ OF_BOWLS = r"$$V = m g (R - r)(1 - \cos\theta)$$ $$(R - r)\dot\theta = r\omega$$
         (LAW, r"g(h) = g_0\left(\frac{R}{R + h}\right)^2"),
         (LAW, r"T_0 = 2\pi\sqrt{\frac{l}{g\sin\alpha}}"),
         (LAW, r"\frac{1}{2 m l^2}\left(\frac{dW}{d\theta}\right)^2 - m g l\cos\theta = E"),
+        (LAW, r"\omega^2 = \frac gl - \Omega^2"),
+        (LAW, r"\omega = \sqrt{\frac{g}{l\cos\theta}}"),
         (LAW, r"\frac12 m v_b^2 = \frac12 m v_t^2 + 2 m g l"),
         (LAW, r"\dot p = -\sin\theta"),
         (LAW + r"$$m l^2\ddot\theta + m g l\sin\theta = u$$ ", r"\dot E = 0"),

@@ -189,6 +189,10 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
     away = equation.names & {*case.spec.parameters} - mend.equation.names - known
     if away and mend.words.startswith("the factor ") and mend.words.partition(" is too many")[1]:
         return f"{as_read}; nothing that holds has {min(away)}"
+    kg, m, s = of_equation(equation, case.spec)[0] or (1, 0, 0)
+    of_time = kg == m == 0 != s and not equation.names & {*case.spec.rates, *case.spec.unknowns}
+    if of_time and "is too many" in mend.words and equation.names - mend.equation.names:
+        return f"{as_read}; it may be a frequency or a period of other motions"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
         return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
