@@ -479,6 +479,7 @@ $$V = -m g l\cos\theta$$ $$\ddot\theta + \sin\theta = 0$$"""
     assert findings(text.replace(r"+ \sin", r"+ g\sin"))[-1].verdict == "fails"
 
 
+@pytest.mark.slow
 def test_the_first_terms_of_a_series_and_unit_vectors_of_the_pendulum_are_no_mistakes():
     """The period at larger amplitudes; r = l times its unit vector, of which the rate is no product."""
     text = r"A simple pendulum: $$\ddot\theta = -\frac gl\sin\theta$$ $$T = 2\pi\sqrt{\frac lg}(1 + \frac{\theta_0^2}{16})$$"

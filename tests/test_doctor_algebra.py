@@ -176,6 +176,7 @@ def test_a_vector_has_a_square_and_no_cube() -> None:
     assert finding_of(r"\vec r_G^{\,3} = \vec r_G").remark == "a power of a vector"
 
 
+@pytest.mark.slow
 def test_a_linear_model_alone_shows_its_system():
     """A and B of x' = A x + B u, of a pendulum on a cart whose equations stand elsewhere."""
     text = r"""An inverted pendulum on a cart: $$\dot x = A x + B u$$

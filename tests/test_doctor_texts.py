@@ -116,6 +116,7 @@ def test_a_parameter_is_chosen_only_among_those_that_there_are(text, verdict):
     assert [f.verdict for f in renamed.findings] == ["not checked", "holds", "holds"]
 
 
+@pytest.mark.slow
 def test_one_fault_leaves_the_system_and_the_letters_as_they_are():
     """A wrong sign in a Lagrangian makes no other system of the text; s_2 = sin q_2 is no length, though T is wrong."""
     texts_by_title = {title.partition(" [")[0]: text for title, text in by_hand()}

@@ -191,7 +191,8 @@ def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; nothing that holds has {min(away)}"
     kg, m, s = of_equation(equation, case.spec)[0] or (1, 0, 0)
     of_time = kg == m == 0 != s and not equation.names & {*case.spec.rates, *case.spec.unknowns}
-    if of_time and "is too many" in mend.words and equation.names - mend.equation.names:
+    letters = [{part.written for part in parts(sides)} for sides in (equation.sides, mend.equation.sides)]
+    if of_time and "is too many" in mend.words and letters[0] - letters[1]:
         return f"{as_read}; it may be a frequency or a period of other motions"
     lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
     if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
