@@ -50,6 +50,15 @@ def test_a_series_holds_to_its_own_last_term(line, right):
     assert (pp.diagnose(f"{LAW}$${line}$$").findings[-1].verdict == "holds if") == right
 
 
+def test_an_acceleration_at_an_instant_is_no_mistake():
+    """A rod that begins to fall from the horizontal has no angle in it."""
+    laws = (
+        r"$$I = \frac13 m l^2$$ $$I\ddot\theta = \frac12 m g l\sin\theta$$ $$\ddot\theta = \frac{3 g}{2 l}\sin\theta$$ "
+    )
+    falls = pp.diagnose(laws + r"As it begins to fall, $$\alpha = \frac{3 g}{2 l}$$").findings
+    assert falls[-1].verdict == "not checked"
+
+
 def test_what_multiplies_a_letter_that_vanishes_is_not_checked():
     """At rest each factor of a rate would do."""
     text = LAW + r"From rest at its lowest point $$E = \frac13 m l^2\dot\theta^2 - m g l\cos\theta$$"
