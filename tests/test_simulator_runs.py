@@ -11,7 +11,8 @@ import pytest
 import pendpin as pp
 import pendpin.verification.simulators
 from pendpin.scene import Solver, builtin_scene
-from pendpin.verification.simulators import peers, require_libraries
+from pendpin.verification.hardcases import hard
+from pendpin.verification.simulators import peers
 
 missing = [name for name in ("mujoco", "pydrake") if find_spec(name) is None]
 pytestmark = pytest.mark.skipif(bool(missing), reason=f"not installed: {', '.join(missing)} (extra `peers`)")
@@ -191,7 +192,7 @@ def test_missing_libraries_are_named(monkeypatch):
     )
     assert {peer.name.split()[0] for peer in peers(chain(1))} == {"mujoco", "scipy"}
     with pytest.raises(pp.MissingLibrary, match="drake is not installed: pip install"):
-        require_libraries()
+        hard(peers=True)
 
 
 # --- what verification/simulators.py says of Drake ------------------------------------------------------------------

@@ -180,14 +180,6 @@ def start_compiler() -> float:
     return wait_for(compile_decay)
 
 
-def seconds_of_compiling(scene: Scene, dynamics: Dynamics) -> float:
-    """The s of a first run that are not integration: to start heyoka's compiler, and to compile the series of a scene."""
-    # They are those of this process, in whichever run it compiled them; without the series if it did not.
-    equations, _ = equations_with_numbers(dynamics.engine, dynamics.effects, scene.start.time)
-    series = equations.series.get(scene.solver.tolerance)
-    return start_compiler() + (series.compile_seconds if series else 0.0)
-
-
 def run_time_parameters(recording: Recording) -> Callable[[Sequence[float]], list[float]]:
     """A function for what the series of a recording take as par[i], from the values of the recording's parameters."""
     tape = recording.tape

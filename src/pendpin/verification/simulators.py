@@ -17,7 +17,7 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import Gravity
-from pendpin.errors import InputError, MissingLibrary, RunError, one_line
+from pendpin.errors import InputError, RunError, one_line
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import version
 from pendpin.integrators.fixed import count_equal_steps
@@ -126,13 +126,6 @@ def peers(scene: Scene) -> tuple[Peer, ...]:
 def missing() -> tuple[str, ...]:
     """The other simulators that are not installed, by the names of their packages."""
     return tuple(name for name, module in MODULES.items() if find_spec(module) is None)
-
-
-def require_libraries() -> None:
-    """Raises MissingLibrary without MuJoCo or Drake."""
-    if names := missing():
-        are = "is" if len(names) == 1 else "are"
-        raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install mujoco drake")
 
 
 def task_of(scene: Scene) -> PeerTask:

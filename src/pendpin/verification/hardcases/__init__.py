@@ -96,7 +96,9 @@ def hard(
     """
     cases = tuple(choose_cases(CASES, names, "hard").values())
     if peers:  # the short forms that others can run: measured by their angles, or by tips compared with pendpin's
-        simulators.require_libraries()
+        if names := simulators.missing():
+            are = "is" if len(names) == 1 else "are"
+            raise MissingLibrary(f"peers: {' and '.join(names)} {are} not installed: pip install mujoco drake")
         direct = [case for case in cases if case.group in GRAVITY_ALONE and case.name not in NOT_FOR_PEERS]
         compared = [_against_ours(case, COMPARED[case.name]) for case in cases if case.name in COMPARED]
         cases = tuple(sorted([*direct, *compared], key=lambda case: case.group))
@@ -152,10 +154,7 @@ COMPARED: Mapping[str, Callable[[], Scene]] = {  # by the distance of tips to pe
 
 def _against_ours(case: Case, make_scene: Callable[[], Scene]) -> Case:
     """A case whose figure is the distance of tips to pendpin's."""
-
-    @cache
-    def ours() -> Trajectory:
-        return simulate(make_scene(), method="dop853", tolerance=1e-13)
+    ours = cache(lambda: simulate(make_scene(), method="dop853", tolerance=1e-13))
 
     def measure(solve: Solve, full: bool) -> float:
         length = kinematics.chain_length(build(make_scene().model))
@@ -187,10 +186,9 @@ def _run_peer(make_peers: Callable[..., Any], method: str, setting: float, scene
     model, (n, nv) = build(scene.model), run.q.shape
     unknown, wrench = np.full((n, nv), np.nan), np.full((n, nv, 6), np.nan)
     tips = kinematics.tips(model, kinematics.poses(model, run.q))
-    tolerance, step = (setting if peer.kind == kind else None for kind in ("tolerance", "step"))
-    counts: Any = {"steps": run.steps, "evaluations": run.evaluations, "events": 0}
-    counts |= {"seconds": run.seconds, "compile_seconds": 0.0}
-    how: Any = {"method": peer.name, "tolerance": tolerance, "step": step, "library": peer.library}
-    stats = Stats(**how, **counts, engine="", version="")
+    how: Any = {"method": peer.name, "library": peer.library, "version": "", "engine": ""}
+    how |= {"tolerance": None, "step": None, peer.kind: setting}
+    counts: Any = {"steps": run.steps, "evaluations": run.evaluations, "seconds": run.seconds}
+    stats = Stats(**how, **counts, events=0, compile_seconds=0.0)
     derived = Derived(unknown, wrench, unknown[:, 0], unknown[:, 0], tips, None)
     return Trajectory(joints=model.joints, t=run.t, q=run.q, v=unknown, derived=derived, stats=stats)

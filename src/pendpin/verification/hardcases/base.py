@@ -74,11 +74,8 @@ def case(
     """
     entry = {"name": text} | CATALOGUE[text]
     filled: dict[str, Any] = {k: part.format(**numbers) if isinstance(part, str) else part for k, part in entry.items()}
-
-    def measure_run(solve: Solve, full: bool) -> float:
-        return figure(solve(scene(filled["name"], None if full else short)))
-
-    return Case(**filled, bound=bound, measure=measure or measure_run)
+    measure = measure or (lambda solve, full: figure(solve(scene(filled["name"], None if full else short))))
+    return Case(**filled, bound=bound, measure=measure)
 
 
 def start_of(scene: Scene) -> tuple[Array, Array]:

@@ -16,7 +16,7 @@ from pendpin.ground.arguments import flag, fraction, function, names_in, seconds
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
 from pendpin.integrators import FEW_JOINTS, uncompiled
-from pendpin.integrators.taylor import seconds_of_compiling, start_compiler
+from pendpin.integrators.taylor import equations_with_numbers, start_compiler
 from pendpin.model.build import Model, build
 from pendpin.model.kinematics import marks, marks_at, scale, tip_distance
 from pendpin.runs.preparation import Prepared
@@ -256,11 +256,13 @@ def _series_of_method(bench: _Bench, method: str) -> Series:
 
 
 def _compiled_in(scene: Scene) -> float:
-    """The s in which this process compiled what the scene's method integrates, in whichever run that was."""
+    """The s in which this process compiled what the scene's method integrates, in whichever run; 0 if it did not."""
     prepared = Prepared.of(scene)  # as for its last run: equations without what stays 0 in the motion are others
-    engine = prepared.dynamics.engine
-    if prepared.scene.solver.method == "taylor":
-        return seconds_of_compiling(prepared.scene, prepared.dynamics)
+    scene, engine = prepared.scene, prepared.dynamics.engine
+    if scene.solver.method == "taylor":  # to start heyoka's compiler, and to compile the series
+        equations, _ = equations_with_numbers(engine, prepared.dynamics.effects, scene.start.time)
+        series = equations.series.get(scene.solver.tolerance)
+        return start_compiler() + (series.compile_seconds if series else 0.0)
     return engine.equations.compile_seconds if isinstance(engine, Compiled) else 0.0
 
 

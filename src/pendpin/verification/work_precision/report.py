@@ -289,7 +289,20 @@ def draw_cost(report: CostReport) -> Any:
         ax.plot(*_points(curve, report.error), color=color, label=name, **look)
     for curve in others:
         ax.plot(*_points(curve, report.error), ".--" if curve.peer else ".-", color=PALE, linewidth=1, zorder=1)
-    _frame(figure, ax, report)
+    # logarithmic axes with titles, what the reference cannot tell, the accuracy that was asked
+    ax.set(xscale="log", yscale="log")
+    left, right = 1.0, report.error / 3
+    ax.set_xlim(left, right)  # errors fall to the right
+    ax.axvspan(report.error, right, color=SHADE, zorder=-1)
+    note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
+    ax.text(report.error, 0.02, " accuracy of\n the reference", color=GREY, rotation=90, **note)
+    ax.axvline(report.accuracy, color=BLACK, linewidth=0.9, linestyle=":")
+    ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
+    ax.set_xlabel("largest error of a tip over the chain's length; more accurate to the right")
+    ax.set_ylabel("time of the run, compiling apart (s)")
+    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
+    ax.set_title(title, fontsize=13, fontweight="bold")
+    figure.supxlabel(report.machine_text, fontsize=7, color=GREY)
     _name_ends(ax, others, report.error)
     figure.legend(loc="outside upper right", ncols=MATTER)  # beside the curves, not on them
     _draw_prices(prices, best)
@@ -340,23 +353,6 @@ def _name_ends(ax: Any, curves: list[Curve], least: float) -> None:
         place, line = (AWAY + 8 * (abs(up) > 1), up * LINE / 2), {"arrowstyle": "-", "color": PALE, "linewidth": 0.5}
         look: Any = {"textcoords": "offset points", "va": "center", "fontsize": 7, "color": GREY}
         ax.annotate(name, (error, seconds), place, arrowprops=line | {"shrinkA": 0, "shrinkB": 0}, **look)
-
-
-def _frame(figure: Any, ax: Any, report: CostReport) -> None:
-    """Logarithmic axes, what the reference cannot tell, the accuracy that was asked, titles."""
-    ax.set(xscale="log", yscale="log")
-    left, right = 1.0, report.error / 3
-    ax.set_xlim(left, right)  # errors fall to the right
-    ax.axvspan(report.error, right, color=SHADE, zorder=-1)
-    note = {"transform": ax.get_xaxis_transform(), "fontsize": 8, "va": "bottom", "ha": "left"}
-    ax.text(report.error, 0.02, " accuracy of\n the reference", color=GREY, rotation=90, **note)
-    ax.axvline(report.accuracy, color=BLACK, linewidth=0.9, linestyle=":")
-    ax.text(report.accuracy, 0.01, f" asked: {report.accuracy:g}", **note)
-    ax.set_xlabel("largest error of a tip over the chain's length; more accurate to the right")
-    ax.set_ylabel("time of the run, compiling apart (s)")
-    title = f"What accuracy costs: {report.subject}, {report.horizon:.3g} s"
-    ax.set_title(title, fontsize=13, fontweight="bold")
-    figure.supxlabel(report.machine_text, fontsize=7, color=GREY)
 
 
 def _draw_prices(ax: Any, best: dict[str, Curve]) -> None:
