@@ -5,6 +5,10 @@ import pytest
 import pendpin as pp
 
 LAW = r"$$\ddot\theta + \frac gl\sin\theta = 0$$ $$T = \frac12 m l^2\dot\theta^2$$ "
+OF_SPRINGS = r"""Of a spring: $$L = \frac12 m (\dot r^2 + r^2\dot\theta^2) + m g r\cos\theta - \frac12 k (r - L_0)^2$$
+$$r\ddot\theta + 2\dot r\dot\theta + g\sin\theta = 0$$ """
+FALLING = r"$$\dot\theta^2 = \frac{3 g}{l}(\cos\theta_0 - \cos\theta)$$ $$l\ddot\theta = \frac32 g\sin\theta$$ "
+DRIVEN = r"$$x = x_0 + l\sin\theta, \quad y = y_0 - l\cos\theta$$ "
 OF_BOWLS = r"$$V = m g (R - r)(1 - \cos\theta)$$ $$(R - r)\dot\theta = r\omega$$ "
 
 
@@ -22,11 +26,15 @@ OF_BOWLS = r"$$V = m g (R - r)(1 - \cos\theta)$$ $$(R - r)\dot\theta = r\omega$$
         (LAW, r"\omega = \sqrt{\frac{g}{l\cos\theta}}"),
         (LAW, r"\frac12 m v_b^2 = \frac12 m v_t^2 + 2 m g l"),
         (LAW, r"\dot p = -\sin\theta"),
+        (OF_SPRINGS, r"m\ddot y = m g - k (r - L_0)\frac yr"),  # y points down
+        (OF_SPRINGS, r"V = \frac12 k (r - L_0)^2 - m g y"),
+        (FALLING, r"\cos\theta = \frac23\cos\theta_0"),
+        (DRIVEN, r"x_0 = A\cos\alpha\cos\Omega t, \quad y_0 = A\sin\alpha\cos\Omega t"),
         (LAW + r"$$m l^2\ddot\theta + m g l\sin\theta = u$$ ", r"\dot E = 0"),
     ],
 )
 def test_another_body_an_instant_or_units_of_its_own_accuse_nobody(text, line):
-    """Two letters would be one length; a speed is one of an instant; a text may choose its units or have no load."""
+    """Two letters would be one length, a speed is of an instant, axes and units are the text's own, a load may be 0."""
     assert "fails" not in [one.verdict for one in pp.diagnose(f"{text}$${line}$$").findings]
 
 

@@ -274,14 +274,12 @@ def _turn_axes(cases: list[Case]) -> None:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
             elif place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
-    wrong = [case for case in cases if case.finding.verdict == "fails"]
-    for letter in turned.keys() - right:
+    for letter in sorted(({"y", "z"} | turned.keys()) - right):
         words = f"{letter} is measured the other way"
-        for case in (case for case in wrong if _holds_turned(case, letter)):
-            shows_no_way = case in turned[letter] and letter in ("y", "z") and case.spec.kind not in RODS
+        for case in (case for case in cases if case.finding.verdict == "fails" and _holds_turned(case, letter)):
             if len(turned[letter]) > 1:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
-            elif shows_no_way:
+            elif letter in ("y", "z") and case.spec.kind not in RODS:  # nothing shows which way
                 case.doubt(f"it holds if {words}")
 
 

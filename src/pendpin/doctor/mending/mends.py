@@ -178,7 +178,8 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
         return True
     fewer = names <= spec.still and not patient.equation.names <= spec.still
     derived = any(part.kind == "derivative" for part in parts(equation.sides))
-    cancels = names <= {*spec.state, *spec.parameters} and not derived and names & {*spec.parameters}
+    given = (names | patient.equation.names) & {*spec.parameters}
+    cancels = names <= {*spec.state, *spec.parameters} and not derived and given
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
