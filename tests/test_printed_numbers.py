@@ -13,7 +13,7 @@ import pytest
 
 import pendpin as pp
 from bad_input import run_main
-from pendpin.cli.inputs import MOST_NOTES, print_notes
+from pendpin.cli.inputs import MOST_NOTES, SceneInput
 from pendpin.cli.outputs import print_report
 from pendpin.effects import Gravity, Stop, Viscous
 from pendpin.graphics.page import contents
@@ -114,7 +114,8 @@ def test_notes_that_are_left_out_are_counted(monkeypatch: pytest.MonkeyPatch, ca
     model = SimpleNamespace(findings=["a", "b", "c"])
     monkeypatch.setattr("pendpin.model.build.build", lambda _: model)
     monkeypatch.setattr("pendpin.model.notes.notes", lambda *_: [f"note of {i}" for i in range(MOST_NOTES + 3)])
-    print_notes(swing(), strict=False)
+    with SceneInput(swing(), None, None, strict=False).noted():
+        pass
     first, *others, last = capsys.readouterr().err.splitlines()
     assert numbers(first) == [len(model.findings) - 1]
     assert (len(others), numbers(last)) == (MOST_NOTES, [3])

@@ -37,9 +37,24 @@ class SceneInput:
 
     @contextmanager
     def noted(self) -> Iterator["Scene"]:
-        """The scene, after the notes on it; errors inside name it."""
+        """The scene, after what is odd in its model: findings, which `strict` refuses, and notes; errors inside name it."""
+        from pendpin.model.build import build
+        from pendpin.model.notes import notes
+
         with inside(str(self.urdf or self.path or "the built-in rod")):
-            print_notes(self.scene, self.strict)
+            model = build(self.scene.model)
+            if self.strict and model.findings:
+                more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
+                raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
+            if model.findings:
+                others = len(model.findings) - 1
+                more = f"; {amount(others, 'more finding')} in bind(scene).model.findings" if others else ""
+                say(f"pendpin: finding: {model.findings[0]}{more}")
+            said = notes(self.scene, model)
+            for note in said[:MOST_NOTES]:
+                say(f"pendpin: note: {note}")
+            if len(said) > MOST_NOTES:
+                say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
             yield self.scene
 
 
@@ -162,26 +177,6 @@ def refuse_alone(given: Any, option: str, needed: str) -> None:
 def split_at_commas(texts: Sequence[str] | None) -> list[str]:
     """The names in all texts of an option that may be repeated, each with one name or several between commas."""
     return [name.strip() for text in texts or () for name in text.split(",")]
-
-
-def print_notes(scene: "Scene", strict: bool) -> None:
-    """What is odd in a model: findings, which `strict` refuses, and notes. Raises InputError."""
-    from pendpin.model.build import build
-    from pendpin.model.notes import notes
-
-    model = build(scene.model)
-    if strict and model.findings:
-        more = f" (the first of {len(model.findings)} findings)" * (len(model.findings) > 1)
-        raise InputError(f"{model.findings[0]}{more}; --strict refuses this")
-    if model.findings:
-        others = len(model.findings) - 1
-        more = f"; {amount(others, 'more finding')} in bind(scene).model.findings" if others else ""
-        say(f"pendpin: finding: {model.findings[0]}{more}")
-    said = notes(scene, model)
-    for note in said[:MOST_NOTES]:
-        say(f"pendpin: note: {note}")
-    if len(said) > MOST_NOTES:
-        say(f"pendpin: note: {len(said) - MOST_NOTES} more notes; bind(scene).model.notes has them all")
 
 
 # --- the options that several commands share ------------------------------------------------------------------------

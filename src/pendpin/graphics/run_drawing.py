@@ -144,28 +144,24 @@ def plots_of(run: RunRecord) -> tuple[Plot, ...]:
     positions = _curves([run.joints[joint] for joint in joints])
     rates = Plot(f"Rates{some}", _curves([f"{run.joints[joint]}_rate" for joint in joints]))
     plots, reactions = [Plot("Energy, potential above its least", energy), Plot(f"Position{some}", positions)], []
-    if run.rod_reactions is not None:
-        reactions = _plots_of_reactions(run, run.rod_reactions.R3.shape[1])
+    count = 0 if run.rod_reactions is None else run.rod_reactions.R3.shape[1]
+    if count == 1:
+        moments = [name for name in ("M1", "M2", "M3", "Mc") if name in run.places]
+        reactions = [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(moments))]
+    elif count:  # of several the tension of those that are shown; the moments where there are any
+        rods = rods_shown(run)
+        few = f", {len(rods)} of {count} rods" * (len(rods) < count)
+        named = (f"{name}_{i + 1}" for i in rods for name in ("Mc", "M1", "M2"))  # M3 of a hinge is about the rod
+        moments = [name for name in named if name in run.places]
+        title = "Moment Mc" if all(name.startswith("Mc") for name in moments) else "Moments"
+        reactions = [Plot(f"Tension R3{few}", _curves([f"R3_{i + 1}" for i in rods]))]
+        reactions += [Plot(f"Reactions of rod {i + 1}", _curves([f"R{k}_{i + 1}" for k in (1, 2, 3)])) for i in rods]
+        reactions.append(Plot(f"{title}{few}", _curves(moments)))
     if not is_rope(run):
         return (*plots, *reactions, rates)
     offset = Plot("Tip's offset from the support", _curves(["tip_x", "tip_y"]))
     swing = Plot("Swing of the line to the tip", _curves(["swing"]))
     return (offset, swing, reactions[0], *plots, *reactions[1:], rates)
-
-
-def _plots_of_reactions(run: RunRecord, count: int) -> list[Plot]:
-    """R1, R2, R3 of a single rod; of several the tension of those that are shown; the moments where there are any."""
-    if count == 1:
-        moments = [name for name in ("M1", "M2", "M3", "Mc") if name in run.places]
-        return [Plot("Reactions R1, R2, R3", _curves(["R1", "R2", "R3"])), Plot("Moments", _curves(moments))]
-    rods = rods_shown(run)
-    some = f", {len(rods)} of {count} rods" * (len(rods) < count)
-    names = (f"{name}_{i + 1}" for i in rods for name in ("Mc", "M1", "M2"))  # of a hinge M3 is the one about the rod
-    moments = [name for name in names if name in run.places]
-    title = "Moment Mc" if all(name.startswith("Mc") for name in moments) else "Moments"
-    each = [Plot(f"Reactions of rod {i + 1}", _curves([f"R{k}_{i + 1}" for k in (1, 2, 3)])) for i in rods]
-    tension = Plot(f"Tension R3{some}", _curves([f"R3_{i + 1}" for i in rods]))
-    return [tension, *each, Plot(f"{title}{some}", _curves(moments))]
 
 
 def _curves(names: list[str]) -> tuple[Curve, ...]:

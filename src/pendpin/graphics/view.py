@@ -44,12 +44,31 @@ class Animation:
         Raises InputError for other names, MissingLibrary for .mp4 without imageio-ffmpeg.
         """
         path = path_of(path)
-        match path.suffix.lower():
-            case ".html":
-                return write_page(path, *self.drawing_and_report())
-            case ".gif" | ".mp4" as suffix:
-                return _write_film(path, self._runs, suffix)
-        raise InputError(f"{path}: an animation's name ends in one of: .html, .gif, .mp4")
+        suffix = path.suffix.lower()
+        if suffix == ".html":
+            return write_page(path, *self.drawing_and_report())
+        if suffix not in (".gif", ".mp4"):
+            raise InputError(f"{path}: an animation's name ends in one of: .html, .gif, .mp4")
+        # a film, in real time or faster
+        from tempfile import TemporaryDirectory
+
+        from matplotlib import rc_context
+        from matplotlib.animation import FFMpegWriter, PillowWriter
+
+        settings: Any = {"text.usetex": False}
+        if suffix == ".mp4":
+            encoder = optional("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
+            settings["animation.ffmpeg_path"] = encoder.get_ffmpeg_exe()
+        with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
+            warnings.simplefilter("ignore")
+            figure, draw, count = _film(self._runs)
+            writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FILM_RATE)
+            film = Path(folder, f"film{suffix}")
+            with writer.saving(figure, str(film), dpi=100):
+                for frame in range(count):
+                    draw(frame)
+                    writer.grab_frame()
+            return write_whole(path, lambda file: file.write(film.read_bytes()))
 
     def drawing_and_report(self) -> tuple[Drawing, str]:
         """What a page of it shows: the motion, and the report on the run as HTML."""
@@ -83,29 +102,6 @@ FILM_RATE, MOST_FRAMES = 25, 1500  # frames a second, and in all
 MOST_DOTS = 20  # joints that are drawn
 PATH_POINTS, PATH_RATE = 20_000, 60  # of the path: at most, and in a second at least
 AZIMUTH, ELEVATION = np.radians(30.0), np.radians(15.0)  # of the eye
-
-
-def _write_film(path: Path, runs: Sequence[RunRecord], suffix: str) -> Path:
-    """Write a film as .gif or .mp4, in real time or faster. Raises MissingLibrary for .mp4 without imageio-ffmpeg."""
-    from tempfile import TemporaryDirectory
-
-    from matplotlib import rc_context
-    from matplotlib.animation import FFMpegWriter, PillowWriter
-
-    settings: Any = {"text.usetex": False}
-    if suffix == ".mp4":
-        encoder = optional("imageio_ffmpeg", "a film as .mp4", "imageio-ffmpeg (or write a .gif)")
-        settings["animation.ffmpeg_path"] = encoder.get_ffmpeg_exe()
-    with rc_context(settings), TemporaryDirectory() as folder, warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        figure, draw, count = _film(runs)
-        writer = (PillowWriter if suffix == ".gif" else FFMpegWriter)(fps=FILM_RATE)
-        film = Path(folder, f"film{suffix}")
-        with writer.saving(figure, str(film), dpi=100):
-            for frame in range(count):
-                draw(frame)
-                writer.grab_frame()
-        return write_whole(path, lambda file: file.write(film.read_bytes()))
 
 
 def _film(runs: Sequence[RunRecord]) -> tuple[Any, Callable[[int], None], int]:
@@ -238,13 +234,9 @@ def show(run: RunRecord, viewer: Any) -> Any:
         else:
             viewer.play(moving[rows], float((run.t[-1] - run.t[0]) / (len(rows) - 1)))
         return viewer
-    if hasattr(viewer, "set_animation") and hasattr(viewer, "window"):
-        return _show_in_meshcat(run, viewer)
-    raise InputError(f"show: {shown(viewer)} is neither a meshcat.Visualizer nor Pinocchio's MeshcatVisualizer")
-
-
-def _show_in_meshcat(run: RunRecord, viewer: Any) -> Any:
-    """As an animation of meshcat: the solids of the run, and their poses over time."""
+    if not (hasattr(viewer, "set_animation") and hasattr(viewer, "window")):
+        raise InputError(f"show: {shown(viewer)} is neither a meshcat.Visualizer nor Pinocchio's MeshcatVisualizer")
+    # as an animation of meshcat: the solids of the run, and their poses over time
     animation = optional("meshcat.animation", "show", "meshcat")
     drawing = drawing_of(run)
     group = viewer[GROUP]

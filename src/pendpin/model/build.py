@@ -308,9 +308,27 @@ def _loaded(model: UrdfModel, content: bytes) -> Model:
 def _model_of_pin(
     loaded: Any, where: str, drawn: Mapping[str, tuple[Array, float]], tips: Any, written: tuple[WrittenJoint, ...]
 ) -> Model:
-    """The model of a pin.Model. Raises InputError where a joint of it has no acceleration."""
-    joints = tuple(loaded.names)[1:]
-    findings = _refuse_what_cannot_move(loaded, joints, where)
+    """The model of a pin.Model; a finding if some inertia is negative.
+
+    Raises InputError for a joint that moves no inertia: Pinocchio answers NaN.
+    """
+    pin, joints, generic = pinocchio(), tuple(loaded.names)[1:], np.sin(1.0 + np.arange(loaded.nq))
+    a = pin.aba(loaded, pin.Data(loaded), generic, generic, np.zeros(loaded.nv))
+    least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(loaded.inertias)[1:])
+    findings = ()
+    if least < -ROUNDING:  # tried at multiples of 45 degrees, and others
+        random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, loaded.nq)
+        tried = np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])
+        for M in (mass_matrix(loaded, q) for q in tried):
+            value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
+            if value < -ROUNDING:
+                name = shown(joints[joint])
+                raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
+        unproved = f"the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
+        findings = (f"negative inertia: {unproved}",)
+    _refuse_singular(mass_matrix(loaded, generic), joints, where)
+    if not np.isfinite(a).all():
+        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
     rods, bodies = find_rods(loaded), find_bodies(loaded, drawn, tips)
     return Model(joints, lambda: loaded, None, rods, bodies, findings=findings, written=written)
 
@@ -319,27 +337,6 @@ def _refuse_size(nv: int, where: str) -> None:
     if (needed := DATA_BYTES_PER_CUBE * nv**3) > MAX_DATA_BYTES:
         most = f"the limit of {MAX_DATA_BYTES / 1e9:g} GB; only rods on universal joints in a row may be more"
         raise InputError(f"{where}: {nv} joints need about {needed / 1e9:,.1f} GB in Pinocchio, above {most}")
-
-
-def _refuse_what_cannot_move(model: Any, joints: tuple[str, ...], where: str) -> tuple[str, ...]:
-    """Raise InputError for a joint that moves no inertia: Pinocchio answers NaN. A finding if some inertia is negative."""
-    pin, generic = pinocchio(), np.sin(1.0 + np.arange(model.nq))
-    a = pin.aba(model, pin.Data(model), generic, generic, np.zeros(model.nv))
-    least = min(np.linalg.eigvalsh(x.inertia)[0] / (np.abs(x.inertia).max() or 1.0) for x in list(model.inertias)[1:])
-    negative = least < -ROUNDING
-    if negative:  # tried at multiples of 45 degrees, and others
-        random, shape = np.random.default_rng(0), (CONFIGURATIONS // 2, model.nq)
-        tried = np.concatenate([random.integers(0, 8, shape) * (np.pi / 4), random.uniform(-np.pi, np.pi, shape)])
-        for M in (mass_matrix(model, q) for q in tried):
-            value, joint = _least_eigenvalue(M) if np.isfinite(M).all() else (0.0, 0)
-            if value < -ROUNDING:
-                name = shown(joints[joint])
-                raise InputError(f"{where}: joint {name} moves a negative inertia at some positions of the joints")
-    _refuse_singular(mass_matrix(model, generic), joints, where)
-    if not np.isfinite(a).all():
-        raise InputError(f"{where}: its masses, lengths or inertia are too far apart: the accelerations overflow")
-    unproved = f"the mass matrix is positive definite at {CONFIGURATIONS} positions; others are not known"
-    return (f"negative inertia: {unproved}",) if negative else ()
 
 
 def _refuse_singular(M: Array, joints: tuple[str, ...], where: str, remedy: str = "") -> None:

@@ -153,8 +153,15 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
         moments = _add(inertial, "inertia")
         for i, j in ((0, 0), (0, 1), (0, 2), (1, 1), (1, 2), (2, 2)):
             _add(moments, f"i{'xyz'[i]}{'xyz'[j]}", inertia[i, j])
-        name, kind = "__".join(names[joint] for joint in joints), _sdf_kind(tree, joints, names, damping)
-        joint = _add(out, "joint", name=name, type=kind)
+        kind, own = tree.kinds[first], [names[joint] for joint in joints]
+        if len(joints) == 2:
+            kind = "universal"
+            if abs(tree.axes[first] @ tree.axes[last]) > POINT:
+                raise InputError(f"SDF's universal joint has perpendicular axes; those of {own[1]} are not")
+            if damping.get(own[0], 0.0) != damping.get(own[1], 0.0):
+                two = f"{' and '.join(own)} have two dampings"
+                raise InputError(f"{two}, and Drake takes one of SDF's universal joint; MJCF carries both")
+        joint = _add(out, "joint", name="__".join(own), type=kind)
         _add(joint, "parent", link_of[parent])
         _add(joint, "child", link_of[last])
         for i, tag in zip(joints, ("axis", "axis2"), strict=False):
@@ -163,18 +170,6 @@ def sdf(model: Model, damping: Mapping[str, float]) -> str:
             if names[i] in damping:
                 _add(_add(axis, "dynamics"), "damping", damping[names[i]])
     return _text(root)
-
-
-def _sdf_kind(tree: Tree, joints: tuple[int, ...], names: Sequence[str], damping: Mapping[str, float]) -> str:
-    """SDF's type of joint. Raises InputError for two joints that are no universal one."""
-    if len(joints) == 1:
-        return tree.kinds[joints[0]]
-    if abs(tree.axes[joints[0]] @ tree.axes[joints[1]]) > POINT:
-        raise InputError(f"SDF's universal joint has perpendicular axes; those of {names[joints[1]]} are not")
-    if len({damping.get(names[joint], 0.0) for joint in joints}) > 1:
-        both = " and ".join(names[joint] for joint in joints)
-        raise InputError(f"{both} have two dampings, and Drake takes one of SDF's universal joint; MJCF carries both")
-    return "universal"
 
 
 def _text(root: Element) -> str:

@@ -77,7 +77,19 @@ def summary(run: Any) -> Summary:
         last, still = run.t[moving[-1] : moving[-1] + 2]
         at = max((e.t for e in run.events if last < e.t <= still), default=float(still))
         rows["at rest from"] = Figure(at, "s")
-    rows |= _periods(run)
+    # the times between upward crossings of each joint's middle, as samples show them: the period where they are equal
+    apart = np.diff(run.t).max(initial=0.0)
+    for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
+        x = q - (q.min() + q.max()) / 2
+        up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
+        if len(up) < LEAST_TURNS or np.abs(v).max() * apart >= x.max():  # from six samples in a swing on
+            continue
+        swings = np.diff(run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up]))
+        if np.ptp(swings) <= PERIODIC * swings.mean():
+            rows[f"period of {joint}"] = Figure(float(swings.mean()), "s")
+        else:
+            between = f"from {swings.min():.4g} to {swings.max():.4g} s: not periodic"
+            rows[f"mean period of {joint}"] = Figure(float(swings.mean()), "s", place=between)
     energy = run.energy().total
     rows["energy at the start"] = Figure(float(energy[0]), "J")
     rows["energy at the end"] = Figure(float(energy[-1]), "J")
@@ -126,24 +138,6 @@ def _largest(run: Any, more: Continuation | None, quantity: Quantity, unit: str,
     else:
         value, time, rod, rods = find_largest(more, quantity, first)
     return Figure(float(value), unit, float(time), f"rod {rod + 1}" if rods > 1 else "")
-
-
-def _periods(run: Any) -> dict[str, Figure]:
-    """The times between upward crossings of each joint's middle as samples show them: the period where they are equal."""
-    apart, rows = np.diff(run.t).max(initial=0.0), dict[str, Figure]()
-    for joint, q, v in list(zip(run.joints, run.q.T, run.v.T, strict=True))[:MOST_PERIODS]:
-        x = q - (q.min() + q.max()) / 2
-        up = np.flatnonzero((x[:-1] < 0) & (x[1:] >= 0))
-        if len(up) < LEAST_TURNS or np.abs(v).max() * apart >= x.max():  # from six samples in a swing on
-            continue
-        times = run.t[up] - x[up] * (run.t[up + 1] - run.t[up]) / (x[up + 1] - x[up])
-        swings = np.diff(times)
-        if np.ptp(swings) <= PERIODIC * swings.mean():
-            rows[f"period of {joint}"] = Figure(float(swings.mean()), "s")
-        else:
-            between = f"from {swings.min():.4g} to {swings.max():.4g} s: not periodic"
-            rows[f"mean period of {joint}"] = Figure(float(swings.mean()), "s", place=between)
-    return rows
 
 
 def text(run: Any) -> str:

@@ -62,7 +62,20 @@ def draw_map(dataset: Any, measure: str | None = None) -> Any:
     values, doubtful = dataset[name], doubtful_cells(dataset, name)
     dims = [str(dim) for dim in values.dims]
     if len(dims) == 1:
-        return _line(dataset, name, dims[0])
+        figure, y = new_figure(8.0, 4.5), values.values
+        ax, varied = figure.subplots(), short_names(dataset.attrs["keys"]) if "keys" in dataset.attrs else dims
+        across = dims[0] if dims[0] in varied else varied[0]  # of samples the first number that is varied
+        x = dataset[across].values
+        if across == dims[0]:
+            ax.plot(x, y, color=COLORS[0])
+            ax.plot(x[doubtful], y[doubtful], "x", color=COLORS[1], label="two tolerances disagree")
+            if doubtful.any():
+                ax.legend(**BESIDE)
+        else:
+            ax.plot(x, y, ".", color=COLORS[0], markersize=3)
+        ax.set_xlabel(label(across, dataset))
+        ax.set_ylabel(label(name, dataset))
+        return figure
     if len(dims) == 2:
         return _maps(name, dims, dataset, [(values.values, doubtful, "")])
     if len(dims) == 3 and values.shape[0] <= MOST_PANELS:
@@ -104,23 +117,6 @@ def label(name: str, dataset: Any) -> str:
     key = attributes.get("key", name)
     text, unit = attributes.get("long_name", name if key.startswith("start.") else key), attributes.get("units", "")
     return with_unit(text, unit)
-
-
-def _line(dataset: Any, name: str, dim: str) -> Any:
-    figure = new_figure(8.0, 4.5)
-    ax, varied = figure.subplots(), short_names(dataset.attrs["keys"]) if "keys" in dataset.attrs else [dim]
-    across = dim if dim in varied else varied[0]  # of samples the first number that is varied
-    x, y, doubtful = dataset[across].values, dataset[name].values, doubtful_cells(dataset, name)
-    if across == dim:
-        ax.plot(x, y, color=COLORS[0])
-        ax.plot(x[doubtful], y[doubtful], "x", color=COLORS[1], label="two tolerances disagree")
-        if doubtful.any():
-            ax.legend(**BESIDE)
-    else:
-        ax.plot(x, y, ".", color=COLORS[0], markersize=3)
-    ax.set_xlabel(label(across, dataset))
-    ax.set_ylabel(label(name, dataset))
-    return figure
 
 
 def _maps(name: str, dims: list[str], dataset: Any, panels: list[tuple[Array, Mask, str]]) -> Any:

@@ -146,12 +146,9 @@ def _spread(of: Measure) -> Measure:
     function, of_motion = of.function, of.of_motion
     difference = (lambda one, other: np.abs(one - other)) if of.between else _difference
     both = of_motion and (lambda one, other: difference(of_motion(one), of_motion(other)))
-
-    def pair(run: Trajectory, looser: Trajectory) -> float:
-        return float(_difference(np.array(function(run)), np.array(function(looser))))
-
+    pair = of.spread or (lambda one, other: float(_difference(np.array(function(one)), np.array(function(other)))))
     how = {"series": of.series, "between": of.between, "ends": of.ends}
-    return Measure(of.name + SPREAD, of.unit, of.spread or pair, True, of_motion=both, **how)
+    return Measure(of.name + SPREAD, of.unit, pair, True, of_motion=both, **how)
 
 
 def _difference(one: Array, other: Array) -> Array:

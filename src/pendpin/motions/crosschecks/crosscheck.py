@@ -92,22 +92,19 @@ class CheckReport(Result):
             words.append(f"{who} routes agree: no difference is above {self.bound:g}, the bound for rounding errors.")
         else:
             words.append(f"BROKEN: the routes do not agree; ! marks differences above the bound {self.bound:g}.")
-        data = asdict(self) | {"ok": self.ok}
-        return Report((*[Table(head, pairs)] * every_pair, self._matrix(against), *words), data, self.fault)
-
-    def _matrix(self, against: str) -> Table:
-        """A line for each route with its worst difference in each quantity (! beyond the bound, - where none)."""
+        # a line for each route with its worst difference in each quantity (! beyond the bound, - where none)
         quantities, lines = list(dict.fromkeys(row.quantity for row in self.rows)), []
-        pairs = {name: [r for r in self.rows if {name, against} == {r.first, r.second}] for name in self.routes}
-        pairs.pop(against, None)
-        pairs["any two"] = [row for row in self.rows if REFERENCE not in (row.first, row.second)]
-        for name, rows in pairs.items():
+        lines_of = {name: [r for r in self.rows if {name, against} == {r.first, r.second}] for name in self.routes}
+        lines_of.pop(against, None)
+        lines_of["any two"] = [row for row in self.rows if REFERENCE not in (row.first, row.second)]
+        for name, rows in lines_of.items():
             cells = []
             for quantity in quantities:
                 worst = max((row for row in rows if row.quantity == quantity), key=_badness, default=None)
                 cells.append(f"{'' if worst.ok else '!'}{worst.relative:.0e}" if worst else "-")
             lines.append((name[:12], *cells))  # those of users may be long
-        return Table(("", *quantities), lines)
+        tables = [*[Table(head, pairs)] * every_pair, Table(("", *quantities), lines)]
+        return Report((*tables, *words), asdict(self) | {"ok": self.ok}, self.fault)
 
     @property
     def ok(self) -> bool:

@@ -78,7 +78,16 @@ def compare_functions(
 
     rows: list[Row] = []
     for what, function in (("accelerations", accelerations), ("reactions", reactions)):
-        for name, ours in ({} if function is None else _sample(function, what, q, rates)).items():
+        if function is None:
+            continue
+        answers = [[_answer(function, what, a, b) for a, b in zip(q, part, strict=True)] for part in rates]
+        shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
+        if any(shape != shapes[0] for shape in shapes):
+            raise InputError("the function returns other names or shapes at other states")
+        if not shapes[0]:
+            raise InputError("reactions: the function returns no quantity")
+        for name in shapes[0]:
+            ours = np.array([[answer[name] for answer in part] for part in answers])  # (parts, states, places)
             if name not in truth:
                 raise InputError("reactions: the scene has no universal joints; return the wrenches (joints, 6)")
             true = truth[name].reshape(*rates.shape[:2], -1)
@@ -121,17 +130,6 @@ def _array(value: Any, what: str) -> Array:
         return np.asarray(np.real(array), float)
     except (TypeError, ValueError):
         raise InputError(f"{what}: {shown(value)} is not an array of numbers") from None
-
-
-def _sample(function: Callable[..., Any], what: str, q: Array, v: Array) -> Answer:
-    """What a function returns, (parts, n, places) by name, at angles (n, nv) and rates (parts, n, nv). Raises InputError."""
-    answers = [[_answer(function, what, a, b) for a, b in zip(q, rates, strict=True)] for rates in v]
-    shapes = [{name: array.shape for name, array in answer.items()} for part in answers for answer in part]
-    if any(shape != shapes[0] for shape in shapes):
-        raise InputError("the function returns other names or shapes at other states")
-    if not shapes[0]:
-        raise InputError("reactions: the function returns no quantity")
-    return {name: np.array([[answer[name] for answer in part] for part in answers]) for name in shapes[0]}
 
 
 def _compare_quantity(quantity: str, places: tuple[str, ...], i: int, ours: Array, right: Array) -> Row:
