@@ -71,19 +71,15 @@ def __getattr__(name: str) -> Any:
     """Load a public name where it is first used, so that importing pendpin costs nothing."""
     if name in _MODULES:
         return import_module(_MODULES[name])
-    if name not in _HOME_OF:
-        raise AttributeError(f"module 'pendpin' has no attribute {name!r}{_hint(name)}")
+    if name not in _HOME_OF:  # what it probably means: a public name, or an effect
+        if _OTHER_WORDS.get(name) in __all__:
+            hint = f"; did you mean {_OTHER_WORDS[name]!r}?"
+        elif not name.startswith("_") and name in import_module("pendpin.effects").__all__:
+            hint = f"; did you mean 'effects.{name}'?"
+        else:
+            hint = did_you_mean(name, __all__)
+        raise AttributeError(f"module 'pendpin' has no attribute {name!r}{hint}")
     return getattr(import_module(f"pendpin.{_HOME_OF[name]}"), name)
-
-
-def _hint(name: str) -> str:
-    """What an unknown name probably means: a public name, or an effect."""
-    meant = _OTHER_WORDS.get(name)
-    if meant in __all__:
-        return f"; did you mean {meant!r}?"
-    if not name.startswith("_") and name in import_module("pendpin.effects").__all__:
-        return f"; did you mean 'effects.{name}'?"
-    return did_you_mean(name, __all__)
 
 
 def __dir__() -> list[str]:

@@ -24,7 +24,6 @@ from pendpin.engines import AngleEngine, Engine, Revolute, Values
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tangents import STATE, Direction, add_tangents
-from pendpin.engines.machine.tape import Recording
 from pendpin.equations.chain.thin import POLE
 from pendpin.errors import InputError, KeyPath, written
 from pendpin.ground.arguments import number_at, parsed
@@ -72,13 +71,10 @@ class Variational:
         equations, parameters, masks = self.of_motion, self._parameters, self._masks
         llvm.require("what takes derivatives")
         directions = self.directions or (STATE,)
-
-        def write() -> Recording:
-            return add_tangents(equations.record(masks), directions)
-
         places = tuple((*one.shared.items(), None, *one.of_rods.items(), one.time) for one in directions)
         key = ("derivatives", parameters.structure, len(parameters.shared), places)
-        self.block: Block = look_up(key, write, parameters).block(self._values)  # its state is (y, w_1, ..., w_K)
+        function = look_up(key, lambda: add_tangents(equations.record(masks), directions), parameters)
+        self.block: Block = function.block(self._values)  # its state is (y, w_1, ..., w_K)
         self.contacts: Contacts | None = None
         bound = equations.contacts  # none where all friction is 0 and stays so
         if bound is not None and isinstance(engine, AngleEngine):

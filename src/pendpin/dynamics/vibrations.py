@@ -9,7 +9,7 @@ first-order system of 2 n eigenvalues, in the coordinates in which M is the unit
 solved apart: those of a hanging chain in its two planes.
 """
 
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -23,7 +23,7 @@ from pendpin.engines.machine.tangents import STATE, add_tangents
 from pendpin.engines.machine.tape import Recording, Tape
 from pendpin.equations import recursion
 from pendpin.errors import InputError
-from pendpin.ground.arrays import EPS, Array, Indices
+from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import Model, build
 from pendpin.scene import Scene
 
@@ -199,19 +199,13 @@ def _damped(matrices: Matrices) -> Vibrations:
     shapes = solve_triangular(L.T, vectors[:n]).T
     swinging, others = np.flatnonzero(imag > 0), np.flatnonzero(imag == 0)
     pairs = [(values[i], values[i].conj(), shapes[i]) for i in swinging]
-    pairs += [(values[i], values[j], shapes[i]) for i, j in _pairs(others, real, vectors[:n])]
+    left, unit = list(others[np.argsort(-real[others])]), vectors[:n] / np.linalg.norm(vectors[:n], axis=0)
+    while left:  # real ones two by two, those with the most alike shapes together; the larger one first
+        i = left.pop(0)
+        j = left.pop(int(np.argmax([abs(np.vdot(unit[:, i], unit[:, other])) for other in left])))
+        pairs.append((values[i], values[j], shapes[i]))
     omega, ratios = np.array([_frequency_and_damping(one, other) for one, other, _ in pairs]).T
     return Vibrations(omega, ratios, _normalised(np.array([shape for *_, shape in pairs])), values, stable)
-
-
-def _pairs(real: Indices, values: Array, shapes: Array) -> Iterator[tuple[int, int]]:
-    """Real eigenvalues two by two, those with the most alike shapes together; the larger one first."""
-    left = list(real[np.argsort(-values[real])])
-    unit = shapes / np.linalg.norm(shapes, axis=0)
-    while left:
-        first = left.pop(0)
-        likeness = [abs(np.vdot(unit[:, first], unit[:, other])) for other in left]
-        yield first, left.pop(int(np.argmax(likeness)))
 
 
 def _frequency_and_damping(one: complex, other: complex) -> tuple[float, float]:

@@ -86,7 +86,16 @@ class Taylor(Integrator):
         assert isinstance(memory, SeriesMemory)
         series.time, series.state[:] = times[0], memory.motion
         if plan.first is None:
-            self._take_first_step(min(float(times[1] - times[0]), plan.longest))
+            # The first step is chosen by all coefficients: by the last two, as heyoka's are, it may go far beyond where
+            # series converge. From rest at right angles to gravity, three of four coefficients vanish.
+            series.step(max_delta_t=0.0, write_tc=True)
+            coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
+            fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
+            if fastest > 0:
+                half = min(float(times[1] - times[0]), plan.longest) / 2
+                slow = fastest * half <= FIRST_STEP  # of a rate of 1e-300 the quotient overflows
+                series.step(max_delta_t=half if slow else FIRST_STEP / fastest)
+                self._steps += 1
         states, done, failure = np.empty((len(times), len(y))), 1, None
         states[0] = y
         while done < len(times) and failure is None:
@@ -102,18 +111,6 @@ class Taylor(Integrator):
             if outcome == self._heyoka.taylor_outcome.err_nf_state:
                 failure = NOT_FINITE
         return Segment(states[:done], self._steps - before, failure, SeriesMemory(series.state.copy()))
-
-    def _take_first_step(self, end: float) -> None:
-        """A first step by all coefficients: by the last two, as heyoka's are, it may go far beyond where series converge."""
-        # From rest at right angles to gravity, three of four coefficients vanish.
-        series = self._integrator
-        series.step(max_delta_t=0.0, write_tc=True)
-        coefficients = np.abs(series.tc[:, 1:]) / max(1.0, np.abs(series.state).max())
-        fastest = (coefficients ** (1 / np.arange(1, coefficients.shape[1] + 1))).max()
-        if fastest > 0:
-            slow = fastest * end / 2 <= FIRST_STEP  # of a rate of 1e-300 the quotient overflows
-            series.step(max_delta_t=end / 2 if slow else FIRST_STEP / fastest)
-            self._steps += 1
 
     def compiled(self, engine: Engine) -> Any:
         """heyoka's integrator of the engine's state. Raises InputError for what it does not take."""

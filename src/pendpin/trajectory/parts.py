@@ -173,7 +173,18 @@ def pack_run(run: Any) -> dict[str, Any]:
 
 def read_fields(file: ArrayFile) -> dict[str, Any]:
     """The fields of a RunRecord from a file. Raises ValueError where they do not fit together."""
-    scene, stats = _read_meta(file)
+    meta = json.loads(str(read_array(file, "meta", (), text=True)))
+    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
+        raise ValueError("its format is of another version of pendpin")
+    scene = meta.get("scene")
+    if not isinstance(scene, dict) or not isinstance(listed := scene.get("effects") or [], list):
+        raise ValueError("meta holds no scene")
+    if not all(isinstance(table, dict) for table in (scene.get("model") or {}, *listed)):
+        raise ValueError("meta holds no scene")
+    try:
+        stats = TypeAdapter(Stats).validate_python(meta)  # which leaves out what is not of Stats
+    except ValidationError as error:
+        raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None
     joints = tuple(str(name) for name in read_array(file, "joints", ("joints",), text=True))
     n, nv, rods = _length(file, "t", 0), len(joints), _length(file, "tips", 1)
     shapes = {"t": (n,), "q": (n, nv), "v": (n, nv), "a": (n, nv), "wrench": (n, nv, 6)}
@@ -186,7 +197,7 @@ def read_fields(file: ArrayFile) -> dict[str, Any]:
         arrays |= {name: read_array(file, name, (n, _length(file, "R1", 1))) for name in names}
     kinds = [name.removeprefix("work_") for name in file.headers if name.startswith("work_")]
     work = {kind: read_array(file, f"work_{kind}", (n,)) for kind in kinds}
-    effects = {str(effect.get("kind")) for effect in scene.get("effects") or ()}
+    effects = {str(effect.get("kind")) for effect in listed}
     others = {*AS_WRITTEN} if AS_WRITTEN[0] in effects else set()  # it stands for others, as many as its file writes
     if work and not effects - others <= set(work) <= effects | others:
         raise ValueError("its works are not those of its scene's effects")
@@ -242,19 +253,3 @@ def read_array(file: ArrayFile, name: str, shape: tuple[Any, ...], text: bool = 
     if not (np.abs(array) <= LARGEST).all():
         raise ValueError(f"array {name!r} holds NaN or a number beyond {LARGEST:g}")
     return array
-
-
-def _read_meta(file: ArrayFile) -> tuple[dict[str, Any], Stats]:
-    """The record of the run and its Stats. Raises ValueError where they do not fit."""
-    meta = json.loads(str(read_array(file, "meta", (), text=True)))
-    if not isinstance(meta, dict) or meta.get("format") != FORMAT:
-        raise ValueError("its format is of another version of pendpin")
-    scene = meta.get("scene")
-    if not isinstance(scene, dict) or not isinstance(effects := scene.get("effects") or [], list):
-        raise ValueError("meta holds no scene")
-    if not all(isinstance(table, dict) for table in (scene.get("model") or {}, *effects)):
-        raise ValueError("meta holds no scene")
-    try:
-        return scene, TypeAdapter(Stats).validate_python(meta)  # which leaves out what is not of Stats
-    except ValidationError as error:
-        raise ValueError(f"meta: {fault_text(error.errors(include_url=False), Stats)}") from None

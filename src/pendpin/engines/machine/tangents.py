@@ -68,7 +68,20 @@ class _Tangents:
     def of(self, results: Sequence[int]) -> list[list[Any]]:
         """The derivatives of some operations, group by group: those of its directions side by side."""
         needed = self.tape.needed(results)  # before derivatives are appended behind it
-        active = self._active(needed)
+        directions = [direction for group in self._groups for direction in group]
+        shared, of_rods = ({x for one in directions for x in getattr(one, kind)} for kind in ("shared", "of_rods"))
+        times = any(direction.time for direction in directions)
+        active, before = set[int](), -1  # what changes in some direction
+        while len(active) != before:  # what passes carry may depend on what comes later on the tape
+            before = len(active)
+            for place in needed:
+                name, *rest = self.tape.operations[place]
+                if name == "parameter":
+                    changes = rest[0] in (of_rods if rest[1] else shared)
+                else:
+                    changes = times if name == "time" else name == "state"
+                if changes or not active.isdisjoint(self.tape.sources(place)):
+                    active.add(place)
         for place in needed:
             if place in active:
                 for j, tangents in enumerate(self._tangents):
@@ -79,24 +92,6 @@ class _Tangents:
             cells = self.tape.passes[number].cells
             cells[new] = Cell(*(self.tape.placed(self._tangents[j].get(place, 0.0)) for place in cells[cell]))
         return [[tangents.get(place, 0.0) for place in results] for tangents in self._tangents]
-
-    def _active(self, needed: Sequence[int]) -> set[int]:
-        """The operations that change in some direction; what passes carry may depend on what comes later on the tape."""
-        active, before = set[int](), -1
-        directions = [direction for group in self._groups for direction in group]
-        shared, of_rods = ({x for one in directions for x in getattr(one, kind)} for kind in ("shared", "of_rods"))
-        times = any(direction.time for direction in directions)
-        while len(active) != before:
-            before = len(active)
-            for place in needed:
-                name, *rest = self.tape.operations[place]
-                if name == "parameter":
-                    changes = rest[0] in (of_rods if rest[1] else shared)
-                else:
-                    changes = times if name == "time" else name == "state"
-                if changes or not active.isdisjoint(self.tape.sources(place)):
-                    active.add(place)
-        return active
 
     def _tangent(self, place: int, j: int) -> Any:
         """The derivative of one operation in the directions of group j, a term or 0."""
