@@ -38,12 +38,14 @@ def test_inertias_are_what_the_words_beside_them_say(words):
 
 
 HALVES = {  # texts whose kinetic energy lacks a half
-    "a bob": r"A bob of mass $m$ hangs on a string: $T = m l^2\dot\theta^2$, $V = -m g l\cos\theta$",
+    "a bob": r"A bob of mass $m$ hangs on a string: $T = m l^2\dot\theta^2$, $V = -m g l\cos\theta$, "
+    r"$l\ddot\theta = -g\sin\theta$",
     "a body": r"With $J_1$ and $I_3$: $T = J_1(\dot\phi^2 + \dot\theta^2\cos^2\phi) + \frac12 I_3\dot\theta^2\sin^2\phi$, "
     r"$V = -m g h\cos\theta\cos\phi$",
     "a cart": r"A cart $M$ at $x$: $T = \frac12 M\dot x^2 + m(\dot x^2 + 2 l\dot x\dot\theta\cos\theta + l^2\dot\theta^2)$, "
-    r"$V = -m g l\cos\theta$",
-    "a sphere": r"With the azimuth $\phi$: $T = m l^2(\dot\theta^2+\dot\phi^2\sin^2\theta)$, $V = -m g l\cos\theta$",
+    r"$V = -m g l\cos\theta$, $l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$",
+    "a sphere": r"With the azimuth $\phi$: $T = m l^2(\dot\theta^2+\dot\phi^2\sin^2\theta)$, $V = -m g l\cos\theta$, "
+    r"$l\ddot\theta = l\dot\phi^2\sin\theta\cos\theta - g\sin\theta$",
     "said": f"{SAID}; $A$ is the inertia about the joint, $C$ the axial inertia.\n"
     + SYMMETRIC.replace(r"T = \frac12 A", "T = A"),
 }
@@ -51,7 +53,7 @@ HALVES = {  # texts whose kinetic energy lacks a half
 
 @pytest.mark.parametrize("text", HALVES.values(), ids=HALVES.keys())
 def test_a_half_is_missing_beside_a_right_potential_energy(text):
-    """The system is the simplest in which as many equations hold, with as many coordinates as the text moves."""
+    """Where a law contradicts it: without one the kinetic energy may be that of another body."""
     kinetic, *others = pp.diagnose(text).findings
     assert {finding.verdict for finding in others} == {"holds"}
     assert kinetic.verdict == "fails"
@@ -69,12 +71,12 @@ JOINT = "$I_1$ is the inertia about the pivot of the first link.\n"
 def test_inertias_of_one_text_are_about_the_same_point_unless_it_says_otherwise():
     """M_11 lacks m_1 h_1^2 if I_2 is central; I_1 may be said to be about the pivot; both may be."""
     first, *others = pp.diagnose(MASSES).findings
-    assert (first.verdict, *(finding.verdict for finding in others)) == ("fails", "holds", "holds")
-    assert first.mends[0].words == "the term + m_1 h_1^2 is missing"
+    assert (first.verdict, *(finding.verdict for finding in others)) == ("not checked", "holds", "holds")
+    assert first.remark.endswith("the term + m_1 h_1^2 is missing")
     assert verdicts(MASSES + JOINT) == ["holds"] * 3
     assert verdicts(MASSES.replace("m_2 h_2^2 + I_2", "I_2")) == ["holds"] * 3
     central = "The links have the central inertias $I_1$ and $I_2$.\n" + MASSES.replace("m_2 h_2^2 + I_2", "I_2")
-    assert verdicts(central) == ["fails", "holds", "not checked"]  # M_22 = I_2 may say when they are equal
+    assert verdicts(central) == ["not checked", "holds", "not checked"]  # M_22 = I_2 may say when they are equal
 
 
 @pytest.mark.parametrize(
@@ -312,7 +314,7 @@ $$(M + m)\ddot x - m l\ddot\theta\cos\theta + m l\dot\theta^2\sin\theta = F$$
 
 def test_a_fault_in_code_on_states_is_mended():
     """The changed text is read with the same states: y[1] is a rate there too."""
-    azimuth = "dx1 = x3\ndx2 = x4\ndx3 = x4^2*sin(x1)*cos(x1) - g/l*sin(x1)\ndx4 = -x3*x4/tan(x1)\n"
+    azimuth = "dx1 = x3\ndx2 = x4\ndx3 = x4^2*sin(x1)*cos(x1) - g/l*sin(x1)\ndx4 = 2*x3*x4/tan(x1)\n"
     found = pp.diagnose(azimuth)
     assert [finding.verdict for finding in found.findings] == ["holds"] * 3 + ["fails"]
     assert found.wrong[0].mends[0].latex == "dx4 = -2*x3*x4/tan(x1)"
@@ -339,7 +341,11 @@ def test_two_letters_for_a_length_are_read():
 
 
 @pytest.mark.parametrize(
-    ("right", "wrong"), [(r"\frac12 m L^2", "m L^2"), (r"+ m L^2\dot", r"+ m L\dot"), (r"g L\sin", r"g L\cos")]
+    ("right", "wrong"),
+    [
+        (r"\frac12 m L^2", "m L^2"),
+        (r"- m L\dot x\dot\theta\sin\theta + m L^2", r"+ m L\dot x\dot\theta\sin\theta + m L^2"),
+    ],
 )
 def test_a_lagrangian_beside_a_length_of_the_same_letter_is_mended(right, wrong):
     """As it is read."""
@@ -368,10 +374,10 @@ INDICES = {
 
 @pytest.mark.parametrize("names", INDICES.values(), ids=INDICES)
 def test_an_index_is_the_same_however_it_is_set(names):
-    """As m_p, m_P and mp: in all of them a law holds, and one without a factor is mended."""
+    """As m_p, m_P and mp: in all of them a law holds, and one with another power is mended."""
     text = POLE.format(**dict(zip("MmI", names.split(), strict=True)))
     assert [f.verdict for f in pp.diagnose(text).findings] == ["holds", "holds"]
-    assert [f.verdict for f in pp.diagnose(text.replace("l**2", "l**2/2")).findings] == ["holds", "fails"]
+    assert [f.verdict for f in pp.diagnose(text.replace("l**2", "l**3")).findings] == ["holds", "fails"]
 
 
 def test_an_index_of_an_index_is_one_index():

@@ -7,11 +7,13 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
-from pendpin.doctor.accusations import ONE_CHANGE
+
 from pendpin.doctor.checking import evaluation
 from pendpin.doctor.checking.residuals import changed
 from pendpin.doctor.mending.numbers import Numbers, swapped
 from test_doctor import first_mend, verdicts
+
+ONE_CHANGE = 1.9  # what two changes cost more than
 
 # --- wrong equations are mended -------------------------------------------------------------------------------------
 
@@ -208,7 +210,7 @@ def test_a_change_is_tried_on_what_it_touches_alone(monkeypatch):
 
 BALANCES = {
     "m_1 x_1'' = -T_1 sin(theta_1) + T_2 sin(theta_2)": "-T_1 sin(theta_1) - T_2 sin(theta_2)",
-    "m_1 y_1'' = T_1 cos(theta_1) - T_2 cos(theta_2) - m_1 g": "T_1 cos(theta_1) + T_1 cos(theta_2) - m_1 g",
+    "m_1 y_1'' = T_1 cos(theta_1) - T_2 cos(theta_2) - m_1 g": "T_1 cos(theta_1) - T_1 cos(theta_2) - m_1 g",
     "m_2 x_2'' = -T_2 sin(theta_2)": "T_2 sin(theta_2)",
     "m_2 y_2'' = T_2 cos(theta_2) - m_2 g": "T_2 cos(theta_2) - m_1 g",
 }

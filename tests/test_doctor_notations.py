@@ -61,7 +61,7 @@ def test_a_length_has_the_letter_of_lagrange(script, angle):
     text = LAGRANGE.replace(r"\mathcal{L}", script).replace(r"\phi", angle)
     assert verdicts(text) == ["holds"] * 5
     *_, momentum, energy, _, _ = verdicts(text.replace("= mL^2", "= 2mL^2"))
-    assert (momentum, energy) == ("fails", "holds")
+    assert (momentum, energy) == ("not checked" if script == "{L}" else "fails", "holds")  # it may be the length there
 
 
 def test_a_chain_that_ends_in_a_constant_says_two_things():

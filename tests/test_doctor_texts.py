@@ -102,8 +102,8 @@ PENDULUM += (
 )
 def test_a_letter_has_one_meaning_in_a_text(wrong, right):
     finding = pp.diagnose(PENDULUM + wrong).findings[-1]
-    assert finding.verdict == "fails"
-    assert right in finding.mends[0].new
+    assert finding.verdict == "not checked"  # unless the text means another body there
+    assert f"should be {right}" in finding.remark
 
 
 @pytest.mark.parametrize(

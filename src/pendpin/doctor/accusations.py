@@ -7,17 +7,17 @@ import re
 from contextlib import suppress
 from dataclasses import replace
 from itertools import product
+from math import gcd
 
 import numpy as np
 
-from pendpin.doctor.cases import Case, meanings_used, plain, says, size_of
+from pendpin.doctor.cases import Case, is_contradicted, meanings_used, plain, says, size_of
 from pendpin.doctor.checking.evaluation import Equation, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
-from pendpin.doctor.reading.names import ENERGY, INERTIA, LENGTH, MASS
-from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Unread, key, parts, symbols, with_meaning
+from pendpin.doctor.reading.names import ENERGY, FORCE, INERTIA, LENGTH, MASS
+from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
 from pendpin.doctor.recognition import FEW
 from pendpin.doctor.systems.base import LOADS, Spec, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -26,17 +26,15 @@ from pendpin.doctor.systems.rod import RODS
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
-ONE_CHANGE, PLAIN = 1.9, 1.8  # what two changes cost more than, and a factor of a number and some letters
-SHORT = 9  # equations of a short text, each of which may be wrong
-SHORTEST = {1: 13, 2: 20}  # parts of an equation that one change or two may accuse, whatever else the text shows
-LEAST = 7  # parts of an equation that two changes may accuse in a short text
+FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")
 OF_TWO = 4  # parts of an equation of two names and a sign
-LONG = 20  # parts of one that a single change may accuse, whatever its other letters mean
+MANY = 9  # equations of a long text
+SHORT = 5  # parts of an equation that may be meant otherwise, unless units show what it means
+SHORTEST = 13  # parts of a wrong definition that only one equation uses
+LONG = 20  # parts of an equation that two changes may accuse, or a letter that nothing else has
 VERY_LONG = 30  # parts of one that a single change may accuse, whatever else the text holds
-TRUSTED = 0.9  # the share of the other equations of a text that hold where a short one may be accused
-ENOUGH = 3  # laws of a short text that hold before a letter that moves has to stand in one of them
-SEVERAL = (2, 7)  # laws that hold before a term may be called too many or missing: in a short text, in a longer one
-CONSTANTS = ("g", "t", "pi")  # that mean the same everywhere
+SEVERAL = 2  # laws that hold before a term may be called too many or missing
+OF_BODIES = ((0, 0, 1), (0, 0, -1), (0, 0, -2))  # powers of kg, m, s of periods and frequencies, which tell of a body
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
 TURNING = ("C11", "C12", "C21", "C22", "D11", "D12")  # entries of a matrix that is not unique
@@ -51,17 +49,18 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     else_wrong = f". If it is meant so, {case.finding.mends[0].words}" if case.mends_itself else ""
     if words := _objection_to_form(case, cases, as_read):
         return words
-    if words := _objection_to_mend(case, cases, as_read) if case.mends_itself else "":
+    if words := _objection_to_names(case, cases, as_read) if case.mends_itself else "":
         return words
-    own, others = case.lengths, (other for other in cases if other.is_true and other.reading is case.reading)
-    others = {name: value for other in others for name, value in other.lengths.items()}
+    own, others = case.measures, (other for other in cases if other.is_true and other.reading is case.reading)
+    others = {name: value for other in others for name, value in other.measures.items()}
     for (first, a), (second, b) in product(own.items(), (others | own).items()):
         alike = np.ptp(a / b) < TOLERANCE if len(spec.coordinates) == 1 else np.array_equal(a, b)
         if first != second and alike:  # as the radius of a body that rolls, and that of its bowl
-            return f"{as_read}; the length {plain(first)} would be that of {plain(second)}, or a fixed part of it"
-    of_sign = case.mends_itself and case.finding.mends[0].words.startswith("the sign of ")
-    if of_sign and size_of(one) <= OF_TWO and spec.kind not in RODS and not (case.unit or INERTIA)[0]:
-        return f"{as_read}; a direction may be chosen so{else_wrong}"
+            return f"{as_read}; {plain(first)} would be the same as {plain(second)}, or a fixed part of it"
+    if case.mends_itself and case.finding.mends[0].words.startswith("the sign of ") and spec.kind not in RODS:
+        of_force = case.left and case.unit == FORCE and {*case.finding.mends[0].swaps} <= {*map(id, equation.sides)}
+        if of_force or (size_of(one) <= OF_TWO and not (case.unit or INERTIA)[0]):
+            return f"{as_read}; a direction may be chosen so{else_wrong}"
     if GOES_ON.match(one.statement.after):
         return "it goes on in the next line"
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
@@ -70,21 +69,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
     few = spec.kind in RODS and sum(bool(other.one.ways) for other in cases) < FEW
     if few and not equation.names <= spec.still:
         return ""
-    # what shows that the text is about this system: laws of it that hold, or that one small change makes hold
-    here = [other for other in cases if other.spec.kind == spec.kind and other.finding.equation]
-    laws = [other for other in here if other.is_true and _is_law(other.finding.equation, spec)]
-    if not any(map(_moves, laws)) and not any(map(_is_near, here)):
-        return f"{as_read}; but no other equation shows that it is meant so{else_wrong}"
-    if words := _objection_to_evidence(case, cases, len(laws)) if spec.kind not in RODS else "":
-        return f"{as_read}; {words}{else_wrong}"
-    # a term that is written or left out by mistake is rarer than a load, an origin or another system
-    is_long = len(cases) > SHORT and spec.kind not in RODS
-    mended = [other for other in here if other.finding.mends and other.finding.verdict == "fails" and other is not case]
-    shown = len(laws) + sum(_is_law(other.finding.mends[0].equation, spec) for other in mended)
-    terms = OF_TERMS.findall(words := case.finding.mends[0].words) if case.mends_itself else []
-    if (terms and shown < SEVERAL[is_long]) or len(terms) > 1:
-        return f"{as_read}; all that helps is that {words}"
-    return ""
+    words = _objection_to_evidence(case, cases)
+    return f"{as_read}; {words}{else_wrong}" if words else ""
 
 
 def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
@@ -108,10 +94,14 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
         moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
         if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
             return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
-    moving = [symbols(part) for part in parts(one.sides) if part.kind == "product"]
-    if any(names & {"dx", "dy", "dz"} - {*spec.rates} and names & {*spec.rates} for names in moving):
+    moving, places = (
+        [symbols(part) for part in parts(one.sides) if part.kind == "product"],
+        {"dx", "dy", "dz"} - {*spec.rates},
+    )
+    alone = case.is_energy and len(equation.names & places) == 1
+    if alone or any(names & places and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
-    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST[1]
+    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST
     instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
     speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
     instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
@@ -124,95 +114,73 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
     return ""
 
 
-def _objection_to_evidence(case: Case, cases: list[Case], laws: int) -> str:
+def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     """Why a text shows too little that an equation means what it is read as; empty where it shows enough.
 
-    A letter has its meaning from what holds with it, but a long equation that a single change makes hold shows what it means
-    itself. A short equation may follow another convention, unless its units disagree, another index is meant or all else
-    holds. In a short text each equation may be wrong: only letters that move are asked for, where several laws hold.
+    Another body, load or pivot has other numbers, factors and terms; a slip changes one part. What holds has to contradict
+    the equation, and to have the letters that are changed. Units that then agree show what an equation means, as does its
+    length.
     """
-    is_long, too_short = len(cases) > SHORT, "it is so short that it may be meant otherwise"
-    number = case.finding.follows
-    others = [other for other in cases if other is not case and other.finding.kind != "condition"]
-    others = [other for other in others if other.finding.number != number]
-    trusted = sum(other.confirmed for other in others) >= TRUSTED * len(others)
-    if not case.mends_itself:  # it uses a wrong definition, which has to be long or used by several
-        used = sum(other.finding.follows == number for other in cases) if number else len(cases)
-        short = is_long and not trusted and used < 2 and size_of(cases[number - 1].one) < SHORTEST[1]
-        return too_short if short else ""
-    one, spec, size, change = case.one, case.spec, size_of(case.one), case.finding.mends[0]
-    equation = case.finding.equation or change.equation
-    is_rate = case.left is not None and any(
-        other.is_true and says(other.one) and other.left == replace(case.left, dots=case.left.dots - 1)
-        for other in cases
-    )
-    shown = case.finding.dimensions or trusted or is_rate or _is_of_index(change, equation)
-    shown = shown or change.words.endswith(" is upside down")  # as 1/(2 pi) before the root of l/g
-    is_plain = change.count == 1 and shown
-    if is_long and size < SHORTEST[change.count] and not is_plain:
-        return too_short
-    true = (other for other in cases if other.spec.kind == spec.kind and other.is_true and says(other.one))
-    known = {name.name for other in true for name in other.written}
+    spec, change = case.spec, case.finding.mends[0] if case.mends_itself else None
+    if change is None:  # it uses a wrong definition, which has to be long or used by several
+        number = case.finding.follows
+        alone = sum(other.finding.follows == number for other in cases) < 2 if number else len(cases) < 2
+        short = alone and len(cases) > MANY and size_of(cases[number - 1].one) < SHORTEST and spec.kind not in RODS
+        return "it is so short that it may be meant otherwise" if short else ""
+    equation, size = case.finding.equation or change.equation, size_of(case.one)
+    if change.count > 1 and size < LONG:
+        return "two changes would be needed"
+    if spec.kind in RODS:
+        return ""
     changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
-    asked = changed if change.count == 1 and size >= LONG else parts(one.sides)
-    for part in asked if is_long or laws >= ENOUGH else ():
-        name, meaning = part.written, equation.meaning(str(part.value))
-        own = part.kind != "symbol" or name == case.left or meaning[:1] == "?" or meaning in CONSTANTS
-        if name and not own and (is_long or meaning not in spec.still) and name.name not in known:
-            return f"nothing that holds has {plain(name)}"
-    return ""
+    of_numbers = _is_of_numbers(change, changed)
+    of_body = case.unit in OF_BODIES and not equation.names & {*spec.unknowns} and not re.search("pi|π", change.words)
+    halves = [gcd(int(a or b), int(c)) > 1 for a, b, c in FRACTION.findall(change.new)]  # as 2/2, which nobody writes
+    if (of_numbers and (of_body or any(halves))) or _changes_more(case, change, changed):
+        return "it may be about another system, one body alone or a load"
+    fits = bool(case.finding.dimensions) and change.count == 1 and not of_equation(change.equation, spec)[1]
+    true = [one for one in cases if one is not case and one.is_true and one.spec.kind == spec.kind and says(one.one)]
+    laws = [one for one in true if _is_law(one.finding.equation, spec)]
+    shown = fits or size >= LONG or any(map(_moves, laws))
+    if not shown and (len(cases) > 1 or not _is_law(change.equation, spec)):
+        return "no other equation shows that it is meant so"
+    if size < SHORT and not fits and not any(part.kind == "derivative" for part in parts(equation.sides)):
+        return "it is so short that it may be meant otherwise"
+    if OF_TERMS.search(change.words) and len(laws) < SEVERAL:
+        return f"all that helps is that {change.words}"
+    known = {name.name for one in true for name in one.written} | {("g", "")}
+    reactions = {name for name, unit in spec.dimensions.items() if unit == FORCE} - {*spec.parameters}
+    forces = [part for part in parts(equation.sides) if equation.meaning(str(part.value)) in reactions]
+    names = (part.written for part in (*changed, *forces) if part.kind == "symbol")
+    strange = [name for name in names if name and name != case.left and name.name not in known]
+    if strange and (size < LONG or len(laws) > SEVERAL) and not (fits and len(cases) == 1):
+        return f"nothing that holds has {plain(strange[0])}"
+    itself = fits or len(cases) == 1 or (shows_itself(case) and not of_numbers)
+    of_body = of_numbers or (change.count == 1 and change.words.startswith(("the factor ", "the term ")))
+    return "nothing that holds contradicts it" if of_body and not itself and not is_contradicted(case, cases) else ""
 
 
-def _objection_to_mend(case: Case, cases: list[Case], as_read: str) -> str:
-    """Why the first mend of an equation, or a name that it uses, accuses nobody; empty where it may."""
-    finding, one, mend = case.finding, case.one, case.finding.mends[0]
-    equation = finding.equation or mend.equation
-    matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
-    if finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
-        return f"{as_read}; nor do the units of its letters agree"
-    known = set[str]().union(*(o.finding.equation.names for o in cases if o.is_true and o.finding.equation))
-    other = size_of(one) < LEAST or (mend.equation.names ^ equation.names) - known
-    if mend.count > 1 and size_of(one) < SHORTEST[2] and other:
-        return f"{as_read}; it may be about something else"  # as sqrt(m/k), of a spring, beside sqrt(l/g)
-    start, end, new = mend.splices[0]
-    around = one.text[:start][-1:] + one.text[end : end + 1]
-    if not (new or is_latex(one.text)) and one.text[start:end].isalpha() and re.search("[A-Za-z]", around):
-        return f"{as_read}, and what helps takes letters from a name"
-    gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
-    if mend.words.startswith("the factor ") and any(one.kind == "sum" and one.children[0].value == 1 for one in gone):
-        return f"{as_read}; the first terms of a series may be meant"
-    # a part of an energy that becomes constant is left out, as F x
-    moved = [part for part in gone if part.kind == "symbol" and equation.meaning(str(part.value)) in case.spec.state]
-    left_out = equation.energies and any(mend.swaps[id(part)].names <= case.spec.still for part in moved)
-    if left_out and equation.names & {*LOADS}:
-        return f"{as_read}; a part of it may be the potential of a load"
-    away = equation.names & {*case.spec.parameters} - mend.equation.names - known
-    if away and mend.words.startswith("the factor ") and mend.words.partition(" is too many")[1]:
-        return f"{as_read}; nothing that holds has {min(away)}"
-    kg, m, s = of_equation(equation, case.spec)[0] or (1, 0, 0)
-    of_time = kg == m == 0 != s and not equation.names & {*case.spec.rates, *case.spec.unknowns}
-    letters = [{part.written for part in parts(sides)} for sides in (equation.sides, mend.equation.sides)]
-    if of_time and "is too many" in mend.words and letters[0] - letters[1]:
-        return f"{as_read}; it may be a frequency or a period of other motions"
-    lone = re.fullmatch(r"the term (\S+) is too many", mend.words)
-    if lone and (finding.dimensions or re.fullmatch(r"[A-Za-z]\w*", lone[1])):
-        return f"it holds without {lone[1]}, which may stand for a load, an origin or another body"
-    no_law = not equation.names & {*case.spec.unknowns}
-    if no_law and mend.words.endswith(" is missing") and mend.equation.names & {*LOADS} - equation.names:
-        return f"{as_read}; a load may be 0 there"
-    loads = {part.written for part in parts(equation.sides) if equation.meaning(str(part.value)) in LOADS}
-    if scaled := [
-        load for load in loads if load and re.search(rf" missing in \W*{re.escape(load.letter)}\W*$", mend.words)
-    ]:
-        return f"{as_read}; {plain(scaled[0])} may be a load over a mass or length"
-    bodies = {name for name in case.spec.parameters if case.spec.dimensions.get(name) == MASS}
-    lacks = lambda one: bodies & one.finding.mends[0].equation.names - one.finding.equation.names  # noqa: E731
-    is_sum, is_term = any(new.kind == "sum" for new in mend.swaps.values()), mend.words.endswith(" is missing")
-    if (is_sum or is_term) and (new := lacks(case)):
-        same = (o for o in cases if o.mends_itself and o.finding.equation and o.finding.verdict == "fails")
-        if case.unit == ENERGY or (new - known and (is_sum or sum(lacks(o) == new for o in same) > 1)):
-            return f"{as_read}; it may be about one body alone"
-    return _objection_to_names(case, cases, as_read)
+def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
+    """Whether a mend takes letters or a lone term away, writes several, a body that an energy lacks, or changes a load."""
+    equation, spec = case.finding.equation or change.equation, case.spec
+    words, is_fewer, _ = change.words.partition(" is too many")
+    gone, new = equation.names - change.equation.names, change.equation.names - equation.names
+    gone = gone or {part.written for part in parts(equation.sides)} - {p.written for p in parts(change.equation.sides)}
+    gone = gone or (words.startswith("the term ") and any(not part.children for part in changed))
+    factors = [one for new in change.swaps.values() for one in new.children[1:] if words.startswith("the factor ")]
+    several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in symbols(one)}) > 1
+    more = change.words.endswith(" is missing") or any(one.kind == "sum" for one in change.swaps.values())
+    bodies = {name for name in spec.parameters if spec.dimensions.get(name) == MASS}
+    loaded = equation.names if equation.energies else {equation.meaning(str(part.value)) for part in changed}
+    return bool((is_fewer and gone) or several or loaded & {*LOADS} or (case.unit == ENERGY and more and new & bodies))
+
+
+def _is_of_numbers(change: Mend, changed: list[Node]) -> bool:
+    """Whether only numbers are changed, as other bodies would have them."""
+    pairs = [(old, change.swaps[id(old)]) for old in changed]
+    factors = [new.children[1:] if new.kind == "product" else (new,) * (old.kind == "number") for old, new in pairs]
+    other = change.words.startswith("the sign ") or change.words.endswith(" is upside down")
+    return not other and all(each and all(one.kind == "number" for one in each) for each in factors)
 
 
 def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
@@ -220,7 +188,10 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     one, left, mend = case.one, case.left, case.finding.mends[0]
     equation = case.finding.equation or mend.equation
     gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
-    # not by mistake, if it has no parameter, the text never writes these, or several equations lack them
+    matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
+    if case.finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
+        return f"{as_read}; nor do the units of its letters agree"
+    # not by mistake, if it has no parameter, lacks several, the text never writes these, or several equations lack them
     brought = _brought(case)
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     named = {*case.spec.coordinates, *(() if mend.words.endswith(" is missing") else case.spec.parameters)}
@@ -229,20 +200,15 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
         return f"{as_read}; nothing has {strange}"
     own = {*case.spec.parameters}
     units = mend.equation.names & own if not equation.names & own else set[str]()  # a text may choose them to be 1
-    if units or (brought and (brought - written or sum(_brought(other) == brought for other in cases) > 1)):
+    several = len((mend.equation.names - equation.names) & case.spec.still) > 1
+    several = several or sum(_brought(other) == brought for other in cases) > 1
+    if units or (brought and (brought - written or several)):
         return f"it does not hold, but where {' = '.join(sorted(units or brought))} = 1"
     right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
     given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
     own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
     if own := next((name for name in own if name not in given), ""):  # the fault may be there
         return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
-    written = (part.written for part in parts(equation.sides) if str(part.value) in equation.definitions)
-    for name in dict.fromkeys(filter(None, written)):  # as omega_0 where a spring has one too
-        for usual in case.spec.words(name):
-            sides = tuple(with_meaning(side, name, usual) for side in equation.sides)
-            readings = replace(equation, sides=sides).readings(case.reading.words)
-            if any(holds(reading, random_states(case.system)) for reading in readings):
-                return f"it holds where {plain(name)} is not what the text says elsewhere"
     used = dict(meanings_used(equation))
     for other in cases:
         own = used.get(other.one.defines) if not other.confirmed and len(other.one.sides) == 2 else None
@@ -274,26 +240,6 @@ def _brought(case: Case) -> set[str]:
     if finding.verdict != "fails" or not (case.mends_itself and finding.equation and finding.dimensions):
         return set()
     return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
-
-
-def _is_near(case: Case) -> bool:
-    """Whether one small change makes a law of an equation of several terms, or one that makes its dimensions agree."""
-    finding, mends = case.finding, case.finding.mends
-    if finding.verdict != "fails" or not mends or mends[0].cost > ONE_CHANGE:
-        return False
-    fits = finding.dimensions and mends[0].cost <= PLAIN and not of_equation(mends[0].equation, case.spec)[1]
-    if not case.mends_itself or fits:
-        return True
-    equation = mends[0].equation
-    moving = {*case.spec.coordinates, *case.spec.rates, *case.spec.unknowns}
-    return _is_law(equation, case.spec) and bool(equation.names & moving)
-
-
-def _is_of_index(change: Mend, equation: Equation) -> bool:
-    """Whether a change writes another index, as l_2 for l_1, which no other convention would."""
-    pairs = [(part, change.swaps[id(part)]) for part in parts(equation.sides) if id(part) in change.swaps]
-    names = [(equation.meaning(str(old.value)), str(new.value)) for old, new in pairs if new.kind == "symbol"]
-    return len(names) == len(pairs) > 0 and all(old[:-1] == new[:-1] and old[-1:].isdigit() for old, new in names)
 
 
 def shows_itself(case: Case) -> bool:

@@ -7,11 +7,11 @@ from itertools import combinations
 
 import numpy as np
 
-from pendpin.doctor.checking.check import euler_lagrange
-from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in
+from pendpin.doctor.checking.check import lagrange_residuals
+from pendpin.doctor.checking.evaluation import Equation, names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, stack_residuals
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.names import LENGTH
+from pendpin.doctor.reading.names import LENGTH, MASS
 from pendpin.doctor.reading.tree import Node, Unread, Written, parts
 from pendpin.doctor.recognition import Reading
 from pendpin.doctor.report import Finding
@@ -55,32 +55,48 @@ class Case:
         return {part.written for part in parts(self.one.sides) if part.written}
 
     @cached_property
-    def lengths(self) -> dict[Written, Values]:
-        """The values of its names that mean lengths which do not change."""
+    def measures(self) -> dict[Written, Values]:
+        """The values of its names that mean masses, or lengths which do not change."""
         spec, true, found = self.spec, random_states(self.system), dict[Written, Values]()
         for part in parts(self.one.sides) if self.finding.equation else ():
             what = self.finding.equation.meaning(str(part.value)) if self.finding.equation else ""
-            if part.kind == "symbol" and part.written and what in spec.still and spec.dimensions.get(what) == LENGTH:
+            if (
+                part.kind == "symbol"
+                and part.written
+                and what in spec.still
+                and spec.dimensions.get(what) in (MASS, LENGTH)
+            ):
                 found[part.written] = true[what]
         return found
 
     @cached_property
     def motions(self) -> list[Quantities]:
-        """The motions that it allows as a law though it is wrong, with as many of Lagrange's equations as that needs."""
+        """The motions that it allows though it is wrong, with as many of Lagrange's equations as that needs.
+
+        It is a law of accelerations, or an energy that takes the place of the true one.
+        """
         names, true, law = (
             [f"dd{name}" for name in self.spec.coordinates],
             random_states(self.system),
             self.finding.equation,
         )
-        if law is None or law.energies or not law.names & {*names} or "mass" not in self.spec.formulas:
+        if law is None or "mass" not in self.spec.formulas or not (self.is_energy or law.names & {*names}):
             return []
+        if law.energies and not self.is_energy:
+            return []
+
+        def off(q: Quantities) -> Values:
+            if not self.is_energy:
+                return stack_residuals(law, q, plain=True)
+            wrong, right = (lagrange_residuals(side, law, q) for side in (law.sides[-1], law.sides[0]))
+            forces = np.einsum("ijn,jn->in", q["mass"], np.stack([q[name] for name in names])) - q["force_"]
+            return forces + (right - wrong if self.meaning() == "V" else wrong - right)
+
         base = {**true.base, **{name: true[name] for name in self.spec.unknowns}}
         found = list[Quantities]()
         with suppress(Unread, KeyError, ValueError, np.linalg.LinAlgError), np.errstate(all="ignore"):
             trials = ({one: true[one] * 0 + float(one == name) for one in names} for name in ("", *names))
-            at_rest, *moved = (
-                stack_residuals(law, Quantities(base | trial, self.system, np), plain=True) for trial in trials
-            )
+            at_rest, *moved = (off(Quantities(base | trial, self.system, np)) for trial in trials)
             slopes = np.array([there - at_rest for there in moved])  # (coordinates, rows, n)
             kept = np.flatnonzero(np.abs(slopes).max((0, 2)) > TOLERANCE * np.abs(slopes).max())[: len(names)]
             for others in map(list, combinations(range(len(names)), len(names) - len(kept))):
@@ -88,8 +104,13 @@ class Case:
                 offs = np.concatenate([at_rest[kept], -true["force_"][others]])
                 solution = np.linalg.solve(rows.transpose(2, 0, 1), -offs.T[..., None])[..., 0].T
                 there = Quantities(base | dict(zip(names, solution, strict=True)), self.system, np)
-                found += [there] * holds(law, there)
+                found += [there] * (self.is_energy or holds(law, there))
         return found
+
+    @property
+    def is_energy(self) -> bool:
+        """Whether it gives the kinetic or potential energy, or the Lagrangian."""
+        return self.left is not None and len(self.one.sides) > 1 and self.meaning() in ("T", "V", "L")
 
     def meaning(self) -> str:
         """What its first side means, if that is a name."""
@@ -139,11 +160,6 @@ def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
             assert other is not None
             with suppress(Unread, KeyError, ValueError):
                 known += [(number, row) for row in stack_residuals(other, states, plain=True)]
-                if source.meaning() in ("L", "T", "V"):
-                    context = other.context(states)
-                    lefts, true = (euler_lagrange(other.sides[i], system.spec) for i in (-1, 0))
-                    pairs = zip(lefts, true, strict=True)
-                    known += [(number, evaluate(a, context) - evaluate(b, context)) for a, b in pairs]
         rows = [row for row in off if np.abs(row).max() > TOLERANCE * np.abs(off).max()]
         sources = [next((number for number, other in known if _is_multiple(row, other)), 0) for row in rows]
         if source := min(sources, default=0):
@@ -153,6 +169,20 @@ def find_source(equation: Equation, wrong: list[Case], system: System) -> int:
     with np.errstate(all="ignore"):
         alike = (case for case in wrong if case.system is system)
         return next((one.finding.number for one in alike if any(holds(equation, there) for there in one.motions)), 0)
+
+
+def is_contradicted(case: Case, others: list[Case]) -> bool:
+    """Whether others of its system would not hold, were it right: in no motion that it allows they all do.
+
+    What gives the whole Lagrangian or energy contradicts any wrong law. Of what is no law nothing is known.
+    """
+    laws = [one for one in others if one is not case and one.is_true and one.spec is case.spec and says(one.one)]
+    given = {one.meaning() for one in laws if one.left}
+    if case.meaning() in case.spec.formulas and case.meaning().startswith("p"):
+        return bool(given & {"T", "L", "E"})
+    every = [one.finding.equation for one in laws if one.finding.equation]
+    whole = given & {"L", "E"} or {"T", "V"} <= given
+    return not case.motions or bool(whole) or not any(all(holds(one, q) for one in every) for q in case.motions)
 
 
 def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:

@@ -44,19 +44,16 @@ def likeliest_rod(equations: list[Printed], kinds: tuple[str, ...], conventions:
 
     Another kind than the symbols tell has to explain two equations more, and so has a convention that is not the usual one.
     """
-    told, guess = [one for one in equations if _tells(one)], _kinds_of_symbols(equations)
+    told, guess = list[Printed](), _kinds_of_symbols(equations)
+    for one in (one for one in equations if one.ways and not (one.defines or one.lacking)):
+        inside = [*parts(one.sides)]
+        plain = not any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
+        told += [one] if plain and len(inside) <= MOST_SEARCHED else []
     prior = [SURE - NEARLY * guess.index(kind) if kind in guess else 0.0 for kind in kinds]
     kind = kinds[int(np.argmax(prior + _count(told, tuple(System(SPECS[kind]) for kind in kinds))))]
     systems = tuple(System(SPECS[kind], convention) for convention in conventions)
     unusual = [SURE * bool(i) for i in range(len(systems))]
     return systems[int(np.argmax(_count(told, systems) - unusual))]
-
-
-def _tells(one: Printed) -> bool:
-    """Whether an equation tells a convention: it can be read, is no definition, and is not too long."""
-    inside = [*parts(one.sides)]
-    plain = not any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
-    return bool(one.ways) and not (one.defines or one.lacking) and plain and len(inside) <= MOST_SEARCHED
 
 
 def _count(equations: list[Printed], systems: tuple[System, ...]) -> np.ndarray:

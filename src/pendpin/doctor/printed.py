@@ -307,7 +307,7 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
     own = {name: "" for name, used in found.items() if not used & found.keys()}
     for part in (part for one in equations for part in parts(one.sides) if part.kind == "function" and spec):
         angle = part.children[0].written if part.value in ("sin", "cos") else None
-        meanings = words(angle) if angle and angle.name not in words.chosen else ()
+        meanings = words(angle) if angle and angle.name not in words.chosen | words.renamed else ()
         if angle and meanings and not {(0, 0, 0), None} & {*map(spec.dimensions.get, meanings)}:
             own[angle.name] = ""  # alpha in a sine is no acceleration
     for name in dampings if spec else ():

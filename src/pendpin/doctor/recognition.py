@@ -159,11 +159,15 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Recognition:
-    """A document as it was read. Of each equation the `reading` of its section, and `rivals` that explain as much."""
+    """A document as it was read. Of each equation the reading of its section, and `rivals` that explain as much.
+
+    `others` are all readings of the page, also those that explain little.
+    """
 
     main: Reading
     chosen: tuple[Reading, ...]
     rivals: tuple[tuple[tuple[float, Reading], ...], ...]  # and by how much less each explains
+    others: tuple[Reading, ...] = ()
 
     @property
     def equations(self) -> list[Printed]:
@@ -301,7 +305,7 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         for i in np.flatnonzero(inside):
             chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
-    return Recognition(main, tuple(chosen), tuple(rivals))
+    return Recognition(main, tuple(chosen), tuple(rivals), tuple(readings))
 
 
 def _explaining(

@@ -11,15 +11,14 @@ from itertools import permutations, product
 
 import numpy as np
 
-from pendpin.doctor.accusations import SHORT, objection_to, shows_itself
+from pendpin.doctor.accusations import MANY, objection_to, shows_itself
 from pendpin.doctor.cases import Case, find_source, meanings_used, plain, says
 from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals
-from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.names import INERTIA, LENGTH
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
-from pendpin.doctor.recognition import Recognition
+from pendpin.doctor.recognition import Reading, Recognition
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, Values, free_states, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -51,6 +50,9 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     _doubt_loads_of_another_size(cases)
     if not found.main.chosen:
         _turn_axes(cases)
+        for case in (case for case in cases if case.finding.verdict == "fails"):
+            if other := _other_system(case, found):  # as that of a page that comes before a cart
+                case.doubt(f"it does not hold for {case.spec.title}, but for {other.title}: say which with --rod")
         for case, words in [(case, objection_to(case, cases)) for case in cases if case.finding.verdict == "fails"]:
             case.doubt(words)
         _doubt_what_is_said_otherwise(cases)
@@ -77,7 +79,7 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             told = {"error": finding.error, "when": finding.when, "remark": f"equation {finding.number} uses it"}
             cases[finding.follows - 1].says(verdict="fails", proved=finding.proved, mends=mends, **told)
             case.doubt(f"it uses a wrong definition, {at}", follows=0)
-    if not found.main.chosen and len(cases) > SHORT and found.main.system.kind not in RODS:
+    if not found.main.chosen and len(cases) > MANY and found.main.system.kind not in RODS:
         _doubt_where_little_holds(cases)
     return [case.finding for case in cases]
 
@@ -111,6 +113,18 @@ def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
                 other = cases[saved[0]].finding
                 words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
                 case.doubt(words, when="in every motion")
+
+
+def _other_system(case: Case, found: Recognition) -> Reading | None:
+    """Another system, with angles from the same side, for which what is accused holds as it stands; None for none."""
+    (family, *kind), i = case.spec.kind.split(), case.finding.number - 1
+    moves = case.finding.equation and case.finding.equation.names & {*case.spec.state, *case.spec.unknowns}
+    for other in found.others if moves and family not in RODS else ():
+        (name, *words), right = other.system.kind.split(), other.credits[i] >= 1 and not other.equations[i].lacking
+        poses = [pose for pose in (*POSES, "mirrored") if pose in {*kind} ^ {*words}]  # one alone where one has none
+        if right and name not in (family, *RODS) and len(poses) < 2 and "mirrored" not in poses:
+            return other
+    return None
 
 
 def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
@@ -222,7 +236,11 @@ def _doubt_definitions(cases: list[Case]) -> None:
                     words = f"the symbol {load} is not known: say what it is with --symbols"
                     words = f"{load} acts otherwise with {name} than without it" if alike else words
                     case.doubt(words, unknown=tuple(sorted(loads)))
-            elif not any(_same(one, own, other, case.system) for other in used[one.defines].values()):
+            elif not any(
+                key(own) == key(other)
+                or holds(Equation((own, other), definitions=one.definitions), random_states(case.system))
+                for other in used[one.defines].values()
+            ):
                 words = f"no equation that holds uses {one.defines.lstrip('?')} as it is defined here"
                 case.doubt(words, mends=finding.mends, unknown=(one.defines,))
         elif finding.equation and _is_derivative(finding.equation, case.system):
@@ -248,12 +266,6 @@ def _is_derivative(equation: Equation | None, system: System) -> bool:
         return False
     variables = {str(part.value) for part in parts(equation.sides) if part.kind == "derivative"}
     return bool(variables & {*system.spec.rates}) and holds(equation, free_states(system))
-
-
-def _same(one: Printed, own: Node, other: Node, system: System) -> bool:
-    """Whether two meanings of a symbol are the same, as they are written or in every motion."""
-    equation = Equation((own, other), definitions=one.definitions)
-    return key(own) == key(other) or holds(equation, random_states(system))
 
 
 def _turn_axes(cases: list[Case]) -> None:

@@ -64,12 +64,12 @@ def changes_no_motion(equation: Equation, system: System) -> bool:
         return False
     exact = in_fifty_digits if system.spec.analytic else lambda q: q
     states, free = exact(random_states(system)), exact(free_states(system))
-    law, off = (_motion(side, equation, free) for side in (lone[0], others[0]))
-    left = _motion(others[0], equation, states)
+    law, off = (lagrange_residuals(side, equation, free) for side in (lone[0], others[0]))
+    left = lagrange_residuals(others[0], equation, states)
     return bool((law * off).sum() > 0 and np.abs(left).max() <= SAME * np.abs(off).max())
 
 
-def _motion(side: Node, equation: Equation, quantities: Quantities) -> Values:
+def lagrange_residuals(side: Node, equation: Equation, quantities: Quantities) -> Values:
     """Euler and Lagrange's left sides of an expression, (coordinates, n)."""
     context = equation.context(quantities)
     return np.stack([evaluate(left, context) for left in euler_lagrange(side, quantities.spec)])

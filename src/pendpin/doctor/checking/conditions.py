@@ -111,8 +111,13 @@ def holds_if(equation: Equation, system: System, context: str, neighbours: list[
     """
     lone = {equation.meaning(str(side.value)) for side in equation.sides if side.kind == "symbol"}
     reaction = bool(lone & ({name for name in system.spec.unknowns if not name.startswith("dd")} | {"Mc"}))
+    others_in = dict[int, set[str]]()  # the quantities of each equation but for one that stands alone on a side
+    for one in (equation, *neighbours):
+        several, own = len(one.sides) > 1, one.definitions
+        sides = [side for side in one.sides if not several or side.kind != "symbol" or side.value in own]
+        others_in[id(one)] = {*map(one.meaning, names_in(sides, own))}
     for case in conditions(system):
-        has = lambda one, case=case: bool(case.absent & _quantities_apart(one))  # noqa: E731
+        has = lambda one, case=case: bool(case.absent & others_in[id(one)])  # noqa: E731
         still = reaction and {*system.spec.rates} <= {name for name, _ in case.instead}
         few = sum(map(has, neighbours)) < (1 if case.words == "there is no gravity" else FEW) and not chosen
         meant = re.search(case.stated, context, re.IGNORECASE) or (case.absent and (few or still) and not has(equation))
@@ -132,13 +137,6 @@ def dependents(system: System, names: tuple[str, ...]) -> frozenset[str]:
                 if np.abs(here[other] - there[other]).max() > TRIVIAL:
                     changing.add(other)
     return frozenset(changing)
-
-
-def _quantities_apart(equation: Equation) -> set[str]:
-    """The quantities of an equation but for one that stands alone on a side."""
-    own = equation.definitions
-    sides = [side for side in equation.sides if side.kind != "symbol" or len(equation.sides) == 1 or side.value in own]
-    return set(map(equation.meaning, names_in(sides, own)))
 
 
 def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
@@ -171,7 +169,10 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
     of_energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == ENERGY
     energy = names & {*"TVLE"} or (of_energy and not names & {*system.spec.unknowns})
-    if not (moves or energy) or any(part.kind == "function" and part.value != "sqrt" for part in every):
+    circular = (part for part in every if part.kind == "function" and part.value != "sqrt")
+    if not (moves or energy) or any(
+        {*map(equation.meaning, names_in((one,), own))} & {*system.spec.state} for one in circular
+    ):
         return ""
     upright = {*system.kind.split()} ^ {"down", "up"}  # where a matrix is, it may be made linear there
     others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()

@@ -36,10 +36,15 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
         return None
     name, dots = coordinates[left.value]
     laws = [other for other in equations if other is not one and len(other.sides) == 2]
+    obeyed = list[Printed]()  # laws of the coordinate, or of its rate solutions
+    for other in laws:
+        timely = any("t" in _names(side) for side in other.sides)
+        of_rate, of_motion = dots and timely and other.sides[0].value == name, f"dd{name}" in other.names
+        obeyed += [other] if of_rate or (of_motion and not (dots or timely)) else []
     for equation in (*islice(one.readings(), MOST_READINGS), *_with_own_letters(one, laws)):
         motion = equation.sides[-1]
         moves = {} if dots else {name: motion, f"d{name}": _rate(motion), f"dd{name}": _rate(_rate(motion))}
-        for other in islice(_laws_of(name, dots, laws), MOST_LAWS):
+        for other in obeyed[:MOST_LAWS]:
             for law in islice(other.readings(), MOST_READINGS):
                 sides = (_rate(law.sides[1]), motion) if dots else tuple(map(_of_small_angles, law.sides))
                 definitions = law.definitions | equation.definitions | moves
@@ -49,14 +54,6 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
                     if (np.abs(rows) < EXACT).all():
                         return equation, other.number
     return None
-
-
-def _laws_of(name: str, dots: int, laws: list[Printed]) -> Iterator[Printed]:
-    """The equations that a motion of a coordinate has to obey; of its rate, solutions of it."""
-    for other in laws:
-        timely = any("t" in _names(side) for side in other.sides)
-        if (dots and timely and other.sides[0].value == name) or (not (dots or timely) and f"dd{name}" in other.names):
-            yield other
 
 
 def _with_own_letters(one: Printed, laws: list[Printed]) -> Iterator[Equation]:

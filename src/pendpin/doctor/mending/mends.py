@@ -178,8 +178,10 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
         return True
     fewer = names <= spec.still and not patient.equation.names <= spec.still
     derived = any(part.kind == "derivative" for part in parts(equation.sides))
-    given = (names | patient.equation.names) & {*spec.parameters}
-    cancels = names <= {*spec.state, *spec.parameters} and not derived and given
+    own = names - equation.definitions.keys()
+    cancels = not derived and own <= {*spec.state, *spec.parameters, *spec.unknowns}  # which are given freely
+    cancels = cancels and bool((names | patient.equation.names) & {*spec.parameters})
+    cancels = cancels and holds(equation, free_states(patient.system))
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))

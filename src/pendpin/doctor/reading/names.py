@@ -220,6 +220,7 @@ CONSTANTS = {"?const", "?constant", "?C", *(f"?{letter}_{i}" for letter in "CVUL
 MOST_DOTS = 6
 FUNCTIONS_OF_STATE = {"T", "V", "Veff", "L", "E", "x", "y", "z", "rG", "b3"}
 MASS, LENGTH, INERTIA, ENERGY = (1, 0, 0), (0, 1, 0), (1, 2, 0), (1, 2, -2)  # powers of kg, m, s
+FORCE = (1, 1, -2)
 
 
 def bound(node: Node, words: Vocabulary) -> Node:
