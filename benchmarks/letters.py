@@ -130,7 +130,7 @@ def texts(count: int, seed: int, planted: bool = False) -> Iterator[Text]:
 
 
 def with_fault(heading: str, text: str, random: Random) -> Text:
-    """A text with one fault in one of its formulas."""
+    """A text with one fault in one of its formulas, where it has any that may have one."""
     lines = text.splitlines()
     places = [
         (i, match, by)
@@ -139,6 +139,8 @@ def with_fault(heading: str, text: str, random: Random) -> Text:
         if "=" in line and "return" not in line
         for match in re.finditer(pattern, line)
     ]
+    if not places:
+        return Text(heading, text)
     i, match, by = random.choice(places)
     lines[i] = lines[i][: match.start()] + match.expand(by) + lines[i][match.end() :]
     return Text(heading, "\n".join(lines), lines[i])

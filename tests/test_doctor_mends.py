@@ -7,7 +7,6 @@ import pytest
 import sympy as sp
 
 import pendpin as pp
-
 from pendpin.doctor.checking import evaluation
 from pendpin.doctor.checking.residuals import changed
 from pendpin.doctor.mending.numbers import Numbers, swapped

@@ -169,6 +169,9 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
     gone = gone or (words.startswith("the term ") and any(not part.children for part in changed))
     factors = [one for new in change.swaps.values() for one in new.children[1:] if words.startswith("the factor ")]
     several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in symbols(one)}) > 1
+    several = several or any(
+        name.startswith("dd") and name in spec.unknowns for name in new
+    )  # x'' of a cart that is held
     more = change.words.endswith(" is missing") or any(one.kind == "sum" for one in change.swaps.values())
     bodies = {name for name in spec.parameters if spec.dimensions.get(name) == MASS}
     loaded = equation.names if equation.energies else {equation.meaning(str(part.value)) for part in changed}
