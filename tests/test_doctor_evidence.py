@@ -134,3 +134,60 @@ def test_a_cross_product_in_a_plane_is_about_its_axis(line, verdict):
 def test_what_is_true_of_every_point_shows_no_pendulum(line):
     """As m v^2/2: beside it a period may be that of anything."""
     assert "fails" not in [one.verdict for one in pp.diagnose(f"{line}\nKE = 0.5*m*v**2\n").findings]
+
+
+CART = r"""$$(M + m)\ddot x + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F$$
+$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$ """
+PERIODS = r"$$T = 2\pi\sqrt{\frac{2 L}{3 g}}$$ "
+
+
+@pytest.mark.parametrize(
+    ("text", "line"),
+    [
+        (CART, r"\ddot\theta + \frac gl\sin\theta = 0"),  # a simple pendulum before a cart
+        (
+            r"$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$",
+            r"L = \frac12(\frac32 M + m)\dot x^2 + \frac12 m l^2\dot\theta^2 + m l\dot x\dot\theta\cos\theta"
+            r"+ m g l\cos\theta",
+        ),
+        (
+            r"$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$",
+            r"\left(\frac32 M + m\right)\ddot x + m l\ddot\theta = 0",
+        ),
+        (PERIODS, r"\ddot\theta = -\frac{12 g}{7 L}\sin\theta"),  # a rod about another point
+        (PERIODS, r"\frac43 m L^2\ddot\theta = -m g\frac L2\sin\theta - m g L\sin\theta"),
+        (LAW, r"V = -\left(m + \frac{\mu}{2}\right) g l\cos\theta"),  # a string with mass
+        (LAW, r"K = \frac12 m\dot y^2"),  # a body that falls
+        (
+            r"$$\ddot\theta = \frac gl\sin\theta$$ $$T = \frac12 m l^2\dot\theta^2$$ ",
+            r"F = m g\cos\theta - m l\dot\theta^2",
+        ),
+        (LAW, r"\ddot\theta = \ddot\theta(\dot\theta)"),
+        (LAW, r"\theta'' + (\delta - \epsilon\cos\tau)\sin\theta = 0"),
+        (CART, r"x_p = x + l\cos\theta, \quad y_p = l\sin\theta"),  # an angle from the horizontal
+    ],
+)
+def test_what_no_law_of_the_text_contradicts_may_be_about_another_body(text, line):
+    """Nor is a line accused that holds for another system of the page, or in which two letters would be one mass."""
+    assert "fails" not in [one.verdict for one in pp.diagnose(f"{text}$${line}$$").findings]
+
+
+ENERGIES = {
+    "T": (r"T = m l^2\dot\theta^2", r"V = -m g l\cos\theta"),
+    "V": (r"V = -2 m g l\cos\theta", r"T = \frac12 m l^2\dot\theta^2"),
+    "L": (r"L = m l^2\dot\theta^2 + m g l\cos\theta", r"V = -m g l\cos\theta"),
+}
+
+
+@pytest.mark.parametrize("name", ENERGIES)
+def test_a_wrong_energy_is_accused_where_a_law_contradicts_it(name):
+    """Twice the kinetic energy is that of a ring: only the law of motion shows that the body is a bob."""
+    energies = " ".join(f"$${one}$$" for one in ENERGIES[name])
+    assert "fails" not in [one.verdict for one in pp.diagnose(energies).findings]
+    first, *_ = pp.diagnose(energies + r"$$l\ddot\theta + g\sin\theta = 0$$").findings
+    assert first.verdict == "fails"
+
+
+def test_columns_of_an_alignment_are_no_factor():
+    text = r"\begin{alignat*}{4} l\ddot\theta & = -g\sin\theta \\ T & = \tfrac12 m l^2\dot\theta^2 \end{alignat*}"
+    assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}

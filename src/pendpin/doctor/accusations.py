@@ -17,6 +17,7 @@ from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
 from pendpin.doctor.reading.names import ENERGY, FORCE, INERTIA, LENGTH, MASS
+from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
 from pendpin.doctor.recognition import FEW
 from pendpin.doctor.systems.base import LOADS, Spec, random_states
@@ -27,6 +28,7 @@ GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
 FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")
+SWAPPED = re.compile(r"(sin|cos).* should be .*(?!\1)(sin|cos)")
 OF_TWO = 4  # parts of an equation of two names and a sign
 MANY = 9  # equations of a long text
 SHORT = 5  # parts of an equation that may be meant otherwise, unless units show what it means
@@ -89,6 +91,11 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
             return "it may say when the two are equal"
     if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
+    if case.left and any(part.written == case.left for part in parts(one.sides[1:])) and is_latex(one.text):
+        return "it may say what its left side depends on"
+    valued = any(side.kind == "number" and side.value for side in one.sides)
+    if valued and case.mends_itself and OF_TERMS.search(case.finding.mends[0].words):
+        return "it gives a value"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
         moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
@@ -155,6 +162,11 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     strange = [name for name in names if name and name != case.left and name.name not in known]
     if strange and (size < LONG or len(laws) > SEVERAL) and not (fits and len(cases) == 1):
         return f"nothing that holds has {plain(strange[0])}"
+    turns = [
+        bool(SWAPPED.search(" ".join([one.finding.remark, *(m.words for m in one.finding.mends)]))) for one in cases
+    ]
+    if change.swaps and SWAPPED.search(change.words) and sum(turns) > 1:
+        return "its angle may be measured from elsewhere"
     itself = fits or len(cases) == 1 or (shows_itself(case) and not of_numbers)
     of_body = of_numbers or (change.count == 1 and change.words.startswith(("the factor ", "the term ")))
     return "nothing that holds contradicts it" if of_body and not itself and not is_contradicted(case, cases) else ""

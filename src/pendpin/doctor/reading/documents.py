@@ -39,6 +39,7 @@ _BRACED = r"\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\}"
 _PLAIN = (  # other languages in LaTeX and letters
     (r"<sub>(\w+)</sub>", r"_\1"),
     (r"<sup>(\w+)</sup>", r"^\1"),
+    (r"(\\begin\{align(?:at|edat)\*?\})\{\d\}", r"\1   "),  # how many columns
     (rf"\\[hv]?phantom\*?\s*{_BRACED}", " "),  # also where it holds an equals sign
     (
         r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
