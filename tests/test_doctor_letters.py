@@ -71,8 +71,8 @@ JOINT = "$I_1$ is the inertia about the pivot of the first link.\n"
 def test_inertias_of_one_text_are_about_the_same_point_unless_it_says_otherwise():
     """M_11 lacks m_1 h_1^2 if I_2 is central; I_1 may be said to be about the pivot; both may be."""
     first, *others = pp.diagnose(MASSES).findings
-    assert (first.verdict, *(finding.verdict for finding in others)) == ("not checked", "holds", "holds")
-    assert first.remark.endswith("the term + m_1 h_1^2 is missing")
+    assert (first.verdict, *(finding.verdict for finding in others)) == ("fails", "holds", "holds")
+    assert first.mends[0].words == "the term + m_1 h_1^2 is missing"
     assert verdicts(MASSES + JOINT) == ["holds"] * 3
     assert verdicts(MASSES.replace("m_2 h_2^2 + I_2", "I_2")) == ["holds"] * 3
     central = "The links have the central inertias $I_1$ and $I_2$.\n" + MASSES.replace("m_2 h_2^2 + I_2", "I_2")

@@ -91,7 +91,8 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
             return "it may say when the two are equal"
     if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
         return "it asks where a slope is 0, as that of a potential at a rest"
-    if case.left and any(part.written == case.left for part in parts(one.sides[1:])) and is_latex(one.text):
+    again = case.left and case.left.dots and any(part.written == case.left for part in parts(one.sides[1:]))
+    if again and is_latex(one.text):
         return "it may say what its left side depends on"
     valued = any(side.kind == "number" and side.value for side in one.sides)
     if valued and case.mends_itself and OF_TERMS.search(case.finding.mends[0].words):
@@ -173,7 +174,10 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
 
 
 def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
-    """Whether a mend takes letters or a lone term away, writes several, a body that an energy lacks, or changes a load."""
+    """Whether a mend takes letters or a lone term away, writes several, another body or an acceleration, or changes a load.
+
+    Or it gives another name to what an equation is solved for.
+    """
     equation, spec = case.finding.equation or change.equation, case.spec
     words, is_fewer, _ = change.words.partition(" is too many")
     gone, new = equation.names - change.equation.names, change.equation.names - equation.names
@@ -181,13 +185,14 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
     gone = gone or (words.startswith("the term ") and any(not part.children for part in changed))
     factors = [one for new in change.swaps.values() for one in new.children[1:] if words.startswith("the factor ")]
     several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in symbols(one)}) > 1
-    several = several or any(
-        name.startswith("dd") and name in spec.unknowns for name in new
-    )  # x'' of a cart that is held
+    held = words.startswith("the term ") and any(one.startswith("dd") for one in new & {*spec.unknowns})  # as a cart
+    lone = change.swaps.get(id(equation.sides[0]))
+    named = lone is not None and lone.kind == "symbol"
     more = change.words.endswith(" is missing") or any(one.kind == "sum" for one in change.swaps.values())
     bodies = {name for name in spec.parameters if spec.dimensions.get(name) == MASS}
     loaded = equation.names if equation.energies else {equation.meaning(str(part.value)) for part in changed}
-    return bool((is_fewer and gone) or several or loaded & {*LOADS} or (case.unit == ENERGY and more and new & bodies))
+    other = several or held or named or loaded & {*LOADS} or (case.unit == ENERGY and more and new & bodies)
+    return bool(other or (is_fewer and gone))
 
 
 def _is_of_numbers(change: Mend, changed: list[Node]) -> bool:
@@ -200,30 +205,20 @@ def _is_of_numbers(change: Mend, changed: list[Node]) -> bool:
 
 def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     """Why what the names of an equation mean, or those that its mend writes, accuses nobody; empty where it may."""
-    one, left, mend = case.one, case.left, case.finding.mends[0]
+    one, mend = case.one, case.finding.mends[0]
     equation = case.finding.equation or mend.equation
     gone = [part for part in parts(equation.sides) if id(part) in mend.swaps]
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if case.finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
-    # not by mistake, if it has no parameter, lacks several, the text never writes these, or several equations lack them
-    brought = _brought(case)
+    # a mend writes nothing that the text never writes, and no parameter into an equation that has none
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
-    named = {*case.spec.coordinates, *(() if mend.words.endswith(" is missing") else case.spec.parameters)}
-    fresh = mend.equation.names & named - equation.names
+    own, new = {*case.spec.parameters}, mend.equation.names - equation.names
+    fresh = new & ({*case.spec.coordinates} | (set[str]() if mend.words.endswith(" is missing") else own))
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
-    own = {*case.spec.parameters}
-    units = mend.equation.names & own if not equation.names & own else set[str]()  # a text may choose them to be 1
-    several = len((mend.equation.names - equation.names) & case.spec.still) > 1
-    several = several or sum(_brought(other) == brought for other in cases) > 1
-    if units or (brought and (brought - written or several)):
-        return f"it does not hold, but where {' = '.join(sorted(units or brought))} = 1"
-    right = {key(side) for other in cases if other.finding.verdict == "holds" for side in other.one.sides}
-    given = case.reading.words.given.keys() | case.reading.words.usual.keys()  # what the user or a system says
-    own = [name for name, what in meanings_used(equation) if key(what) not in right and symbols(what)]
-    if own := next((name for name in own if name not in given), ""):  # the fault may be there
-        return f"it does not hold, but nothing confirms {own.lstrip('?')}, which it uses"
+    if new & own and not equation.names & own:
+        return f"it does not hold, but where {' = '.join(sorted(new & own))} = 1"
     used = dict(meanings_used(equation))
     for other in cases:
         own = used.get(other.one.defines) if not other.confirmed and len(other.one.sides) == 2 else None
@@ -241,20 +236,7 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     for part in parts(one.sides[1:]):
         if part.written and part.written in doubted:
             return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
-    new = mend.equation.sides[0].written
-    known = {(name.letter, name.dots) for name in lefts if name}  # beside a_1, which is an acceleration, a_2 is one
-    other = left and new and (new.letter != left.letter or (new.index and not left.index))  # as T_0 for T
-    if left and other and (left.letter, left.dots) not in known:
-        return f"nothing shows what {plain(left)} means here"
     return ""
-
-
-def _brought(case: Case) -> set[str]:
-    """The parameters that a mend writes into an equation whose dimensions do not agree: a text may set them to 1."""
-    finding = case.finding
-    if finding.verdict != "fails" or not (case.mends_itself and finding.equation and finding.dimensions):
-        return set()
-    return {*case.spec.parameters} & finding.mends[0].equation.names - finding.equation.names
 
 
 def shows_itself(case: Case) -> bool:
