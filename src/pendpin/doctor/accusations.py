@@ -138,24 +138,24 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     equation, size = case.finding.equation or change.equation, size_of(case.one)
     if change.count > 1 and size < LONG:
         return "two changes would be needed"
-    if spec.kind in RODS:
-        return ""
     changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
-    of_numbers = _is_of_numbers(change, changed)
-    of_body = case.unit in OF_BODIES and not equation.names & {*spec.unknowns} and not re.search("pi|π", change.words)
-    halves = [gcd(int(a or b), int(c)) > 1 for a, b, c in FRACTION.findall(change.new)]  # as 2/2, which nobody writes
-    if (of_numbers and (of_body or any(halves))) or _changes_more(case, change, changed):
-        return "it may be about another system, one body alone or a load"
     fits = bool(case.finding.dimensions) and change.count == 1 and not of_equation(change.equation, spec)[1]
     true = [one for one in cases if one is not case and one.is_true and one.spec.kind == spec.kind and says(one.one)]
     laws = [one for one in true if _is_law(one.finding.equation, spec)]
     shown = fits or size >= LONG or any(map(_moves, laws))
     if not shown and (len(cases) > 1 or not _is_law(change.equation, spec)):
         return "no other equation shows that it is meant so"
-    if size < SHORT and not fits and not any(part.kind == "derivative" for part in parts(equation.sides)):
-        return "it is so short that it may be meant otherwise"
     if OF_TERMS.search(change.words) and len(laws) < SEVERAL:
         return f"all that helps is that {change.words}"
+    if spec.kind in RODS:
+        return ""
+    of_numbers = _is_of_numbers(change, changed)
+    of_body = case.unit in OF_BODIES and not equation.names & {*spec.unknowns} and not re.search("pi|π", change.words)
+    halves = [gcd(int(a or b), int(c)) > 1 for a, b, c in FRACTION.findall(change.new)]  # as 2/2, which nobody writes
+    if (of_numbers and (of_body or any(halves))) or _changes_more(case, change, changed):
+        return "it may be about another system, one body alone or a load"
+    if size < SHORT and not fits and not any(part.kind == "derivative" for part in parts(equation.sides)):
+        return "it is so short that it may be meant otherwise"
     known = {name.name for one in true for name in one.written} | {("g", "")}
     reactions = {name for name, unit in spec.dimensions.items() if unit == FORCE} - {*spec.parameters}
     forces = [part for part in parts(equation.sides) if equation.meaning(str(part.value)) in reactions]
@@ -163,10 +163,8 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     strange = [name for name in names if name and name != case.left and name.name not in known]
     if strange and (size < LONG or len(laws) > SEVERAL) and not (fits and len(cases) == 1):
         return f"nothing that holds has {plain(strange[0])}"
-    turns = [
-        bool(SWAPPED.search(" ".join([one.finding.remark, *(m.words for m in one.finding.mends)]))) for one in cases
-    ]
-    if change.swaps and SWAPPED.search(change.words) and sum(turns) > 1:
+    said = (" ".join([one.finding.remark, *(mend.words for mend in one.finding.mends)]) for one in cases)
+    if SWAPPED.search(change.words) and sum(bool(SWAPPED.search(words)) for words in said) > 1:
         return "its angle may be measured from elsewhere"
     itself = fits or len(cases) == 1 or (shows_itself(case) and not of_numbers)
     of_body = of_numbers or (change.count == 1 and change.words.startswith(("the factor ", "the term ")))
@@ -185,7 +183,7 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
     gone = gone or (words.startswith("the term ") and any(not part.children for part in changed))
     factors = [one for new in change.swaps.values() for one in new.children[1:] if words.startswith("the factor ")]
     several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in symbols(one)}) > 1
-    held = words.startswith("the term ") and any(one.startswith("dd") for one in new & {*spec.unknowns})  # as a cart
+    held = words.startswith("the term ") and any(one.startswith("dd") for one in new)  # as a cart is
     lone = change.swaps.get(id(equation.sides[0]))
     named = lone is not None and lone.kind == "symbol"
     more = change.words.endswith(" is missing") or any(one.kind == "sum" for one in change.swaps.values())
@@ -211,13 +209,15 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     matrices = any(part.kind == "matrix" for part in parts(mend.equation.sides))  # whose entries have several units
     if case.finding.dimensions and of_equation(mend.equation, case.spec)[1] and not matrices:
         return f"{as_read}; nor do the units of its letters agree"
-    # a mend writes nothing that the text never writes, and no parameter into an equation that has none
+    # a mend writes nothing that the text never writes, and no parameter that may be 1 in the text
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     own, new = {*case.spec.parameters}, mend.equation.names - equation.names
     fresh = new & ({*case.spec.coordinates} | (set[str]() if mend.words.endswith(" is missing") else own))
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
-    if new & own and not equation.names & own:
+    alike = [one.finding for one in cases if one.mends_itself and one.finding.equation and one.finding.dimensions]
+    lacks = [(one.mends[0].equation.names - one.equation.names) & own == new & own for one in alike if one.equation]
+    if new & own and (sum(lacks) > 1 or not equation.names & own):  # several equations lack them, or it has none
         return f"it does not hold, but where {' = '.join(sorted(new & own))} = 1"
     used = dict(meanings_used(equation))
     for other in cases:
