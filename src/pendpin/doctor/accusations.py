@@ -215,9 +215,7 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     fresh = new & ({*case.spec.coordinates} | (set[str]() if mend.words.endswith(" is missing") else own))
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
-    alike = [one.finding for one in cases if one.mends_itself and one.finding.equation and one.finding.dimensions]
-    lacks = [(one.mends[0].equation.names - one.equation.names) & own == new & own for one in alike if one.equation]
-    if new & own and (sum(lacks) > 1 or not equation.names & own):  # several equations lack them, or it has none
+    if new & own and not equation.names & own:
         return f"it does not hold, but where {' = '.join(sorted(new & own))} = 1"
     used = dict(meanings_used(equation))
     for other in cases:
