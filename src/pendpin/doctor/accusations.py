@@ -1,6 +1,6 @@
 """What an accusation rests on: why an equation that does not hold is not accused.
 
-An accusation needs a reading that laws bear out: they hold with it, or one small change makes laws of equations.
+An accusation needs laws of the text that hold with its reading, and that contradict what is accused.
 """
 
 import re
@@ -27,8 +27,8 @@ from pendpin.doctor.systems.rod import RODS
 GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
-FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")
-SWAPPED = re.compile(r"(sin|cos).* should be .*(?!\1)(sin|cos)")
+FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")  # of two whole numbers, in LaTeX or in code
+SWAPPED = re.compile(r"(sin|cos).* should be .*(?!\1)(sin|cos)")  # a mend that writes a sine for a cosine
 OF_TWO = 4  # parts of an equation of two names and a sign
 MANY = 9  # equations of a long text
 SHORT = 5  # parts of an equation that may be meant otherwise, unless units show what it means
@@ -133,8 +133,10 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     if change is None:  # it uses a wrong definition, which has to be long or used by several
         number = case.finding.follows
         alone = sum(other.finding.follows == number for other in cases) < 2 if number else len(cases) < 2
-        short = alone and len(cases) > MANY and size_of(cases[number - 1].one) < SHORTEST and spec.kind not in RODS
-        return "it is so short that it may be meant otherwise" if short else ""
+        short = alone and len(cases) > MANY and size_of(cases[number - 1].one) < SHORTEST
+        words = next((f"all that helps is that {mend.words}" for mend in case.finding.mends[:1]), "")
+        words = words if OF_TERMS.search(words) else "it is so short that it may be meant otherwise" if short else ""
+        return words if spec.kind not in RODS else ""
     equation, size = case.finding.equation or change.equation, size_of(case.one)
     if change.count > 1 and size < LONG:
         return "two changes would be needed"
@@ -150,9 +152,9 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     if spec.kind in RODS:
         return ""
     of_numbers = _is_of_numbers(change, changed)
-    of_body = case.unit in OF_BODIES and not equation.names & {*spec.unknowns} and not re.search("pi|π", change.words)
+    of_period = case.unit in OF_BODIES and not equation.names & {*spec.unknowns} and not re.search("pi|π", change.words)
     halves = [gcd(int(a or b), int(c)) > 1 for a, b, c in FRACTION.findall(change.new)]  # as 2/2, which nobody writes
-    if (of_numbers and (of_body or any(halves))) or _changes_more(case, change, changed):
+    if (of_numbers and (of_period or any(halves))) or _changes_more(case, change, changed):
         return "it may be about another system, one body alone or a load"
     if size < SHORT and not fits and not any(part.kind == "derivative" for part in parts(equation.sides)):
         return "it is so short that it may be meant otherwise"

@@ -178,7 +178,7 @@ def is_contradicted(case: Case, others: list[Case]) -> bool:
     """
     laws = [one for one in others if one is not case and one.is_true and one.spec is case.spec and says(one.one)]
     given = {one.meaning() for one in laws if one.left}
-    if case.meaning() in case.spec.formulas and case.meaning().startswith("p"):
+    if case.meaning() in map(case.spec.momentum, case.spec.coordinates):
         return bool(given & {"T", "L", "E"})
     every = [one.finding.equation for one in laws if one.finding.equation]
     whole = given & {"L", "E"} or {"T", "V"} <= given

@@ -44,7 +44,7 @@ FEW = 2  # equations that contain what a condition makes vanish: from then on it
 NO_LOAD = re.compile("[mMlLIJghrapxyz]|[mMlLIJ][a-tv-z]|theta|phi|psi")
 PIVOT = re.compile(r"\??(?:origin|pivot|offset|anchor|cent)", re.I)  # letters of a place from which others are measured
 LOAD_RATIO = 1e-7  # of two values of one coefficient
-BRAKES = ("damping", "drag", "dry friction")  # forces against the motion
+AGAINST = ("damping", "drag", "dry friction", "spring")  # forces against the motion or the deflection
 LARGE = Node("number", (0, 0), Fraction(10**40))  # what divides by it is 0 to 25 digits
 SOME = Node("number", (0, 0), Fraction(7, 10))  # that a load is
 TINY = 1e-10  # the size of states at which only terms of the first order are left
@@ -276,7 +276,7 @@ def load_of(equation: Equation, system: System, loads: set[str], scale: float = 
     true = random_states(system, scale=scale)
     for kind, force in _usual_forces(true):
         size = _multiple(given, true, force)
-        if size is not None and not (kind in BRAKES and (size > 0).any()):
+        if size is not None and not (kind in AGAINST and (size > 0).any()):
             return kind, size
     return None
 
