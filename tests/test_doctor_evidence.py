@@ -191,3 +191,26 @@ def test_a_wrong_energy_is_accused_where_a_law_contradicts_it(name):
 def test_columns_of_an_alignment_are_no_factor():
     text = r"\begin{alignat*}{4} l\ddot\theta & = -g\sin\theta \\ T & = \tfrac12 m l^2\dot\theta^2 \end{alignat*}"
     assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}
+
+
+def test_a_period_is_contradicted_by_what_holds_and_a_spring_pulls_back():
+    """A number before the root is no other body; with the other sign a stiffness pushes away from the rest."""
+    assert (
+        pp.diagnose(r"$$\ddot\theta = -\frac gl\sin\theta$$ $$T = 3\pi\sqrt{\frac lg}$$").findings[-1].verdict
+        == "fails"
+    )
+    for sign, right in (("-", True), ("+", False)):
+        found = pp.diagnose(LAW + rf"$$m l^2\ddot\theta = -m g l\sin\theta {sign} k a^2\theta$$").findings[-1]
+        assert found.verdict.startswith("holds") == right
+
+
+OF_A_STRING = r"""$$L = \frac12 m (\dot r^2 + r^2 \dot\theta^2) + m g r \cos\theta$$
+$$m \ddot r - m r \dot\theta^2 - m g \cos\theta = \lambda$$
+$$m r^2 \ddot\theta + 2 m r \dot r \dot\theta + m g r \sin\theta = 0$$
+Putting $r = l$, $\dot r = \ddot r = 0$: $$\lambda = -m l \dot\theta^2 - m g \cos\theta$$
+The tension is $$T = m l \dot\theta^2 + m g \cos\theta$$ $$T = \frac{2 E}{l} + 3 m g \cos\theta$$"""
+
+
+def test_a_term_that_a_definition_lacks_may_be_0_there():
+    """The multiplier of a string whose length is given lacks the term of its length."""
+    assert "fails" not in [one.verdict for one in pp.diagnose("With $f = r - l = 0$\n" + OF_A_STRING).findings]
