@@ -6,7 +6,7 @@ An accusation needs laws of the text that hold with its reading, and that contra
 import re
 from contextlib import suppress
 from dataclasses import replace
-from itertools import product
+from itertools import permutations, product
 from math import gcd
 
 import numpy as np
@@ -18,7 +18,7 @@ from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
 from pendpin.doctor.reading.names import ENERGY, FORCE, INERTIA, LENGTH, MASS
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
 from pendpin.doctor.recognition import FEW
 from pendpin.doctor.systems.base import LOADS, Spec, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -29,6 +29,7 @@ ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
 FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")  # of two whole numbers, in LaTeX or in code
 SWAPPED = re.compile(r"(sin|cos).* should be .*(?!\1)(sin|cos)")  # a mend that writes a sine for a cosine
+POINTS = (LENGTH, (0, 1, -1))  # powers of kg, m, s of places and speeds
 OF_TWO = 4  # parts of an equation of two names and a sign
 MANY = 9  # equations of a long text
 SHORT = 5  # parts of an equation that may be meant otherwise, unless units show what it means
@@ -53,11 +54,13 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return words
     if words := _objection_to_names(case, cases, as_read) if case.mends_itself else "":
         return words
-    own, others = case.measures, (other for other in cases if other.is_true and other.reading is case.reading)
-    others = {name: value for other in others for name, value in other.measures.items()}
-    for (first, a), (second, b) in product(own.items(), (others | own).items()):
+    right = (other for other in cases if other.is_true and other.reading is case.reading)
+    others = {name: value for other in right for name, value in other.measures.items()}
+    known = set[Written]() if case.mends_itself and _is_of_body(case.finding.mends[0], equation) else {*others}
+    for (first, a), (second, b) in product(case.measures.items(), (others | case.measures).items()):
         alike = np.ptp(a / b) < TOLERANCE if len(spec.coordinates) == 1 else np.array_equal(a, b)
-        if first != second and alike:  # as the radius of a body that rolls, and that of its bowl
+        if first != second and alike and (first not in known or second in case.measures):
+            # as the radius of a body that rolls, and that of its bowl
             return f"{as_read}; {plain(first)} would be the same as {plain(second)}, or a fixed part of it"
     if case.mends_itself and case.finding.mends[0].words.startswith("the sign of ") and spec.kind not in RODS:
         of_force = case.left and case.unit == FORCE and {*case.finding.mends[0].swaps} <= {*map(id, equation.sides)}
@@ -99,7 +102,7 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
         return "it gives a value"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
-        moves = moves or case.unit in ((0, 0, -2), (0, 1, -2))
+        moves = moves or (case.unit in ((0, 0, -2), (0, 1, -2)) and case.meaning() not in spec.parameters)
         if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
             return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
     moving, places = (
@@ -109,7 +112,8 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
     alone = case.is_energy and len(equation.names & places) == 1
     if alone or any(names & places and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"
-    of_speeds = case.left is None and bool(equation.names & {"v", *spec.rates}) and size_of(one) < SHORTEST
+    of_speeds = case.left is None and one.sides[0].kind != "derivative" and bool(equation.names & {"v", *spec.rates})
+    of_speeds = of_speeds and size_of(one) < SHORTEST
     instant = of_speeds and not equation.names & {*spec.unknowns, *"TVLE"}  # as m g h = m v^2/2
     speeds = {part.written for part in parts(one.sides) if part.written and part.written.letter == "v"}
     instant = instant or (len(speeds) > 1 and not equation.names & {*spec.coordinates, *spec.unknowns})
@@ -140,11 +144,12 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     equation, size = case.finding.equation or change.equation, size_of(case.one)
     if change.count > 1 and size < LONG:
         return "two changes would be needed"
-    changed = [part for part in parts(equation.sides) if id(part) in change.swaps]
+    changed = _changed(change, equation)
     fits = bool(case.finding.dimensions) and change.count == 1 and not of_equation(change.equation, spec)[1]
     true = [one for one in cases if one is not case and one.is_true and one.spec.kind == spec.kind and says(one.one)]
     laws = [one for one in true if _is_law(one.finding.equation, spec)]
-    shown = fits or size >= LONG or any(map(_moves, laws))
+    beside = _is_beside(case, true)
+    shown = fits or size >= LONG or any(map(_moves, laws)) or beside
     if not shown and (len(cases) > 1 or not _is_law(change.equation, spec)):
         return "no other equation shows that it is meant so"
     if OF_TERMS.search(change.words) and len(laws) < SEVERAL:
@@ -156,7 +161,8 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     halves = [gcd(int(a or b), int(c)) > 1 for a, b, c in FRACTION.findall(change.new)]  # as 2/2, which nobody writes
     if (of_numbers and (of_period or any(halves))) or _changes_more(case, change, changed):
         return "it may be about another system, one body alone or a load"
-    if size < SHORT and not fits and not any(part.kind == "derivative" for part in parts(equation.sides)):
+    derived = any(part.kind == "derivative" for part in parts(equation.sides))
+    if size < SHORT and not (fits or derived or beside):
         return "it is so short that it may be meant otherwise"
     known = {name.name for one in true for name in one.written} | {("g", "")}
     reactions = {name for name, unit in spec.dimensions.items() if unit == FORCE} - {*spec.parameters}
@@ -166,11 +172,28 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     if strange and (size < LONG or len(laws) > SEVERAL) and not (fits and len(cases) == 1):
         return f"nothing that holds has {plain(strange[0])}"
     said = (" ".join([one.finding.remark, *(mend.words for mend in one.finding.mends)]) for one in cases)
-    if SWAPPED.search(change.words) and sum(bool(SWAPPED.search(words)) for words in said) > 1:
+    axes = any(one.left and one.meaning() in _axes(case) and not one.is_true for one in cases)
+    if SWAPPED.search(change.words) and (axes or sum(bool(SWAPPED.search(words)) for words in said) > 1):
         return "its angle may be measured from elsewhere"
     itself = fits or len(cases) == 1 or (shows_itself(case) and not of_numbers)
-    of_body = of_numbers or (change.count == 1 and change.words.startswith(("the factor ", "the term ")))
-    return "nothing that holds contradicts it" if of_body and not itself and not is_contradicted(case, cases) else ""
+    if itself or not _is_of_body(change, equation) or is_contradicted(case, cases):
+        return ""
+    return "nothing that holds contradicts it"
+
+
+def _is_beside(case: Case, true: list[Case]) -> bool:
+    """Whether what holds says of the same: of a point its other coordinates, of a sum of energies each of its terms."""
+    told, equation = {other.meaning() for other in true if other.left}, case.finding.equation
+    if case.unit != ENERGY or equation is None:
+        return bool(_axes(case) & told)
+    terms = equation.names - {case.meaning()}
+    return case.finding.mends[0].words.startswith("the sign of ") and {*"TV"} & terms <= terms <= told & {*"TVE"}
+
+
+def _axes(case: Case) -> set[str]:
+    """The other coordinates of the point whose coordinate, or rate of one, an equation gives; empty where it gives none."""
+    name = case.meaning() if case.left and case.unit in POINTS else ""
+    return {name.replace(a, b) for a, b in permutations("xyz", 2) if a in name}
 
 
 def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
@@ -193,6 +216,17 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
     loaded = equation.names if equation.energies else {equation.meaning(str(part.value)) for part in changed}
     other = several or held or named or loaded & {*LOADS} or (case.unit == ENERGY and more and new & bodies)
     return bool(other or (is_fewer and gone))
+
+
+def _changed(change: Mend, equation: Equation) -> list[Node]:
+    """The parts of an equation in whose places a mend puts others."""
+    return [part for part in parts(equation.sides) if id(part) in change.swaps]
+
+
+def _is_of_body(change: Mend, equation: Equation) -> bool:
+    """Whether a mend changes what another body has: a number, or one factor or term more or less."""
+    one = change.count == 1 and change.words.startswith(("the factor ", "the term "))
+    return one or _is_of_numbers(change, _changed(change, equation))
 
 
 def _is_of_numbers(change: Mend, changed: list[Node]) -> bool:
@@ -231,10 +265,11 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     if unknown := vectors - known:
         return f"{as_read}; nothing that holds has an element of {min(unknown)}"
     lefts = {other.left for other in cases if other.confirmed}
+    used_rightly = {name for other in cases if other.is_true and other.spec is case.spec for name in other.written}
     named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
     doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in lefts and not named(o)}
     for part in parts(one.sides[1:]):
-        if part.written and part.written in doubted:
+        if part.written and part.written in doubted and part.written not in used_rightly:
             return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
     return ""
 

@@ -11,7 +11,7 @@ from itertools import permutations, product
 
 import numpy as np
 
-from pendpin.doctor.accusations import MANY, objection_to, shows_itself
+from pendpin.doctor.accusations import MANY, POINTS, objection_to, shows_itself
 from pendpin.doctor.cases import Case, find_source, meanings_used, plain, says
 from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
@@ -26,7 +26,6 @@ from pendpin.doctor.systems.tables import POSES
 
 EQUALLY = 0.3  # equations: readings that explain about as much
 LITTLE = 0.2  # of the equations of a text
-POINTS = (LENGTH, (0, 1, -1))  # powers of kg, m, s of places and speeds
 
 
 def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
