@@ -19,6 +19,7 @@ from pendpin.doctor.checking.conditions import (
     loads_in_words,
     without,
 )
+from pendpin.doctor.checking.evaluation import names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.checking.solutions import solved
 from pendpin.doctor.letters import MOST_LOADS
@@ -60,10 +61,13 @@ def examine(document: Document, choices: dict[str, Any], progress: Callable[[str
         if finding.verdict == "holds" and finding.kind != "definition" and finding.equation:
             doctor.neighbours.append(finding.equation)
     for i, (doctor, one) in enumerate(pairs):
+        hopeless = sum(finding.doubtful for finding in findings)
         if tried[i]:
             progress(f"equation {one.number}")
-            hopeless = sum(finding.doubtful for finding in findings)
             findings[i] = doctor.second(findings[i], one, tried[i], hopeless < MOST_HOPELESS)
+        elif sisters := doctor.as_sister(one):
+            finding = doctor.second(findings[i], one, sisters, False)
+            findings[i] = finding if finding.verdict == "fails" else findings[i]
     for doctor in doctors.values():
         findings = doctor.through_definitions(findings)
     findings = tuple(judge(findings, found))
@@ -79,6 +83,7 @@ class _Doctor:
     reading: Reading
     styles: dict[bool, dict[str, str]]  # in LaTeX, and in plain text
     neighbours: list[Equation] = field(default_factory=list)  # those that hold in this reading
+    quantities: dict[str, str] = field(default_factory=dict)  # what definitions come to, by the names of these
 
     @property
     def system(self) -> System:
@@ -98,6 +103,7 @@ class _Doctor:
             told = {"condition": SMALL_SWINGS, "remark": f"it solves equation {number}", "equation": equation}
             return replace(found, verdict="holds if", kind="solution", **told), []
         if (quantity := quantity_of(one, self.system)) and not self._means_otherwise(quantity[1]):
+            self.quantities[one.defines] = quantity[0]
             words = f"it is {self.system.spec.printed.get(quantity[0], quantity[0])}"
             equation = replace(quantity[1], sides=(one.sides[1], one.sides[1]))
             return replace(found, verdict="holds", kind="relation", remark=words, equation=equation), []
@@ -127,6 +133,21 @@ class _Doctor:
         used = {pair for other in self.neighbours for pair in other.meanings.items() if pair[0] in other.names}
         own = {(name, meaning) for name, meaning in equation.meanings.items() if name != meaning}
         return any((name, name) in used for name, _ in own - used)
+
+    def as_sister(self, one: Printed) -> list[Candidate]:
+        """The readings of a definition as what its name says: acc1 beside an acc2 that is the second acceleration."""
+        name = one.defines
+        if not name or name in self.quantities or any(name in names_in(other.sides, {}) for other in self.neighbours):
+            return []
+        tables = str.maketrans("12", "21"), str.maketrans("xyXY", "yxYX")
+        known = ((self.quantities.get(name.translate(table), ""), table) for table in tables)
+        meant = next((quantity.translate(table) for quantity, table in known if quantity), "")
+        if len(one.sides) != 2 or meant not in random_states(self.system) or meant in self.quantities.values():
+            return []
+        named = (replace(equation, meanings=equation.meanings | {name: meant}) for equation in one.meant)
+        with suppress(Unread):
+            return [(e, relative_error(e, random_states(self.system))) for e in islice(named, MOST_READINGS)]
+        return []
 
     def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""

@@ -120,7 +120,7 @@ _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
     r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
 )
-_DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(", re.MULTILINE)
+_DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(([\w, ]*)", re.MULTILINE)
 _SEVERAL = re.compile(  # x, y = a, b; also with a dot above, as in Julia
     r"\s*\(?((?:(?:self\.)?[^\W\d][\w\u0307\u0308]*\s*,\s*)+(?:self\.)?[^\W\d][\w\u0307\u0308]*)\)?,?\s*:?=(?!=)\s*(.*)",
     re.S,
@@ -336,11 +336,20 @@ def _returned(line: str, before: str) -> Iterator[str]:
         values = _at_commas(next(filter(None, rates.groups()), ""))  # none of an empty list
         unpacked = [*_UNPACKED.finditer(before, functions[-1].end())]
         every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
+        every.append(_stated(functions[-1][2], values))
         states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
         moves = len(pairs) < len(states) or {*states} & {*values}  # of angles and rates the rate of an angle is one
         if moves and not any(name in values and rate in states for name, rate in pairs):  # else in another order
             yield from (f"{name}_dot = {rate}" for name, rate in pairs)
+
+
+def _stated(given: str, values: list[str]) -> list[str]:
+    """The arguments of a function that are the states of the rates that it returns: f(t, th, om) gives om and another."""
+    names, count = _at_commas(given), len(values)
+    windows = (names[i : i + count] for i in range(len(names) - count + 1))
+    found = max(windows, key=lambda some: len({*some} & {*values}), default=list[str]())
+    return found if {*found} & {*values} else []
 
 
 def _for_each_name(line: str) -> list[str]:
