@@ -40,6 +40,7 @@ _PLAIN = (  # other languages in LaTeX and letters
     (r"<sub>(\w+)</sub>", r"_\1"),
     (r"<sup>(\w+)</sup>", r"^\1"),
     (r"(\\begin\{align(?:at|edat)\*?\})\{\d\}", r"\1   "),  # how many columns
+    (r"(?ms)^```(?!math|\{)(\w+[^\n]*\n(?:(?!```).)*\n)```", r"~~~\1~~~"),  # code
     (rf"\\[hv]?phantom\*?\s*{_BRACED}", " "),  # also where it holds an equals sign
     (
         r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
@@ -53,7 +54,7 @@ _PICTURE = re.compile(
 )
 _LOOK = re.compile(r"^(?:\s*\\(?:bg_\w+|fn_\w+|dpi\{\d+\}|inline|(?i:tiny|small|large|huge)\b))+")  # of a picture
 _PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
-_HEADING = re.compile(r"(?m)^(?:#+ .*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
+_HEADING = re.compile(r"(?m)^(?:#+ .*|~~~.*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] "
 )
