@@ -285,10 +285,14 @@ def _turn_axes(cases: list[Case]) -> None:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
             elif place and finding.mends[0].words.startswith("the sign of "):
                 turned[case.left.letter].append(case)
-    for letter in sorted(({"y", "z"} | turned.keys()) - right):
-        words = f"{letter} is measured the other way"
-        for case in (case for case in cases if case.finding.verdict == "fails" and _holds_turned(case, letter)):
-            if len(turned[letter]) > 1:
+    with_g = [case for case in cases if case.is_true and "g" in {name.letter for name in case.written}]
+    for letter in ("g", *sorted(({"y", "z"} | turned.keys()) - right)):
+        words = f"{letter} is measured the other way" if letter != "g" else "gravity points the other way"
+        wrong = [case for case in cases if case.finding.verdict == "fails" and _holds_turned(case, letter)]
+        # as of angles below the horizontal: of gravity more than one agree, and more than say otherwise
+        falls = letter == "g" and len(wrong) > max(1, sum(not _holds_turned(case, "g") for case in with_g))
+        for case in wrong:
+            if falls or len(turned[letter]) > 1:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
             elif letter in ("y", "z") and case.spec.kind not in RODS:  # nothing shows which way
                 case.doubt(f"it holds if {words}")
