@@ -252,3 +252,38 @@ def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
 )
 def test_idioms_of_other_languages(code):
     assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}
+
+
+RATES = """def rates(t1, t2, o1, o2):
+    d = t1 - t2
+    den = 2*m1 + m2 - m2*np.cos(2*d)
+    a1 = (-g*(2*m1+m2)*np.sin(t1) - m2*g*np.sin(t1-2*t2) - 2*np.sin(d)*m2*(o2**2*l2 + o1**2*l1*np.cos(d)))/(l1*den)
+    a2 = (2*np.sin(d)*(o1**2*l1*(m1+m2) + g*(m1+m2)*np.cos(t1) + o2**2*l2*m2*np.cos(d)))/(l2*den)
+    return o1, o2, a1, a2
+"""
+
+
+@pytest.mark.parametrize("given", ["t1, t2, o1, o2", "self, t1, t2, o1, o2", "t, t1, t2, o1, o2, m1"])
+def test_the_arguments_of_a_function_are_the_states_whose_rates_it_returns(given):
+    code = RATES.replace("(t1, t2, o1, o2)", f"({given})", 1)
+    assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}
+
+
+@pytest.mark.parametrize(("old", "new"), [("o1**2*l1*(m1", "o1**2*l2*(m1"), ("t1-2*t2", "t1+2*t2")])
+def test_an_acceleration_is_compared_with_what_its_name_says_beside_the_other_one(old, new):
+    """Where the second one comes to an acceleration, the first is that of the other angle."""
+    code = RATES.replace("def rates(", "def rates(y):\n    t1, o1, t2, o2 = y\n# (").replace(old, new)
+    code = code.replace("return o1, o2, a1, a2", "return [o1, a1, o2, a2]")
+    (wrong,) = (one for one in pp.diagnose(code).findings if one.verdict == "fails" and not one.follows)
+    assert wrong.latex.startswith("a1" if new == "t1+2*t2" else "a2")
+    assert old in wrong.mends[0].latex
+
+
+def test_a_block_of_code_has_letters_of_its_own():
+    """In prose the angles are theta, in the code below t."""
+    prose = r"""$$T = \frac12 (m_1 + m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2^2\dot\theta_2^2
++ m_2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1 - \theta_2)$$
+$$V = -(m_1 + m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
+"""
+    found = pp.diagnose(f"{prose}\n```python\n{RATES}```\n\nThe Lagrangian is $L = T - V$.\n").findings
+    assert {one.verdict for one in found} == {"holds"}

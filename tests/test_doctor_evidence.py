@@ -214,3 +214,62 @@ The tension is $$T = m l \dot\theta^2 + m g \cos\theta$$ $$T = \frac{2 E}{l} + 3
 def test_a_term_that_a_definition_lacks_may_be_0_there():
     """The multiplier of a string whose length is given lacks the term of its length."""
     assert "fails" not in [one.verdict for one in pp.diagnose("With $f = r - l = 0$\n" + OF_A_STRING).findings]
+
+
+GIVEN = r"$$T = \frac12 m l^2\dot\theta^2$$ $$V = -m g l\cos\theta$$ $$l\ddot\theta + g\sin\theta = 0$$ "
+
+
+@pytest.mark.parametrize(("line", "wrong"), [("L = T + V", 1), ("L = T - V", 0), ("E = T - V", 1), ("E = T + V", 0)])
+def test_a_sum_of_energies_that_the_text_gives_is_compared_with_them(line, wrong):
+    """Without one of them its letter may have the other sign."""
+    found = pp.diagnose(f"{GIVEN}$${line}$$").findings[-1]
+    assert (found.verdict == "fails") == bool(wrong)
+    less = pp.diagnose(f"{GIVEN}$${line}$$".replace(r"$$V = -m g l\cos\theta$$", "")).findings[-1]
+    assert less.verdict != "fails"
+
+
+@pytest.mark.parametrize(
+    ("x", "y", "wrong"), [("sin", "cos", ""), ("cos", "cos", "x1"), ("sin", "sin", "y1"), ("cos", "sin", "")]
+)
+def test_a_coordinate_of_a_point_is_compared_with_the_other_one(x, y, wrong):
+    """Where both are turned round, the angle is measured from elsewhere."""
+    text = f"a double pendulum\nx1 = L1*{x}(theta1)\ny1 = -L1*{y}(theta1)\nx2 = x1 + L2*sin(theta2)\n"
+    text += "y2 = y1 - L2*cos(theta2)\nvx2 = L1*theta1_dot*cos(theta1) + L2*theta2_dot*cos(theta2)\n"
+    assert [one.latex[:2] for one in pp.diagnose(text).findings if one.verdict == "fails"] == ([wrong] if wrong else [])
+
+
+def test_a_letter_that_an_equation_holds_with_is_read_rightly():
+    """Another body of the page may have a letter r for l; a law of control says of u what nothing here can check."""
+    fall = r"Free fall on a circle: $$r^2 = x^2 + y^2$$ $$F_c = m r\dot\theta^2$$ "
+    text = fall + r"$$y = -L\cos\theta$$ $$\ddot\theta = -\frac gL\sin\theta$$ $$x = L\cos\theta$$"
+    assert pp.diagnose(text).findings[-1].verdict == "fails"
+    laws = """T = (M + m)*x_dot**2/2 + m*l*x_dot*theta_dot*cos(theta) + m*l**2*theta_dot**2/2
+u = -(k1*x + k2*x_dot + k3*theta)
+theta_ddot = -(u*cos(theta) + m*l*theta_dot**2*sin(theta)*cos(theta) + (M + m)*g*sin(theta))/(l*(M + m*sin(theta)**2))
+x_ddot = (u + m*l*theta_dot**2*sin(theta) + m*g*sin(theta)*cos(theta))/(M + m*sin(theta)**2)
+"""
+    for new, wrong in (("u + m*l", 0), ("u - m*l", 1)):
+        found = pp.diagnose(laws.replace("u + m*l", new)).findings
+        assert [one.verdict for one in found].count("fails") == wrong
+
+
+BELOW = r"""$$x_1 = l_1\cos\theta_1, \quad y_1 = l_1\sin\theta_1$$
+$$T_2 = \frac12 m_2 (l_1^2\dot\theta_1^2 + l_2^2\dot\theta_2^2
++ 2 l_1 l_2\dot\theta_1\dot\theta_2\cos(\theta_1 - \theta_2))$$
+$$V_1 = -m_1 g l_1\sin\theta_1, \quad V_2 = -m_2 g (l_1\sin\theta_1 + l_2\sin\theta_2)$$
+$$(m_1 + m_2) l_1\ddot\theta_1 + m_2 l_2\ddot\theta_2\cos(\theta_1 - \theta_2)
++ m_2 l_2\dot\theta_2^2\sin(\theta_1 - \theta_2) - (m_1 + m_2) g\cos\theta_1 = 0$$
+$$l_2\ddot\theta_2 + l_1\ddot\theta_1\cos(\theta_1 - \theta_2)
+- l_1\dot\theta_1^2\sin(\theta_1 - \theta_2) - g\cos\theta_2 = 0$$"""
+
+
+def test_angles_below_the_horizontal_turn_gravity_round():
+    """All laws agree in that. One alone that has it is wrong."""
+    assert {one.verdict for one in pp.diagnose(BELOW).findings} <= {"holds", "holds if"}
+    above = BELOW.replace("= -m", "= m").replace("- g", "+ g")
+    assert [one.verdict for one in pp.diagnose(above).findings].count("fails") == 1
+
+
+def test_gravity_from_a_period_is_no_acceleration_of_an_instant():
+    found = pp.diagnose(LAW + r"$$T_0 = 2\pi\sqrt{\frac lg}$$ $$g = \frac{4\pi}{T_0^2} l$$").findings[-1]
+    assert found.verdict == "fails"

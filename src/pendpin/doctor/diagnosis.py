@@ -155,7 +155,10 @@ class _Doctor:
         likely = [equation for equation, _ in readings]
         known = [equation.meanings for equation in likely]  # another rod may have what this one lacks, as a radius
         every = (*likely, *(equation for equation in one.readings() if equation.meanings not in known))
-        for equation in () if self.reading.unknown else every:  # of a system that nothing shows they say nothing
+        sound = [equation for equation in every if not of_equation(equation, spec)[1]]
+        for equation in (
+            () if self.reading.unknown else sound or every
+        ):  # of a system that nothing shows they say nothing
             only_stated = self.reading.chosen or equation not in likely
             if condition := holds_if(equation, self.system, context, self.neighbours, only_stated):
                 healed = tuple(mends(self._patient(one, equation), False))
