@@ -29,7 +29,7 @@ from pendpin.doctor.reading.tree import (
     symbols,
     walk,
 )
-from pendpin.doctor.systems.base import Spec, System, random_states
+from pendpin.doctor.systems.base import LOADS, Spec, System, random_states
 from pendpin.doctor.systems.rod import SPECS
 
 MOST_BRACKETS = 120  # places that are tried for a missing one
@@ -299,7 +299,8 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
         number = is_vector and right.children and not any(part.kind == "matrix" for part in parts([right]))
         usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
-        if usual or not symbols(right) or not fixed:
+        controls = meanings & {*LOADS} and any(one.startswith("?") for one in symbols(right))  # as u = -(k_1 x + k_2 v)
+        if usual or controls or not symbols(right) or not fixed:
             continue
         varies = meanings <= spec.still and bool(symbols(right) & {*spec.state})
         if number or varies or not one.sound:

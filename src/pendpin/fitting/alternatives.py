@@ -106,7 +106,16 @@ def _refit(fit: Fit, near: Solution, scene: Scene, keys: Sequence[str]) -> _Mode
 
 def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> Part:
     """The part's worth, from fits with and without it."""
-    r, other_r = (_residuals(model) for model in (now, other))
+    residuals = list[Array]()  # (P, M columns, 1) that no start explains
+    for model in (now, other):
+        solution = model.solution
+        if model.setting.robust:  # cut off as their scale is computed
+            off = solve_starts(replace(solution.problem, share=1.0), solution.x, solution.solved.starts, 0).r
+            most = CORNER * huber_scale(off, off != 0, None)
+            residuals.append(np.clip(off, -most, most)[..., None])
+        else:
+            residuals.append(solution.solved.unexplained)
+    r, other_r = residuals
     rss, other_rss = float((r**2).sum()), float((other_r**2).sum())
     samples = max((r != 0).sum() / (2 * correlation_time(r)), 10.0)
     more = other.solution.problem.nz - now.solution.problem.nz
@@ -117,16 +126,6 @@ def _compare(name: str, present: bool, fit: Fit, now: _Model, other: _Model) -> 
         errors = [predict(*model[:2], fit.hold_out.swings, part, interval=False).errors() for model in (now, other)]
         hold_out = float(np.sqrt(np.nanmean(errors[1] ** 2) / np.nanmean(errors[0] ** 2)))
     return Part(name, present, float(np.sqrt(other_rss / rss)), float(-change if present else change), hold_out)
-
-
-def _residuals(model: _Model) -> Array:
-    """The residuals (P, M columns, 1) that no start explains, of a robust fit cut off as its scale is computed."""
-    solution = model.solution
-    if not model.setting.robust:
-        return solution.solved.unexplained
-    r = solve_starts(replace(solution.problem, share=1.0), solution.x, solution.solved.starts, 0).r
-    most = CORNER * huber_scale(r, r != 0, None)
-    return np.clip(r, -most, most)[..., None]
 
 
 def _omissions(now: _Model) -> Iterator[_Other]:

@@ -58,7 +58,17 @@ def read_swings(data: Any, table: Data) -> tuple[Swing, ...]:
         with inside(str(data)):
             names, rows = csv_table(read_whole(Path(data), MOST_BYTES, "measured data"))
             places = {name: names.index(name) for name in _pick_columns(names, table)}
-            cells = {n: np.array([_cell(row[i], n, line, table) for line, row in rows]) for n, i in places.items()}
+            cells = dict[str, Array]()
+            for name, i in places.items():
+                column = list[Any]()
+                for line, row in rows:
+                    if name == table.segment:
+                        column.append(row[i].strip())
+                    elif row[i].strip() or name == table.time:
+                        column.append(number_in(f"line {line}, column {name}", row[i]))
+                    else:
+                        column.append(math.nan)  # where a sensor gave nothing
+                cells[name] = np.array(column)
             return _swings(cells, table, np.array([line for line, _ in rows]), f"{data}: line")
     if isinstance(data, Swing):
         return (data,)
@@ -129,15 +139,6 @@ def _pick_columns(names: list[str], table: Data) -> list[str]:
             hint = did_you_mean(name, names) or f"; [data] says which are read, as in {written}"
             raise InputError(f"there is no column {shown(name)} among: {choices(names, 20)}{hint}")
     return wanted
-
-
-def _cell(text: str, name: str, line: int, table: Data) -> Any:
-    """A cell of a CSV file as a number, NaN where it is empty; the text itself of a segment."""
-    if name == table.segment:
-        return text.strip()
-    if not text.strip() and name != table.time:
-        return math.nan
-    return number_in(f"line {line}, column {name}", text)
 
 
 def _swings(columns: Mapping[str, Array], table: Data, numbers: Array, source: str) -> tuple[Swing, ...]:

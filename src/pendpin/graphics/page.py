@@ -18,7 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from pendpin.errors import InputError, MissingLibrary, choices, inside
-from pendpin.graphics.drawing import WORLD, Drawing, Quantity, Shape, smooth
+from pendpin.graphics.drawing import WORLD, Drawing, Shape, smooth
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import fill_template, read_whole, write_whole
 from pendpin.model.bodies import pinocchio
@@ -126,7 +126,14 @@ def _motion(drawing: Drawing, zero: float) -> dict[str, Any]:
     rows = pick(drawing.t, np.inf, max(LEAST_PLOTTED, PLOTTED // max(1, len(drawing.quantities))))
     if max(float(np.abs(x).max()) for x in (drawing.t - zero, trail, poses[..., :3, 3])) > np.finfo("f4").max:
         raise InputError(f"times or lengths beyond {np.finfo('f4').max:.2g} s or m cannot be drawn in a browser")
-    quantities = [_levels(quantity, rows) for quantity in drawing.quantities]
+    quantities = []
+    for quantity in drawing.quantities:  # its samples in LEVELS from its least to its largest value
+        low, high = float(quantity.values.min()), float(quantity.values.max())
+        middle = (low + high) / 2
+        least = 1e-9 * max(abs(low), abs(high)) or 1.0  # what varies by less is a straight line
+        low, high = min(low, middle - least), max(high, middle + least)
+        data = base64_of((LEVELS * ((quantity.values[rows] - low) / (high - low))).round().astype("<u2").tobytes())
+        quantities.append({"name": quantity.name, "unit": quantity.unit, "low": low, "high": high, "data": data})
     return {
         "label": drawing.label,
         "duration": duration,
@@ -149,15 +156,6 @@ def _fractions(vectors: Array | None, keys: NDArray[np.intp], bodies: list[int])
     if vectors is None or not largest > 0:
         return None
     return {"largest": largest, **_integers(vectors[keys][:, bodies].swapaxes(0, 1) / largest)}
-
-
-def _levels(quantity: Quantity, rows: NDArray[np.intp]) -> dict[str, Any]:
-    """A quantity at some samples, in LEVELS from its least to its largest value."""
-    low, high = float(quantity.values.min()), float(quantity.values.max())
-    middle, least = (low + high) / 2, 1e-9 * max(abs(low), abs(high)) or 1.0  # what varies by less is a straight line
-    low, high = min(low, middle - least), max(high, middle + least)
-    data = (LEVELS * ((quantity.values[rows] - low) / (high - low))).round().astype("<u2").tobytes()
-    return {"name": quantity.name, "unit": quantity.unit, "low": low, "high": high, "data": base64_of(data)}
 
 
 def _stand_still(drawing: Drawing) -> Drawing:

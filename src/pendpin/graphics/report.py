@@ -33,17 +33,35 @@ Check = Callable[[RunRecord], str]  # what a cross-check along a run says; "" wh
 
 def page_report(runs: Sequence[Any], check: Check | None = None) -> str:
     """The report on one run, or on several to be compared, as HTML without a network address."""
-    columns = [dict(_page_rows(run, check(run) if check else "")) for run in runs]
+    columns = list[dict[str, str]]()
+    for run in runs:  # how it was computed, its summary, its events and the versions
+        column = {"time": f"{moment(run.t[0])} to {moment(run.t[-1])} s, {amount(len(run.t), 'sample')}"}
+        column |= dict(_rows(run, check(run) if check else ""))
+        column |= {name: str(figure) for name, figure in run.summary().items()}
+        if run.events:  # how many of each kind, and the first of them
+            kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
+            first = [f"{moment(event.t)} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
+            rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
+            column["events"] = "\n".join([kinds, *first, *rest])
+        columns.append(column | {"version": f"pendpin {VERSION}"})
+
     names = dict.fromkeys(name for column in columns for name in column)
     cells = {name: "".join(f"<td>{_text(column.get(name, ''))}</td>" for column in columns) for name in names}
     body = "".join(f"<tr><th>{_text(name)}</th>{row}</tr>" for name, row in cells.items())
     figure = base64_of(picture_of(draw(runs)))
-    scenes = dict.fromkeys(map(_scene, runs))
+    scenes = list[str]()
+    for run in runs:  # as TOML, or, where a scene file cannot hold it, as JSON
+        try:
+            text = scene_text(scene_of(run), Path.cwd())
+        except (PendpinError, OSError):
+            text = json.dumps(run.scene, indent=1, default=str)
+        scenes.append(text if len(text) <= MOST_TEXT else f"{text[:MOST_TEXT]}\n...")
+
     alt = "Energy, positions, reactions and paths of the tip"
     return (
         f"<h2>{_text(runs[0].title)}</h2><div class=wide><table>{body}</table></div>"
         f'<h2>Figure</h2><div class="wide"><img src="data:image/png;base64,{figure}" alt="{alt}"></div>'
-        f"<h2>Scene</h2>{''.join(f'<pre>{_text(scene)}</pre>' for scene in scenes)}"
+        f"<h2>Scene</h2>{''.join(f'<pre>{_text(scene)}</pre>' for scene in dict.fromkeys(scenes))}"
     )
 
 
@@ -69,20 +87,6 @@ def run_report(run: Any, checked: str) -> Report:
 
 def _text(text: str) -> str:
     return html.escape(text).replace("\n", "<br>")
-
-
-def _page_rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
-    """The rows of a run, its summary, its events and the versions."""
-    yield "time", f"{moment(run.t[0])} to {moment(run.t[-1])} s, {amount(len(run.t), 'sample')}"
-    yield from _rows(run, checked)
-    for name, figure in run.summary().items():
-        yield name, str(figure)
-    if run.events:  # how many of each kind, and the first of them
-        kinds = ", ".join(f"{count} {kind}" for kind, count in Counter(event.kind for event in run.events).items())
-        first = [f"{moment(event.t)} s: {event.joint} {event.kind}" for event in run.events[:MOST_EVENTS]]
-        rest = [f"and {len(run.events) - MOST_EVENTS} more"] * (len(run.events) > MOST_EVENTS)
-        yield "events", "\n".join([kinds, *first, *rest])
-    yield "version", f"pendpin {VERSION}"
 
 
 def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
@@ -119,12 +123,3 @@ def _rows(run: Any, checked: str) -> Iterator[tuple[str, str]]:
         yield "notes", "\n".join(note[:MOST_OF_A_NOTE] for note in stats.notes)
     if left := leaving(run):
         yield "slid away", "\n".join(left)
-
-
-def _scene(run: RunRecord) -> str:
-    """The scene as TOML, or, where a scene file cannot hold it, as JSON."""
-    try:
-        text = scene_text(scene_of(run), Path.cwd())
-    except (PendpinError, OSError):
-        text = json.dumps(run.scene, indent=1, default=str)
-    return text if len(text) <= MOST_TEXT else f"{text[:MOST_TEXT]}\n..."

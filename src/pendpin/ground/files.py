@@ -245,7 +245,21 @@ class ArrayFile:
             raise ValueError(f"array {shown(twice[0])} is there twice")
         if len(names) > MAX_ARRAYS:
             raise ValueError(f"it holds {len(names)} arrays, more than {MAX_ARRAYS}")
-        self.headers = {name: self._header(name) for name in names}
+        self.headers = dict[str, Announced]()
+        for name in names:
+            with archive.open(f"{name}.npy") as member:
+                head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
+            try:
+                with warnings.catch_warnings():  # of the literal's syntax, in newer Pythons
+                    warnings.simplefilter("ignore")
+                    first = np.lib.format.read_magic(head) == (1, 0)
+                    read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
+                    shape, _, dtype = read(head)
+            except Exception:  # NumPy evaluates the header as a literal, which fails in many ways
+                raise ValueError(f"array {shown(name)} has no header that NumPy writes") from None
+            if dtype.hasobject or min(shape, default=0) < 0:
+                raise ValueError(f"array {shown(name)} holds no plain numbers or text")
+            self.headers[name] = Announced(dtype, shape)
         texts = [x for x in self.headers.values() if x.dtype.kind == "U"]
         limits = (("arrays", self.headers.values(), MAX_ARRAYS_BYTES), ("texts", texts, MAX_TEXT_BYTES))
         for what, those, most in limits:
@@ -270,21 +284,6 @@ class ArrayFile:
             if letters.max(initial=0) > sys.maxunicode:
                 raise ValueError(f"array {name!r} holds letters beyond Unicode")
         return array
-
-    def _header(self, name: str) -> Announced:
-        with self._archive.open(f"{name}.npy") as member:
-            head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
-        try:
-            with warnings.catch_warnings():  # of the literal's syntax, in newer Pythons
-                warnings.simplefilter("ignore")
-                first = np.lib.format.read_magic(head) == (1, 0)
-                read = np.lib.format.read_array_header_1_0 if first else np.lib.format.read_array_header_2_0
-                shape, _, dtype = read(head)
-        except Exception:  # NumPy evaluates the header as a literal, which fails in many ways
-            raise ValueError(f"array {shown(name)} has no header that NumPy writes") from None
-        if dtype.hasobject or min(shape, default=0) < 0:
-            raise ValueError(f"array {shown(name)} holds no plain numbers or text")
-        return Announced(dtype, shape)
 
 
 @contextmanager

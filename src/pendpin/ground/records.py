@@ -230,10 +230,14 @@ def _reason(fault: Any, record: type) -> str:
             return f"unknown key{nearest_or_all(name, tuple(fields))}"
         case "float_type" if isinstance(fault["input"], str) and _DEGREES.search(fault["input"]):
             return f'{value} is not a number; for numbers in degrees write unit = "degrees" in [start]'
-        case "tuple_type" if _holds_vector(record, fault["loc"]):
-            return f"{value} is not a list of 3 numbers"
-        case "tuple_type" if isinstance(fault["input"], dict):
-            return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
+        case "tuple_type":
+            *place, name = fault["loc"] or ("",)
+            kinds = [r.model_fields[name].annotation for r in _records_at(record, place) if name in r.model_fields]
+            if any(kind in (Vector, Vector | None, Direction | None) for kind in kinds):
+                return f"{value} is not a list of 3 numbers"
+            if isinstance(fault["input"], dict):
+                return f"{value} is a table, not a list; a list of tables begins with [[{_path(fault)}]]"
+            return f"{value} is not a list"
         case "value_error":
             return str(context["error"])
         case "float_type" if type(fault["input"]) is int:
@@ -242,12 +246,6 @@ def _reason(fault: Any, record: type) -> str:
             return _REASONS[kind].format(value=value, **context)
         case _:
             return f"{value}: {fault['msg'].removeprefix('Input ').replace(' after validation', '')}"
-
-
-def _holds_vector(record: type, loc: Sequence[str | int]) -> bool:
-    *place, name = loc or ("",)
-    kinds = [r.model_fields[name].annotation for r in _records_at(record, place) if name in r.model_fields]
-    return any(kind in (Vector, Vector | None, Direction | None) for kind in kinds)
 
 
 def _records_at(record: type, loc: Sequence[str | int]) -> list[type[BaseModel]]:
@@ -282,7 +280,6 @@ _REASONS = {
     **dict.fromkeys(("dict_type", "model_type"), "{value} is not a table"),
     "string_type": "{value} is not text",
     "path_type": "{value} is not a path",
-    "tuple_type": "{value} is not a list",
     "greater_than": "{value} is not above {gt:.15g}",
     "greater_than_equal": "{value} is below {ge:.15g}",
     "less_than": "{value} is not below {lt:.15g}",

@@ -70,7 +70,17 @@ class Report:
         return brief(f"{self.fault}\n{text}" if self.fault else text)
 
     def _repr_html_(self) -> str:
-        return "".join(_paragraph(part) if isinstance(part, str) else _html_table(part) for part in self.parts)
+        pieces = list[str]()
+        for part in self.parts:
+            if isinstance(part, str):
+                pieces.append(_paragraph(part))
+                continue
+            cells = [[html.escape(cell) for cell in row] for row in [part.head, *part.rows]]
+            head, *rows = ("".join(f"<td>{cell}</td>" for cell in row) for row in cells)
+            heading = f"<tr>{head.replace('td>', 'th>')}</tr>" if any(part.head[1:]) else ""
+            body = "".join(f"<tr>{row}</tr>" for row in rows)
+            pieces += [f"<table>{heading}{body}</table>", *map(_paragraph, part.left_out)]
+        return "".join(pieces)
 
     @property
     def tables(self) -> list[Table]:
@@ -98,14 +108,6 @@ class Result(ABC):
 
     def _repr_html_(self) -> str:
         return self.report()._repr_html_()
-
-
-def _html_table(table: Table) -> str:
-    cells = [[html.escape(cell) for cell in row] for row in [table.head, *table.rows]]
-    head, *rows = ("".join(f"<td>{cell}</td>" for cell in row) for row in cells)
-    heading = f"<tr>{head.replace('td>', 'th>')}</tr>" if any(table.head[1:]) else ""
-    body = "".join(f"<tr>{row}</tr>" for row in rows)
-    return f"<table>{heading}{body}</table>{''.join(map(_paragraph, table.left_out))}"
 
 
 def _paragraph(text: str) -> str:

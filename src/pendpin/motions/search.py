@@ -248,8 +248,8 @@ def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns:
     if len(t) < most:
         return _Pieces(begin, end, columns, line, np.full(len(begin), np.inf))
     inside = begin[:, None] + (end - begin)[:, None] * SHARES[1:-1]
-
-    def through(count: int) -> Array:  # polynomials through samples near p intervals, inside these (p, k); barycentric
+    interpolated = list[Array]()
+    for count in POINTS:  # polynomials through so many samples near p intervals, inside these (p, k); barycentric
         near = _first_near(len(t), count)[intervals][:, None] + np.arange(count)
         apart = (t[near][:, :, None] - t[near][:, None, :]) / (end - begin)[:, None, None]
         apart[:, np.arange(count), np.arange(count)] = 1.0
@@ -257,9 +257,8 @@ def _interpolate(t: Array, x: Array, events: Array, intervals: Indices, columns:
             shares = 1 / apart.prod(2)[:, None] / (inside[..., None] - t[near][:, None])
             total, size = shares.sum(-1), np.abs(shares).sum(-1)
             values = (shares * x[near, columns[:, None]][:, None]).sum(-1) / total
-        return np.where(size < CANCELLED * np.abs(total), values, np.nan)
-
-    fine, rough = (through(count) for count in POINTS)
+        interpolated.append(np.where(size < CANCELLED * np.abs(total), values, np.nan))
+    fine, rough = interpolated
     first = _first_near(len(t), most)[intervals]
     across = np.searchsorted(events, t[first]) < np.searchsorted(events, t[first + most - 1], "right")
     error = UNSEEN * np.abs(fine - rough).max(1)

@@ -30,17 +30,13 @@ def read_toml(path: Path) -> dict[str, Any]:
         raise InputError(f"not a TOML file: {error}") from None
     except ValueError:  # Python's own limit
         raise InputError("not a scene: a whole number has thousands of digits") from None
-
-    def placed(table: Any, key: str) -> Any:  # a table whose `key` names a file, with the whole path
-        if isinstance(table, dict) and isinstance(table.get(key), str):
-            return table | {key: str(path.parent / table[key])}
-        return table
-
     if isinstance(raw.get("model"), str):
         raw["model"] = {"kind": "urdf"} | UrdfModel.from_one(raw["model"])
-    raw |= {"model": placed(raw["model"], "path")} if "model" in raw else {}
-    if isinstance(raw.get("effects"), list):
-        raw["effects"] = [placed(effect, "csv") for effect in raw["effects"]]
+    effects = raw.get("effects")
+    tables = [("path", raw.get("model")), *(("csv", x) for x in (effects if isinstance(effects, list) else ()))]
+    for key, table in tables:
+        if isinstance(table, dict) and isinstance(table.get(key), str):  # the name of a file
+            table[key] = str(path.parent / table[key])
     return raw
 
 

@@ -125,16 +125,17 @@ def number_attractors(values: Array) -> tuple[Array, list[str]]:
     order = sorted(range(len(kinds)), key=keys.__getitem__)
     numbers = np.append(np.argsort(order) + 1.0, np.nan)[of]
     numbers[left] = len(kinds) + 1  # not told apart any more
-    words = [f"{i}: {_describe(kinds[k], nv)}" for i, k in enumerate(order, 1)]
+    words = []
+    for i, k in enumerate(order, 1):
+        row = kinds[k]
+        n, turns, (cos, sin, _) = int(row[0]), row[1 : 1 + nv], row[1 + nv :].reshape(3, nv)
+        if turns.any():
+            each = ", ".join(f"{x:+.0f}" for x in turns)
+            what = f"rotation, {each} turns" + (f" in {n} periods" if n > 1 else "")
+        elif n > 1:
+            what = f"cycle of {n} periods"
+        else:
+            places = np.where(np.isnan(sin), cos, np.arctan2(np.round(sin, 6), cos)) + 0.0
+            what = f"fixed point at ({', '.join(f'{x:.3g}' for x in places)})"
+        words.append(f"{i}: {what}")
     return numbers.reshape(values.shape[:-1]), words + [f"{len(kinds) + 1}: others"] * bool(left.any())
-
-
-def _describe(row: Array, nv: int) -> str:
-    n, turns, (cos, sin, _) = int(row[0]), row[1 : 1 + nv], row[1 + nv :].reshape(3, nv)
-    if turns.any():
-        each = ", ".join(f"{x:+.0f}" for x in turns)
-        return f"rotation, {each} turns" + (f" in {n} periods" if n > 1 else "")
-    if n > 1:
-        return f"cycle of {n} periods"
-    places = np.where(np.isnan(sin), cos, np.arctan2(np.round(sin, 6), cos)) + 0.0
-    return f"fixed point at ({', '.join(f'{x:.3g}' for x in places)})"

@@ -11,7 +11,7 @@ and inputs, and from what passes along the chain carry from rod to rod (passes.p
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
-from functools import cache, reduce
+from functools import cache, partial, reduce
 from operator import mul
 from types import SimpleNamespace
 from typing import Any, NamedTuple
@@ -290,24 +290,17 @@ class Term:
 def recorded() -> Any:
     """The functions of the number type (as in pendpin.equations.base), over object arrays of terms and numbers."""
 
-    def recording(name: str) -> Callable[..., Any]:
-        def function(*operands: Any) -> Any:
-            terms = [x for x in operands if isinstance(x, Term)]
-            return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
+    def record(name: str, *operands: Any) -> Any:
+        terms = [x for x in operands if isinstance(x, Term)]
+        return terms[0].tape.record(name, *operands) if terms else float(_ON_FLOATS[name](*operands))
 
-        return function
-
-    def of_angle(name: str, sign: int) -> Callable[..., Any]:
+    def record_of_angle(name: str, sign: int, x: Any) -> Any:
         """Sine or cosine, of minus an angle by that of the angle itself."""
-        function = recording(name)
+        is_minus = type(x) is Term and x.tape.operations[x.place][0] == "neg"
+        return record(name, x) if not is_minus else record(name, -x) if sign > 0 else -record(name, -x)
 
-        def operate(x: Any) -> Any:
-            is_minus = type(x) is Term and x.tape.operations[x.place][0] == "neg"
-            return function(x) if not is_minus else function(-x) if sign > 0 else -function(-x)
-
-        return operate
-
-    one = {name: recording(name) for name in FUNCTIONS} | {"sin": of_angle("sin", -1), "cos": of_angle("cos", 1)}
+    one = {name: partial(record, name) for name in FUNCTIONS}
+    one |= {"sin": partial(record_of_angle, "sin", -1), "cos": partial(record_of_angle, "cos", 1)}
     functions = {name: np.frompyfunc(function, 1, 1) for name, function in one.items()}
-    pairs = {name: np.frompyfunc(recording(name[:3]), 2, 1) for name in ("minimum", "maximum")}
+    pairs = {name: np.frompyfunc(partial(record, name[:3]), 2, 1) for name in ("minimum", "maximum")}
     return SimpleNamespace(asarray=np.asarray, **functions, **pairs)

@@ -4,6 +4,7 @@ An answer is a mapping from the name of a quantity to its values, one column for
 """
 
 from collections.abc import Callable, Mapping
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -102,22 +103,19 @@ def hand_routes(dynamics: Dynamics, users_routes: Mapping[str, HandRoute]) -> di
     inertia, turn, field = rod.inertia, np.array([rod.sign, 1.0]), rod.base.T @ dynamics.loads.field(0.0)
     assert inertia is not None
 
-    def bound(name: str, route: HandRoute) -> Route:
-        def answer(q: Array, v: Array) -> Answer:
-            given = route(inertia, q * turn, v * turn, field)
-            if not isinstance(given, Mapping):
-                raise InputError(f"routes: {name} returns {shown(given)}, not a mapping of quantities to values")
-            parts = {what: numbers(f"routes: {name}: {what}", x) for what, x in given.items()}
-            for what, x in parts.items():
-                if x.size != len(q):
-                    raise InputError(f"routes: {name}: {what} has {x.size} values for {len(q)} states")
-            if "theta_dd" in parts:
-                parts["theta_dd"] = rod.sign * parts["theta_dd"]
-            return {what: x.reshape(-1, 1) for what, x in parts.items()}
+    def answer(name: str, route: HandRoute, q: Array, v: Array) -> Answer:
+        given = route(inertia, q * turn, v * turn, field)
+        if not isinstance(given, Mapping):
+            raise InputError(f"routes: {name} returns {shown(given)}, not a mapping of quantities to values")
+        parts = {what: numbers(f"routes: {name}: {what}", x) for what, x in given.items()}
+        for what, x in parts.items():
+            if x.size != len(q):
+                raise InputError(f"routes: {name}: {what} has {x.size} values for {len(q)} states")
+        if "theta_dd" in parts:
+            parts["theta_dd"] = rod.sign * parts["theta_dd"]
+        return {what: x.reshape(-1, 1) for what, x in parts.items()}
 
-        return answer
-
-    return {name: bound(name, route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
+    return {name: partial(answer, name, route) for name, route in (HAND_ROUTES | dict(users_routes)).items()}
 
 
 HAND_ROUTES: dict[str, HandRoute] = {

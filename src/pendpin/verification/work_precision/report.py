@@ -1,6 +1,6 @@
 """What was found of error against time: runs, curves and a row for each accuracy, sentences about them, and their figure."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import asdict, dataclass
 from itertools import groupby
 from pathlib import Path
@@ -211,43 +211,42 @@ class CostReport(Result):
     @property
     def words(self) -> tuple[str, ...]:
         """The results in sentences: of a thorough report at each decade of error, by the runs of the table."""
-        return tuple(_words(self))
-
-
-def _words(report: CostReport) -> Iterator[str]:
-    accuracy, error = report.accuracy, report.error
-    if report.horizon < report.duration:
-        differ = f"later, the two references differ by more than {accuracy / 10:.0e}"
-        why = "the rest would take long; --thorough measures it" if report.halted else differ
-        yield f"Compared up to {report.horizon:.3g} s of {report.duration:g} s: {why}."
-    yield f"Error of the reference: {error:.0e}, the difference of {report.solutions[0]} and {report.solutions[1]}."
-    if report.missing:
-        yield f"Not installed, and so not compared: {', '.join(report.missing)} (pip install mujoco drake)."
-    best = report.best(accuracy)
-    if not report.thorough:
-        if best and (finer := report.best(accuracy / 10)):
-            more = f"from {accuracy:g} to {accuracy / 10:g}, takes {finer[1] / best[1]:.2f} times the time"
-            yield f"One more digit, {more}, each by its fastest method."
-        return
-    if best is None:
-        yield f"No method that was tried reaches {accuracy:g} within the time allowed."
-    else:
-        name, seconds = best
-        finer = next(curve for curve in report.curves if curve.name == name).seconds_at(accuracy / 10)
-        more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
-        yield f"{accuracy:g} costs {time_text(seconds)} with {name}{more}."
-    rows = [cost_row(report.curves, decade, error) for decade in report.decades]
-    for name, group in groupby((one for one in rows if one.method), key=lambda one: one.method):
-        decades = [one.accuracy for one in group]
-        first, last = decades[0], decades[-1]
-        where = f"At {first:.0e}" if first == last else f"From {first:.0e} to {last:.0e}"
-        yield f"{where} the cheapest is {name}."
-    for one in rows:
-        ours = one.seconds and f"At {one.accuracy:.0e}: {one.method} {time_text(one.seconds)}"
-        if ours and one.peer_seconds:
-            yield f"{ours}, {one.peer} {time_text(one.peer_seconds)}, {one.ratio:.3g} times as long."
-        elif ours and any(curve.peer for curve in report.curves):
-            yield f"{ours}; no other simulator reaches it within the time allowed."
+        accuracy, error, words = self.accuracy, self.error, list[str]()
+        if self.horizon < self.duration:
+            differ = f"later, the two references differ by more than {accuracy / 10:.0e}"
+            why = "the rest would take long; --thorough measures it" if self.halted else differ
+            words.append(f"Compared up to {self.horizon:.3g} s of {self.duration:g} s: {why}.")
+        words.append(
+            f"Error of the reference: {error:.0e}, the difference of {self.solutions[0]} and {self.solutions[1]}."
+        )
+        if self.missing:
+            words.append(f"Not installed, and so not compared: {', '.join(self.missing)} (pip install mujoco drake).")
+        best = self.best(accuracy)
+        if not self.thorough:
+            if best and (finer := self.best(accuracy / 10)):
+                more = f"from {accuracy:g} to {accuracy / 10:g}, takes {finer[1] / best[1]:.2f} times the time"
+                words.append(f"One more digit, {more}, each by its fastest method.")
+            return tuple(words)
+        if best is None:
+            words.append(f"No method that was tried reaches {accuracy:g} within the time allowed.")
+        else:
+            name, seconds = best
+            finer = next(curve for curve in self.curves if curve.name == name).seconds_at(accuracy / 10)
+            more = f"; the next digit costs {finer / seconds:.2f} times as much" if finer else ""
+            words.append(f"{accuracy:g} costs {time_text(seconds)} with {name}{more}.")
+        rows = [cost_row(self.curves, decade, error) for decade in self.decades]
+        for name, group in groupby((one for one in rows if one.method), key=lambda one: one.method):
+            decades = [one.accuracy for one in group]
+            first, last = decades[0], decades[-1]
+            where = f"At {first:.0e}" if first == last else f"From {first:.0e} to {last:.0e}"
+            words.append(f"{where} the cheapest is {name}.")
+        for one in rows:
+            ours = one.seconds and f"At {one.accuracy:.0e}: {one.method} {time_text(one.seconds)}"
+            if ours and one.peer_seconds:
+                words.append(f"{ours}, {one.peer} {time_text(one.peer_seconds)}, {one.ratio:.3g} times as long.")
+            elif ours and any(curve.peer for curve in self.curves):
+                words.append(f"{ours}; no other simulator reaches it within the time allowed.")
+        return tuple(words)
 
 
 def time_text(seconds: float | None) -> str:
