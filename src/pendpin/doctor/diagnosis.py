@@ -210,7 +210,15 @@ class _Doctor:
         findings = [*findings]
         for source in (one for one in self.reading.equations if one.defines and len(one.sides) == 2):
             name, own = source.defines, next(key(side) for side in source.sides if side.value != source.defines)
-            using = [i for i, f in enumerate(findings) if f.kind != "definition" and _uses(f.equation, name, own)]
+            using = [
+                i
+                for i, finding in enumerate(findings)
+                if finding.kind != "definition"
+                and (equation := finding.equation)
+                and name in equation.definitions
+                and key(equation.definitions[name]) == own
+                and any(name in symbols(side) for side in equation.sides)
+            ]
             wrong = [f.equation for f in map(findings.__getitem__, using) if f.equation and f.when]
             if not wrong or len(wrong) < len(using):
                 continue
@@ -275,10 +283,3 @@ class _Doctor:
         latex = is_latex(one.text) or ("*" not in one.text and any(map(is_latex, self.styles[True].values())))
         writer = Writer(one.text, latex, {**self.styles[latex], **own}, self.system.spec)
         return Patient(replace(one, words=self.reading.words), equation, self.system, writer)
-
-
-def _uses(equation: Equation | None, name: str, own: tuple) -> bool:
-    """Whether an equation itself uses a name as it is defined in one place."""
-    if equation is None or not any(name in symbols(side) for side in equation.sides):
-        return False
-    return name in equation.definitions and key(equation.definitions[name]) == own

@@ -141,13 +141,13 @@ class Diagnosis(Result):
 
     def to_json(self) -> list[dict[str, Any]]:
         """One record an equation for machines: number, latex, kind, verdict, proved, error, mends (docs/doctor.md)."""
-
-        def as_record(mend: Mend) -> dict[str, str]:
-            return {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
-
         records = [{name: getattr(finding, name) for name in RECORDED.split()} for finding in self.findings]
         for finding, record in zip(self.findings, records, strict=True):
-            record |= {"latex": brief(finding.latex, MOST_PRINTED), "mends": [*map(as_record, finding.mends)]}
+            mends = [
+                {"latex": mend.latex, "words": mend.words, "residual": residual(mend.equation, self.system)}
+                for mend in finding.mends
+            ]
+            record |= {"latex": brief(finding.latex, MOST_PRINTED), "mends": mends}
         return records
 
     def page(self) -> str:

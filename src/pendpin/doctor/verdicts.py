@@ -161,7 +161,9 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
 
 def _doubt_loads_of_one(cases: list[Case]) -> None:
     """Doubt an acceleration with a load beside the other one without: what acts on one coordinate moves both."""
-    solved = [one for one in cases if one.confirmed and one.left and says(one.one) and one.meaning() in one.spec.unknowns]
+    solved = [
+        one for one in cases if one.confirmed and one.left and says(one.one) and one.meaning() in one.spec.unknowns
+    ]
     for case, other in permutations(solved, 2):
         beside = case.system is other.system and case.meaning() != other.meaning()
         if beside and _loads(case) and not _loads(other):

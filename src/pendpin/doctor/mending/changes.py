@@ -195,7 +195,10 @@ class Patient:
                 rate = Node("derivative", node.span, "t", (node,))
                 if writer.latex:
                     yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1
-            for several in self._sums_of_masses(name):
+            masses = [one for one in self.spec.parameters if units.get(one) == MASS] if units.get(name) == MASS else []
+            sums = (some for count in range(2, len(masses) + 1) for some in combinations(masses, count) if name in some)
+            for some in sums:  # of a mass that moves others with it
+                several = tuple(Node("symbol", (0, 0), one) for one in some)
                 total = Node("sum", node.span, (1,) * len(several), several, ((0, 0),) * len(several), node.span)
                 yield total, f"({' + '.join(writer.symbol(str(one.value)) for one in several)})", 1.2
             for other in self._alternatives(name):
@@ -221,13 +224,6 @@ class Patient:
         return [
             one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q and q[one].any()
         ]
-
-    def _sums_of_masses(self, name: str) -> Iterator[tuple[Node, ...]]:
-        """What could stand in place of a mass that moves others with it."""
-        masses = [one for one in self.spec.parameters if self.spec.dimensions.get(one) == MASS]
-        for count in range(2, len(masses) + 1) if name in masses else ():
-            for several in (some for some in combinations(masses, count) if name in some):
-                yield tuple(Node("symbol", (0, 0), one) for one in several)
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:

@@ -95,11 +95,8 @@ def mends_of_definition(
         root = q.number(1) - one * (2.0**power - 1) / (two - one)
         return root if power == 1 else q.number(1) / root
 
-    def needing(power: int) -> System:
-        formulas = {**system.spec.formulas, name: partial(needed, power=power)}
-        return replace(system, spec=replace(system.spec, formulas=formulas))
-
-    healing = (needing(power) for power in (1, -1))  # as a factor, or as a divisor
+    formulas = ({**system.spec.formulas, name: partial(needed, power=power)} for power in (1, -1))
+    healing = (replace(system, spec=replace(system.spec, formulas=one)) for one in formulas)  # as a factor or a divisor
     needed_by = next((s for s in healing if holds(replace(wrong, definitions=known), random_states(s))), None)
     if needed_by is None:
         return []
