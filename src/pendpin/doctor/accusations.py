@@ -56,7 +56,8 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         return words
     right = (other for other in cases if other.is_true and other.reading is case.reading)
     others = {name: value for other in right for name, value in other.measures.items()}
-    known = set[Written]() if case.mends_itself and _is_of_body(case.finding.mends[0], equation) else {*others}
+    mend = case.finding.mends[0] if case.mends_itself else None
+    known = set[Written]() if mend and _is_of_numbers(mend, _changed(mend, equation)) else {*others}
     for (first, a), (second, b) in product(case.measures.items(), (others | case.measures).items()):
         alike = np.ptp(a / b) < TOLERANCE if len(spec.coordinates) == 1 else np.array_equal(a, b)
         if first != second and alike and (first not in known or second in case.measures):

@@ -115,11 +115,18 @@ def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
 
 
 def _other_system(case: Case, found: Recognition) -> Reading | None:
-    """Another system, with angles from the same side, for which what is accused holds as it stands; None for none."""
-    (family, *kind), i = case.spec.kind.split(), case.finding.number - 1
-    moves = case.finding.equation and case.finding.equation.names & {*case.spec.state, *case.spec.unknowns}
+    """Another system, with angles from the same side, for which what is accused holds as it stands; None for none.
+
+    What moves here moves there.
+    """
+    (family, *kind), i, equation = case.spec.kind.split(), case.finding.number - 1, case.finding.equation
+    inside = [part for part in parts(case.one.sides) if part.written]
+    moving = {part.written for part in inside if equation and equation.meaning(str(part.value)) in case.spec.state}
+    moves = equation and equation.names & {*case.spec.state, *case.spec.unknowns}
     for other in found.others if moves and family not in RODS else ():
-        (name, *words), right = other.system.kind.split(), other.credits[i] >= 1 and not other.equations[i].lacking
+        (name, *words), there = other.system.kind.split(), other.equations[i]
+        own = {part.written for part in parts(there.sides) if str(part.value).startswith("?")}
+        right = other.credits[i] >= 1 and not there.lacking and not own & moving
         poses = [pose for pose in (*POSES, "mirrored") if pose in {*kind} ^ {*words}]  # one alone where one has none
         if right and name not in (family, *RODS) and len(poses) < 2 and "mirrored" not in poses:
             return other
