@@ -181,8 +181,35 @@ def is_contradicted(case: Case, others: list[Case]) -> bool:
     if case.meaning() in map(case.spec.momentum, case.spec.coordinates):
         return bool(given & {"T", "L", "E"})
     every = [one.finding.equation for one in laws if one.finding.equation]
+    if _is_between_laws(case, every):
+        return True
     whole = given & {"L", "E"} or {"T", "V"} <= given
     return not case.motions or bool(whole) or not any(all(holds(one, q) for one in every) for q in case.motions)
+
+
+def _is_between_laws(case: Case, laws: list[Equation]) -> bool:
+    """Whether its mend changes a term of two rates, and the laws of all other coordinates hold: these fix that term.
+
+    Both come from one mass matrix: r theta'^2 in the law of r is 2 r' theta' in that of theta.
+    """
+    equation, spec, true = case.finding.equation, case.spec, random_states(case.system)
+    accelerations = {f"dd{name}" for name in spec.coordinates}
+    given = [law.names for law in laws if law.names & accelerations]
+    if equation is None or not (case.mends_itself and equation.names & accelerations):
+        return False
+    if len(given) < len(accelerations) - 1 or accelerations - set().union(equation.names, *given):
+        return False
+    base = {**true.base, **{name: true[name] for name in spec.unknowns}}
+    slow, fast = (
+        Quantities(base | {name: times * true[name] for name in spec.rates}, case.system, np) for times in (1, 2)
+    )
+    with suppress(Unread, KeyError, ValueError), np.errstate(all="ignore"):
+        right = case.finding.mends[0].equation
+        before, after = (
+            stack_residuals(equation, q, plain=True) - stack_residuals(right, q, plain=True) for q in (slow, fast)
+        )
+        return bool(np.abs(after - 4 * before).max() < RATIO * np.abs(after).max())
+    return False
 
 
 def _is_multiple(one: np.ndarray, other: np.ndarray) -> bool:

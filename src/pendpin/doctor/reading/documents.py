@@ -69,8 +69,9 @@ _NO_EQUATION = re.compile(
     r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|=\s*(?:\w+\.)*(?:symbols|Symbol|dynamicsymbols|Function|syms?|SX|MX)\s*\(|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
-_RATES = re.compile(  # of states, in their order
-    r"\s*return\s+(?:[\w.]+\([\[(](.*)[\])]\)|[\[(](.*)[\])]|(.*,.*));?\s*$", re.S
+_RATES = re.compile(  # of states, in their order: return v, a or dydt = [v, a]
+    r"\s*(?:return\s+|(?:[dD]|\w*[dD](?:ot|eriv))\w*\s*=\s*(?=[\w.]*[\[(]))"
+    r"(?:[\w.]+\([\[(]([^=<>'\"]*)[\])]\)|[\[(]([^=<>'\"]*)[\])]|([^=<>'\"]*,[^=<>'\"]*));?\s*$"
 )
 _TIME_STEP = r"(?:\w+(?:\.|->))?(?:dt|DT|Dt|tau|delta_?[tT]?(?:ime)?|[tT]ime_?[sS]tep|step|stepSize)"
 _RATE = r"(?:[aA]cc\w*|[vV]el\w*|[dD]ot\w*|(?:omega|alpha|w|\bd\w+)_?\d?|_[va]|angle[VA])"  # how a name of one ends
@@ -84,6 +85,11 @@ def _rate_in_step(match: re.Match[str]) -> str:
     """What a step in time says of a rate; that of theta is omega also where omega_new is the last one."""
     value = match[4] or match[5] or match[6]
     return f"der({match[1]}) = {'-' * ('-' in match.group(2, 3))}{_OF_NEW.sub('', value)}"
+
+
+def _two_entries(match: re.Match[str]) -> str:
+    """Some entries of a vector that are computed at once, as the column of them."""
+    return f"[{'; '.join(f'{match[1].strip()}({i})' for i in range(int(match[2]), int(match[3]) + 1))}]"
 
 
 _BY_NAME = r"(?:THETA|PHI|OMEGA|ALPHA)_?\d?"
@@ -104,8 +110,9 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
     (r"(?i)\b(?:mass|length|angle|radius|force)\s+(?=[^\W\d_]\w{0,2}\s*=)", ""),  # mass m = 0.1 kg
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
-    (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_commas(match[1]))),  # of sympy
+    (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_marks(match[1]))),  # of sympy
     (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
+    (r"^(\s*\w+)\((\d):(\d)\)(?=\s*=(?!=))", _two_entries),  # dx(3:4) of MATLAB
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
@@ -119,8 +126,9 @@ _OF_ARRAYS = re.compile(rf"\s*([^\W\d][\w.]*){_INDEX.format('([a-z])')}\s*=\s*\1
 _STEPPED = re.compile(r"(?m)^\s*[\w.>\[\]-]+\s*\+=\s*[^\n=]*?\*\s*([^\W\d]\w*[A-Za-z])\s*;?\s*$")
 _UNPACKED = re.compile(  # x, v = state; or x = y[0]
     r"(?m)^\s*[\[(]?((?:[^\W\d]\w*\s*,\s*)+[^\W\d]\w*)[\])]?\s*=\s*[^\W\d]\w*\s*;?\s*(?:#.*)?$"
-    r"|^\s*([^\W\d]\w*)\s*=\s*[^\W\d]\w*\[\d\]\s*;?\s*(?:#.*)?$"
+    r"|(?:^|;)[^\S\n]*([^\W\d]\w*)\s*=\s*[^\W\d]\w*[\[(]\d[\])]\s*(?=;|#|%|$)"
 )
+_ENTRY = re.compile(r"\b([^\W\d]\w*)([\[(])(\d)[\])]")
 _DEFINED = re.compile(r"^\s*(?:def|function)\s+(?:\w+\s*=\s*)?(\w+)\s*\(([\w, ]*)", re.MULTILINE)
 _SEVERAL = re.compile(  # x, y = a, b; also with a dot above, as in Julia
     r"\s*\(?((?:(?:self\.)?[^\W\d][\w\u0307\u0308]*\s*,\s*)+(?:self\.)?[^\W\d][\w\u0307\u0308]*)\)?,?\s*:?=(?!=)\s*(.*)",
@@ -316,8 +324,9 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
-        if returns:
-            yield from ((begin, end, one) for one in _returned(whole, text[:begin]))
+        rates = [*_returned(whole, text, begin)]
+        if returns or rates:
+            yield from ((begin, end, one) for one in rates)
             continue
         marked = [(quote.start(1), quote[1]) for quote in _QUOTED.finditer(whole)] or [(0, whole)]
         each = [(at + i, one) for at, code in marked for i, part in _in_line(code) for one in _for_each_name(part)]
@@ -328,26 +337,37 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         yield from pieces
 
 
-def _returned(line: str, before: str) -> Iterator[str]:
+def _returned(line: str, text: str, begin: int) -> Iterator[str]:
     """What a function of code returns: a value for its name, or rates, one for each of the states that it begins with."""
-    functions = [*_DEFINED.finditer(before)]
+    functions = [*_DEFINED.finditer(text[:begin])]
     if functions and (value := _RETURNED.match(line)):
         yield f"{functions[-1][1]} = {value[1]}"
-    elif functions and (rates := _RATES.match(line)) and not re.search(r"[=<>'\"]", line):
-        values = _at_commas(next(filter(None, rates.groups()), ""))  # none of an empty list
-        unpacked = [*_UNPACKED.finditer(before, functions[-1].end())]
-        every = [*(_at_commas(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
+    elif functions and (rates := _RATES.match(line)):
+        inside = next(filter(None, rates.groups()), "").rstrip("; \n")  # none of an empty list
+        values = _at_marks(inside, ";") if len(_at_marks(inside, ";")) > 1 else _at_marks(inside)
+        unpacked = [*_UNPACKED.finditer(text[:begin], functions[-1].end())]
+        every = [*(_at_marks(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
         every.append(_stated(functions[-1][2], values))
         states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
         moves = len(pairs) < len(states) or {*states} & {*values}  # of angles and rates the rate of an angle is one
         if moves and not any(name in values and rate in states for name, rate in pairs):  # else in another order
-            yield from (f"{name}_dot = {rate}" for name, rate in pairs)
+            for name, rate in pairs:
+                plain = re.fullmatch(r"[^\W\d_]+\d?", name) and name[1:] not in states
+                yield f"{name}_dot = {rate}" if plain else f"der({name}) = {rate}"
+        # the states may have no names: return [y[1], -sin(y[0])]; what stands twice is of two branches
+        entries = {(one[1], one[2]) for one in _ENTRY.finditer(inside) if one[1] in _at_marks(functions[-1][2])}
+        start = re.escape(re.split(r"[=\[]", line)[0].strip())
+        once = len(re.findall(rf"(?m)^[^\S\n]*{start}\s*=?\s*[\w.(]*\[", text)) < 2
+        if not states and once and len(entries) == 1 and any(map(_ENTRY.fullmatch, values)):
+            ((name, bracket),) = entries
+            first, closing = (0, "]") if bracket == "[" else (1, ")")
+            yield from (f"d{name}{bracket}{i}{closing} = {rate}" for i, rate in enumerate(values, start=first))
 
 
 def _stated(given: str, values: list[str]) -> list[str]:
     """The arguments of a function that are the states of the rates that it returns: f(t, th, om) gives om and another."""
-    names, count = _at_commas(given), len(values)
+    names, count = _at_marks(given), len(values)
     windows = (names[i : i + count] for i in range(len(names) - count + 1))
     found = max(windows, key=lambda some: len({*some} & {*values}), default=list[str]())
     return found if {*found} & {*values} else []
@@ -358,18 +378,18 @@ def _for_each_name(line: str) -> list[str]:
     if not (several := _SEVERAL.fullmatch(line)):
         return [line]
     right = re.sub(r"^sincos(\(.*\))$", r"sin\1, cos\1", several[2].rstrip(" ;"))
-    names, values = _at_commas(several[1]), _at_commas(right)
+    names, values = _at_marks(several[1]), _at_marks(right)
     if len(names) == len(values):
         return [f"{name} = {value}" for name, value in zip(names, values, strict=True)]
     return [f"({', '.join(names)}) = {several[2]}"]
 
 
-def _at_commas(text: str) -> list[str]:
-    """The parts between commas outside brackets."""
+def _at_marks(text: str, by: str = ",") -> list[str]:
+    """The parts between commas, or other marks, outside brackets."""
     found = list[str]()
-    for part in text.split(","):
+    for part in text.split(by):
         if found and any(found[-1].count(opened) > found[-1].count(closed) for opened, closed in ("()", "[]")):
-            found[-1] += f",{part}"
+            found[-1] += by + part
         else:
             found.append(part)
     return [part.strip() for part in found]
