@@ -287,3 +287,55 @@ $$V = -(m_1 + m_2) g l_1\cos\theta_1 - m_2 g l_2\cos\theta_2$$
 """
     found = pp.diagnose(f"{prose}\n```python\n{RATES}```\n\nThe Lagrangian is $L = T - V$.\n").findings
     assert {one.verdict for one in found} == {"holds"}
+
+
+FUNCTIONS = {
+    "a list": """def f(y, t):
+    theta1, z1, theta2, z2 = y
+    c, s = np.cos(theta1 - theta2), np.sin(theta1 - theta2)
+    dydt = [z1, (m2*g*np.sin(theta2)*c - m2*s*(L1*z1**2*c + L2*z2**2) - (m1 + m2)*g*np.sin(theta1))/(L1*(m1 + m2*s**2)),
+            z2, ((m1 + m2)*(L1*z1**2*s - g*np.sin(theta2) + g*np.sin(theta1)*c) + m2*L2*z2**2*s*c)/(L2*(m1 + m2*s**2))]
+    return dydt
+""",
+    "rates among the states": """def f(t, y):
+    phi1, phi1_point, phi2, phi2_point = y
+    c, s = np.cos(phi1 - phi2), np.sin(phi1 - phi2)
+    return [phi1_point, (m2*g*np.sin(phi2)*c - m2*s*(L1*phi1_point**2*c + L2*phi2_point**2)
+        - (m1 + m2)*g*np.sin(phi1))/(L1*(m1 + m2*s**2)), phi2_point, ((m1 + m2)*(L1*phi1_point**2*s
+        - g*np.sin(phi2) + g*np.sin(phi1)*c) + m2*L2*phi2_point**2*s*c)/(L2*(m1 + m2*s**2))]
+""",
+    "a sphere": """def f(t, y):
+    theta, dtheta, phi, dphi = y
+    return [dtheta, dphi**2*np.sin(theta)*np.cos(theta) - g/L*np.sin(theta), dphi, -2*dtheta*dphi/np.tan(theta)]
+""",
+    "states without names": """function xdot = cart(t, x, u)
+D = M + m*sin(x(3))^2;
+xdot = [x(2); (u + m*l*x(4)^2*sin(x(3)) + m*g*sin(x(3))*cos(x(3)))/D;
+        x(4); (-u*cos(x(3)) - m*l*x(4)^2*sin(x(3))*cos(x(3)) - (M + m)*g*sin(x(3)))/(l*D)];
+""",
+    "two entries": """function dx = f(t, x)
+M = [(m1+m2)*l1^2, m2*l1*l2*cos(x(1)-x(2)); m2*l1*l2*cos(x(1)-x(2)), m2*l2^2];
+h = [m2*l1*l2*x(4)^2*sin(x(1)-x(2)) + (m1+m2)*g*l1*sin(x(1)); - m2*l1*l2*x(3)^2*sin(x(1)-x(2)) + m2*g*l2*sin(x(2))];
+dx(1) = x(3);
+dx(2) = x(4);
+dx(3:4) = -inv(M)*h;
+""",
+}
+
+
+@pytest.mark.parametrize("name", FUNCTIONS)
+def test_a_vector_of_rates_is_read_entry_by_entry(name):
+    """Of a list, a column of MATLAB or what is returned: all entries hold, and one that is wrong does not."""
+    idle = ("it gives the states their names: nothing to check", "no equation that holds uses y as it is defined here")
+    found = pp.diagnose(FUNCTIONS[name]).findings
+    assert all(one.verdict == "holds" for one in found if one.remark not in idle)
+    assert sum(one.verdict == "holds" for one in found) > 1
+    at = FUNCTIONS[name].rindex(" - ")
+    wrong = pp.diagnose(FUNCTIONS[name][:at] + " + " + FUNCTIONS[name][at + 3 :]).findings
+    assert [one.verdict for one in wrong].count("fails") == (name != "two entries")
+    assert sum(one.verdict != "holds" for one in wrong) > sum(one.verdict != "holds" for one in found)
+
+
+def test_columns_of_two_branches_are_no_rates_of_one_vector():
+    code = "function xdot = f(t, x)\nif a\nxdot = [x(2); -g/l*sin(x(1))];\nelse\nxdot = [x(1); x(2)];\nend\n"
+    assert not any(one.latex.startswith("dx(1)") for one in pp.diagnose(code + "G = -m*g*l*cos(x(1));").findings)

@@ -273,3 +273,22 @@ def test_angles_below_the_horizontal_turn_gravity_round():
 def test_gravity_from_a_period_is_no_acceleration_of_an_instant():
     found = pp.diagnose(LAW + r"$$T_0 = 2\pi\sqrt{\frac lg}$$ $$g = \frac{4\pi}{T_0^2} l$$").findings[-1]
     assert found.verdict == "fails"
+
+
+SPHERE = r"$$\ddot\theta = \sin\theta\cos\theta\dot\phi^2 - \frac gl\sin\theta$$ "
+HUNG = r"$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$ "
+
+
+@pytest.mark.parametrize(
+    ("law", "line", "verdict"),
+    [
+        (SPHERE, r"\ddot\phi = -\frac{3\dot\theta\dot\phi}{\tan\theta}", "fails"),
+        (SPHERE, r"\ddot\phi = -\frac{\dot\theta\dot\phi}{\tan\theta}", "fails"),
+        (HUNG, r"(M + m)\ddot x + m l\ddot\theta\cos\theta - 2 m l\dot\theta^2\sin\theta = F", "fails"),
+        # the mass of the cart may be another, and both may be terms that rates do not change
+        (HUNG, r"(2M + m)\ddot x + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F", "not checked"),
+    ],
+)
+def test_the_laws_of_the_other_coordinates_fix_the_terms_of_two_rates(law, line, verdict):
+    """Both come from one mass matrix."""
+    assert [one.verdict for one in pp.diagnose(f"{law}$${line}$$").findings] == ["holds", verdict]

@@ -56,6 +56,13 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
             case.doubt(words)
         _doubt_what_is_said_otherwise(cases)
         _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
+        # nor is a condition likely of what uses a quantity that does not hold
+        given = {case.meaning(): case for case in cases if case.left and case.finding.equation and not case.confirmed}
+        for case in (case for case in cases if case.finding.verdict == "holds if" and case.finding.equation):
+            inside = (given[name] for name in sorted(case.finding.equation.names & given.keys()))
+            if other := next((other for other in inside if other is not case and other.spec is case.spec), None):
+                words = f"it holds if {case.finding.condition}, but equation {other.one.number} does not, which it uses"
+                case.doubt(words, condition="")
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does
             other = {*case.system.kind.split()} ^ {*found.main.system.kind.split()}  # the same system in other angles
             other = other and other <= {*POSES, "mirrored"}
