@@ -306,7 +306,7 @@ FUNCTIONS = {
 """,
     "a sphere": """def f(t, y):
     theta, dtheta, phi, dphi = y
-    return [dtheta, dphi**2*np.sin(theta)*np.cos(theta) - g/L*np.sin(theta), dphi, -2*dtheta*dphi/np.tan(theta)]
+    return [dtheta, dphi**2*np.sin(theta)*np.cos(theta) - g/L*np.sin(theta), dphi, - 2*dtheta*dphi/np.tan(theta)]
 """,
     "states without names": """function xdot = cart(t, x, u)
 D = M + m*sin(x(3))^2;
