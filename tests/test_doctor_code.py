@@ -339,3 +339,14 @@ def test_a_vector_of_rates_is_read_entry_by_entry(name):
 def test_columns_of_two_branches_are_no_rates_of_one_vector():
     code = "function xdot = f(t, x)\nif a\nxdot = [x(2); -g/l*sin(x(1))];\nelse\nxdot = [x(1); x(2)];\nend\n"
     assert not any(one.latex.startswith("dx(1)") for one in pp.diagnose(code + "G = -m*g*l*cos(x(1));").findings)
+
+
+@pytest.mark.parametrize("end", ["", ";", "  # of theta"])
+def test_an_expression_that_a_solver_makes_vanish_is_a_law(end):
+    """As eq1 = ..., which solve(eq1, ...) takes; an equation keeps its right side."""
+    code = f"th, g = symbols('th g')\neq1 = m*l**2*ddtheta + m*g*l*sin(theta){end}\n"
+    right, wrong = pp.diagnose(code).findings[-1], pp.diagnose(code.replace("l**2", "l**3")).findings[-1]
+    assert (right.verdict, right.kind, wrong.verdict) == ("holds", "moment balance", "not checked")
+    assert "it does not hold" in wrong.remark
+    given = pp.diagnose(code.replace(" + m*g*l*", " == -m*g*l*")).findings[-1]
+    assert given.verdict == "holds"

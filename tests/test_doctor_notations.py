@@ -281,3 +281,8 @@ def test_at_an_instant_and_of_a_spring_no_two_changes_make_a_law(left_out):
     lines = [line for i, line in enumerate(ENERGIES.split("$$")) if i != 2 * (left_out or 99) + 1]
     assert "fails" not in verdicts("$$".join(lines).replace("$$$$", "$$"))
     assert verdicts(SPRINGS) == ["holds", "holds", "not checked", "not checked", "holds"]
+
+
+@pytest.mark.parametrize("number", [r"\tag{1}", r"\tag 1", r"\tag1", r"\quad (1)"])
+def test_the_number_of_an_equation_is_no_factor(number):
+    assert verdicts(rf"$$l\ddot\theta = -g\sin\theta {number}$$") == ["holds"]

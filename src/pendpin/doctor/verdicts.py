@@ -315,13 +315,15 @@ def _turn_axes(cases: list[Case]) -> None:
 
 
 def _is_offset(case: Case) -> bool:
-    """Whether the sides of an equation differ by what does not move, which the halves of the states share."""
-    if case.finding.equation is None or case.finding.dimensions:
+    """Whether the sides of an equation, which move, differ by what does not, which the halves of the states share."""
+    equation, states = case.finding.equation, random_states(case.system)
+    if equation is None or case.finding.dimensions:
         return False
     with suppress(Unread):
-        rows = stack_residuals(case.finding.equation, random_states(case.system), plain=True)
+        rows = stack_residuals(equation, states, plain=True)
         first, second = np.split(rows, 2, axis=1)
-        return bool(np.abs(first - second).max() < TOLERANCE * np.abs(rows).max())
+        here, there = np.split(np.atleast_2d(evaluate(equation.sides[0], equation.context(states))), 2, axis=1)
+        return bool(np.abs(first - second).max() < TOLERANCE * np.abs(rows).max() < np.abs(here - there).max())
     return False
 
 

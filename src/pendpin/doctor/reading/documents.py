@@ -66,7 +66,7 @@ _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|do|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
-    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|=\s*(?:\w+\.)*(?:symbols|Symbol|dynamicsymbols|Function|syms?|SX|MX)\s*\(|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1\s*$"
+    r"|^\s*(?:plt\.|</?(?:img|a|div|p\s|!--|link|script|meta|table|t[dr]|html|svg|path|iframe|input)\b|<\w+\s+[\w-]+=[\"']|\\(?:include|use|doc|set|new))|=\s*(?:None|True|False)\b|=\s*(?:\w+\.)*(?:symbols|Symbol|dynamicsymbols|Function|syms?|SX|MX)\s*\(|^\s*(?:\w+\.\s*)?(\w+)\s*=\s*(?:\w+\.)?\1(?:\(\w+\))?\s*$"
 )
 _RETURNED = re.compile(r"\s*return\s+(?![\[{]|\w+(?:\(|\s*$))(?!.*[,=<>!?]|.*\b(?:if|and|or|not)\b)(.*[*/+-].*)$", re.S)
 _RATES = re.compile(  # of states, in their order: return v, a or dydt = [v, a]
@@ -111,6 +111,8 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (r"(?i)\b(?:mass|length|angle|radius|force)\s+(?=[^\W\d_]\w{0,2}\s*=)", ""),  # mass m = 0.1 kg
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
     (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_marks(match[1]))),  # of sympy
+    # of a solver that looks for where expressions vanish
+    (r"^\s*[eE][qQ]n?_?\d*\s*=(?=[^=#%]*[*+-])([^=#%;]+?)\s*;?\s*(?:[#%].*)?$", r"\1 = 0"),
     (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
     (r"^(\s*\w+)\((\d):(\d)\)(?=\s*=(?!=))", _two_entries),  # dx(3:4) of MATLAB
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]

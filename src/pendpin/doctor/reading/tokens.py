@@ -128,7 +128,7 @@ def _mark_rows(match: re.Match[str]) -> str:
 Rewriting = tuple[str | re.Pattern[str], str | Callable[[re.Match[str]], str]]
 _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blank, or written otherwise
     (  # labels, comments, module names, the number of an equation, the points of functions of each element
-        r"\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color|unit|si)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
+        r"\\tag\s*\d|\\(?:label|tag|ref|eqref|[hv]space|(?:text)?color|unit|si)\*?\s*\{(?:[^{}]|\{[^{}]*\})*\}"
         r"|(?<=\\\\)\[-?[\d.]+ ?[a-z]{2}\]"
         r"|(?<!\\)%(?!2B)[^\n]*|\.\.\.[^\n]*\n"
         r"|\b(?:np|jnp|numpy|math|Mathf?|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
