@@ -31,8 +31,8 @@ FOLDER = Path(__file__).with_name("strangers")
 NEAR = 3  # lines between the place that a finding names and its row: a display may be named by its first line
 ALIKE = 0.55  # of the shorter of two equations that must be in the other for a finding to be about a row
 CONTAINED = 0.85  # of a row that must be in the finding of another for it to be part of it
-SHORTER = 0.1  # of the length of a row that is to be a finding of it: omega' = a is none of a = ...
 LONGER = 1.3  # a finding that is so many times as long as its row is a chain of several
+_NAMES = re.compile(r"[\w.()\[\]]+\s*=\s*[\w.()\[\]]+")  # no more than two
 _LAYOUT = re.compile(
     r"\\(?:left|right|[bB]igg?[lr]?|[dt]?frac|quad|qquad|displaystyle|text|mathrm|operatorname|begin|end|tag)\b"
     r"|\\[,;:! ]|[\s&{}$`*·]|\\\\"
@@ -128,9 +128,10 @@ def judge(rows: list[Row], said: list[Said]) -> tuple[list[tuple[Row, str, list[
     found: dict[int, list[Said]] = {}
     outside = []
     for one in said:
-        near = [
-            i for i, row in enumerate(rows) if is_near(one, row) and len(one.equation) > SHORTER * len(row.equation)
-        ]
+        most = (
+            LONGER * len(one.equation) if _NAMES.fullmatch(one.equation) else float("inf")
+        )  # omega' = a is no a = ...
+        near = [i for i, row in enumerate(rows) if is_near(one, row) and len(row.equation.strip()) < most]
         scores = {i: likeness(one.equation, rows[i].equation) for i in near}
         best = max(scores, key=lambda i: (scores[i], -abs(rows[i].line - one.line)), default=None)
         if best is not None and one.verdict == "fails" and len(one.equation) > LONGER * len(rows[best].equation):

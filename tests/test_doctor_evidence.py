@@ -292,3 +292,12 @@ HUNG = r"$$l\ddot\theta + \ddot x\cos\theta + g\sin\theta = 0$$ "
 def test_the_laws_of_the_other_coordinates_fix_the_terms_of_two_rates(law, line, verdict):
     """Both come from one mass matrix."""
     assert [one.verdict for one in pp.diagnose(f"{law}$${line}$$").findings] == ["holds", verdict]
+
+
+def test_the_last_law_is_believed_where_little_of_a_long_text_is_read():
+    """The other one holds; without it two of eleven equations that hold show too little."""
+    other = "phi_dd = -2*theta_d*phi_d/tan(theta)\n"
+    line = "theta_dd = phi_d*cos(theta)*sin(theta) - g/l*sin(theta)\n"
+    unread = "".join(f"q{i} = scale*offset{i}*n{i}\n" for i in range(9))
+    verdicts = [[x.verdict for x in pp.diagnose(law + line + unread).findings] for law in (other, "")]
+    assert [one.count("fails") for one in verdicts] == [1, 0]

@@ -44,7 +44,9 @@ IN_A_FILE = 120  # letters, where the output is not a terminal
 def print_report(report: Report, as_json: bool) -> None:
     """Print a report, or its data as JSON."""
     if as_json:
-        print_json(report.data)
+        from json import dumps
+
+        print(dumps(_finite(report.data), indent=2, default=str))
     for part in () if as_json else report.parts:
         if isinstance(part, Styled):
             from rich.console import Console
@@ -88,18 +90,13 @@ def print_table(table: Table) -> None:
         print(line)
 
 
-def print_json(value: Any) -> None:
-    """JSON on the terminal; a number that is not finite, which JSON lacks, is null."""
-    from json import dumps
-
-    def plain(value: Any) -> Any:
-        if isinstance(value, Mapping):
-            return {str(key): plain(part) for key, part in value.items()}
-        if isinstance(value, list | tuple):
-            return [plain(part) for part in value]
-        return None if isinstance(value, float) and not isfinite(value) else value
-
-    print(dumps(plain(value), indent=2, default=str))
+def _finite(value: Any) -> Any:
+    """Data for JSON, which lacks numbers that are not finite: they are null."""
+    if isinstance(value, Mapping):
+        return {str(key): _finite(part) for key, part in value.items()}
+    if isinstance(value, list | tuple):
+        return [_finite(part) for part in value]
+    return None if isinstance(value, float) and not isfinite(value) else value
 
 
 def print_files(files: list[Path], as_json: bool = False) -> None:

@@ -177,7 +177,8 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     if SWAPPED.search(change.words) and (axes or sum(bool(SWAPPED.search(words)) for words in said) > 1):
         return "its angle may be measured from elsewhere"
     itself = fits or len(cases) == 1 or (shows_itself(case) and not of_numbers)
-    if itself or not _is_of_body(change, equation) or is_contradicted(case, cases):
+    of_body = of_numbers or (change.count == 1 and change.words.startswith(("the factor ", "the term ")))
+    if itself or not of_body or is_contradicted(case, cases):  # another body has other numbers, factors and terms
         return ""
     return "nothing that holds contradicts it"
 
@@ -222,12 +223,6 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
 def _changed(change: Mend, equation: Equation) -> list[Node]:
     """The parts of an equation in whose places a mend puts others."""
     return [part for part in parts(equation.sides) if id(part) in change.swaps]
-
-
-def _is_of_body(change: Mend, equation: Equation) -> bool:
-    """Whether a mend changes what another body has: a number, or one factor or term more or less."""
-    one = change.count == 1 and change.words.startswith(("the factor ", "the term "))
-    return one or _is_of_numbers(change, _changed(change, equation))
 
 
 def _is_of_numbers(change: Mend, changed: list[Node]) -> bool:

@@ -180,24 +180,29 @@ def is_contradicted(case: Case, others: list[Case]) -> bool:
     given = {one.meaning() for one in laws if one.left}
     if case.meaning() in map(case.spec.momentum, case.spec.coordinates):
         return bool(given & {"T", "L", "E"})
-    every = [one.finding.equation for one in laws if one.finding.equation]
-    if _is_between_laws(case, every):
+    if _is_between_laws(case, others):
         return True
+    every = [one.finding.equation for one in laws if one.finding.equation]
     whole = given & {"L", "E"} or {"T", "V"} <= given
     return not case.motions or bool(whole) or not any(all(holds(one, q) for one in every) for q in case.motions)
 
 
-def _is_between_laws(case: Case, laws: list[Equation]) -> bool:
+def is_last_law(case: Case, others: list[Case]) -> bool:
+    """Whether it is a law of accelerations, and the laws of all other coordinates hold."""
+    accelerations = {f"dd{name}" for name in case.spec.coordinates}
+    true = [one.finding.equation for one in others if one.is_true and one.spec is case.spec and says(one.one)]
+    own = case.finding.equation.names & accelerations if case.finding.equation else set[str]()
+    given = [law.names for law in true if law and law.names & accelerations]
+    return bool(own) and len(given) >= len(accelerations) - 1 > 0 and not accelerations - own.union(*given)
+
+
+def _is_between_laws(case: Case, others: list[Case]) -> bool:
     """Whether its mend changes a term of two rates, and the laws of all other coordinates hold: these fix that term.
 
     Both come from one mass matrix: r theta'^2 in the law of r is 2 r' theta' in that of theta.
     """
     equation, spec, true = case.finding.equation, case.spec, random_states(case.system)
-    accelerations = {f"dd{name}" for name in spec.coordinates}
-    given = [law.names for law in laws if law.names & accelerations]
-    if equation is None or not (case.mends_itself and equation.names & accelerations):
-        return False
-    if len(given) < len(accelerations) - 1 or accelerations - set().union(equation.names, *given):
+    if equation is None or not (case.mends_itself and is_last_law(case, others)):
         return False
     base = {**true.base, **{name: true[name] for name in spec.unknowns}}
     slow, fast = (

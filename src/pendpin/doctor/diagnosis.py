@@ -102,7 +102,12 @@ class _Doctor:
             equation, number = solution
             told = {"condition": SMALL_SWINGS, "remark": f"it solves equation {number}", "equation": equation}
             return replace(found, verdict="holds if", kind="solution", **told), []
-        if (quantity := quantity_of(one, self.system)) and not self._means_otherwise(quantity[1]):
+        quantity = quantity_of(one, self.system)
+        if quantity:  # a letter may mean in it what it means in no equation that holds, but something else there
+            used = {pair for other in self.neighbours for pair in other.meanings.items() if pair[0] in other.names}
+            own = {(name, meaning) for name, meaning in quantity[1].meanings.items() if name != meaning}
+            quantity = None if any((name, name) in used for name, _ in own - used) else quantity
+        if quantity:
             self.quantities[one.defines] = quantity[0]
             words = f"it is {self.system.spec.printed.get(quantity[0], quantity[0])}"
             equation = replace(quantity[1], sides=(one.sides[1], one.sides[1]))
@@ -127,12 +132,6 @@ class _Doctor:
         if said:
             return replace(found, kind="condition", remark=said), []
         return found, readings
-
-    def _means_otherwise(self, equation: Equation) -> bool:
-        """Whether a letter means in it what it means in no equation that holds, but something else there."""
-        used = {pair for other in self.neighbours for pair in other.meanings.items() if pair[0] in other.names}
-        own = {(name, meaning) for name, meaning in equation.meanings.items() if name != meaning}
-        return any((name, name) in used for name, _ in own - used)
 
     def as_sister(self, one: Printed) -> list[Candidate]:
         """The readings of a definition as what its name says: acc1 beside an acc2 that is the second acceleration."""

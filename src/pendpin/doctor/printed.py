@@ -162,7 +162,13 @@ class Text:
     def __init__(self, raw: list[Printed]) -> None:
         self.raw, self._bound = raw, dict[tuple, Printed]()
         self.letters = set[Name]().union(*(one.letters for one in raw))
-        self._names = [_read_name(one) for one in raw]  # of sides alone
+        self._names = list[tuple[Node, ...]]()  # before a side alone, which is the left side if it is a quantity's
+        for one in raw:
+            alone = one.statement.name and one.ways and len(one.ways[0][0]) == 1
+            found = list[list[Node]]()
+            with suppress(Unread):
+                found = parse(one.statement.name) if alone else found
+            self._names.append((replace(found[0][0], span=(0, 0)),) if [*map(len, found)] == [1] else ())
         # the letters that tell what each means: u is one of the matrix B
         self._telling = [
             sorted(one.letters | letters_in(name) | {("u", "")}) for one, name in zip(raw, self._names, strict=True)
@@ -272,15 +278,6 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
         return replace(node, children=tuple(map(settle, node.children))) if node.children else node
 
     return tuple(map(settle, sides))
-
-
-def _read_name(one: Printed) -> tuple[Node, ...]:
-    """The name before an equation of one side, which is the left side if it is a quantity's; else none."""
-    if one.statement.name and one.ways and len(one.ways[0][0]) == 1:
-        with suppress(Unread):
-            found = parse(one.statement.name)
-            return (replace(found[0][0], span=(0, 0)),) if [*map(len, found)] == [1] else ()
-    return ()
 
 
 def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name]) -> dict[Name, str]:

@@ -12,7 +12,7 @@ from itertools import permutations, product
 import numpy as np
 
 from pendpin.doctor.accusations import MANY, POINTS, objection_to, shows_itself
-from pendpin.doctor.cases import Case, find_source, meanings_used, plain, says
+from pendpin.doctor.cases import Case, find_source, is_last_law, meanings_used, plain, says
 from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals
@@ -58,8 +58,9 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
         _doubt_definitions(cases)  # nor does what is no longer accused confirm what it uses
         # nor is a condition likely of what uses a quantity that does not hold
         given = {case.meaning(): case for case in cases if case.left and case.finding.equation and not case.confirmed}
-        for case in (case for case in cases if case.finding.verdict == "holds if" and case.finding.equation):
-            inside = (given[name] for name in sorted(case.finding.equation.names & given.keys()))
+        for case in (case for case in cases if case.finding.verdict == "holds if"):
+            equation = case.finding.equation if "small" not in case.finding.condition else None
+            inside = (given[name] for name in sorted(equation.names & given.keys())) if equation else ()
             if other := next((other for other in inside if other is not case and other.spec is case.spec), None):
                 words = f"it holds if {case.finding.condition}, but equation {other.one.number} does not, which it uses"
                 case.doubt(words, condition="")
@@ -93,10 +94,11 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
 def _doubt_where_little_holds(cases: list[Case]) -> None:
     """Take back the accusations of a text of which little or not even twice as much holds: it is rather read wrongly.
 
-    A very long equation that one change makes hold is read rightly, whatever else the text holds.
+    What one change makes hold is read rightly where it is very long, or the last of the laws of all coordinates.
     """
     right = sum(case.confirmed and says(case.one) for case in cases)
-    wrong = [case for case in cases if case.finding.verdict == "fails" and not shows_itself(case)]
+    wrong = [case for case in cases if case.finding.verdict == "fails"]
+    wrong = [case for case in wrong if not (shows_itself(case) or is_last_law(case, cases))]
     little = sum(case.confirmed for case in cases) < LITTLE * len(cases)
     if little or right < 2 * sum(not case.finding.follows for case in wrong):
         for case in wrong:

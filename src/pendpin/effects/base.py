@@ -7,10 +7,10 @@ of any precision and on symbols.
 
 from abc import abstractmethod
 from collections.abc import Callable, Sequence
-from typing import Annotated, Any, ClassVar, NamedTuple, Self, TypeVar
+from typing import Annotated, Any, ClassVar, NamedTuple, Self
 
 import numpy as np
-from pydantic import Field, field_validator
+from pydantic import Field, field_validator, model_validator
 
 from pendpin.effects.pace import Pace
 from pendpin.errors import InputError, shown
@@ -27,7 +27,15 @@ class Effect(Record):
     sole: ClassVar[str | None] = None  # why a scene takes one effect of this kind at most; None where they add up
     parameters: ClassVar[tuple[str, ...]] = ()  # its numbers, which compiled equations take at run time
     strengths: ClassVar[tuple[str, ...]] = ()  # if all of these are 0 or absent, it adds nothing
+    together: ClassVar[tuple[str, str] | None] = None  # two parameters of which neither is given without the other
     sinusoidal: ClassVar[bool] = False  # whether time enters by sin(frequency t + phase) alone, if there is a frequency
+
+    @model_validator(mode="after")
+    def _both_or_neither(self) -> Self:
+        one, other = self.together or ("kind", "kind")
+        if (getattr(self, one) is None) != (getattr(self, other) is None):
+            raise ValueError(f"{one} and {other} go together")
+        return self
 
     @property
     def smooth(self) -> bool:
@@ -84,20 +92,10 @@ class Effect(Record):
         """Raise ValueError if the effect is not defined from `begin` to `end`, in s."""
 
 
-Kind = TypeVar("Kind", bound=Effect)
-
-
 class Idle(Effect):
     """In place of an effect of strength 0: the others keep their places in the list."""
 
     kind: str = Field(description="which effect it stands for")
-
-
-def both_or_neither(effect: Kind, one: str, other: str) -> Kind:
-    """The effect. Raises ValueError where one of two parameters is given without the other."""
-    if (getattr(effect, one) is None) != (getattr(effect, other) is None):
-        raise ValueError(f"{one} and {other} go together")
-    return effect
 
 
 def returned(what: str, output: Any, shape: tuple[int, ...], kind: type = float) -> Array:

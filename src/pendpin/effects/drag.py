@@ -1,12 +1,12 @@
 """Air, or water: the drag of rods across the flow, wind, buoyancy."""
 
-from typing import Annotated, Any, ClassVar, Literal, Self
+from typing import Annotated, Any, ClassVar, Literal
 
 import numpy as np
 from numpy.polynomial.polynomial import polyval
-from pydantic import Field, Strict, model_validator
+from pydantic import Field, Strict
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither
+from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.ground.arrays import Array, cross, dot
 from pendpin.ground.records import NotNegative, Positive, Vector
 
@@ -37,6 +37,7 @@ class Drag(BodyEffect):
         *("density", "coefficient", "linear", "wind", "gust", "frequency", "diameter", "payload_coefficient"),
     )
     strengths: ClassVar[tuple[str, ...]] = ("quadratic", "linear", "lift", "on_spheres")
+    together: ClassVar[tuple[str, str] | None] = ("gust", "frequency")
     sinusoidal: ClassVar[bool] = True
     kind: Literal["drag"] = Field("drag", description="which effect it is")
     sole: ClassVar[str | None] = "a scene has one air"
@@ -49,10 +50,6 @@ class Drag(BodyEffect):
     diameter: Positive | None = Field(None, description="m; twice the radius of each rod if absent")
     payload_coefficient: NotNegative = Field(0.47, description="of a payload's sphere, where it has a radius")
     buoyancy: Annotated[bool, Strict()] = Field(False, description="the weight of the air they displace lifts the rods")
-
-    @model_validator(mode="after")
-    def _gust_has_a_frequency(self) -> Self:
-        return both_or_neither(self, "gust", "frequency")
 
     @property
     def quadratic(self) -> float:

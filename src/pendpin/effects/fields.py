@@ -7,7 +7,7 @@ from typing import Annotated, Any, ClassVar, Literal, Self
 import numpy as np
 from pydantic import Field, model_validator
 
-from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion, both_or_neither
+from pendpin.effects.base import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, Motion
 from pendpin.effects.track import Track, read_track
 from pendpin.errors import InputError, inside, shown_path
 from pendpin.ground.arrays import Array, applied, cross, unit
@@ -118,6 +118,7 @@ class Support(Tracked, FrameEffect):
 
     parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
     strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
+    together: ClassVar[tuple[str, str] | None] = ("amplitude", "frequency")
     sinusoidal: ClassVar[bool] = True
     columns: ClassVar[tuple[str, ...]] = ("t", "x", "y", "z")
     kind: Literal["support"] = Field("support", description="which effect it is")
@@ -130,7 +131,6 @@ class Support(Tracked, FrameEffect):
     def _one_of_two(self) -> Self:
         if (self.amplitude is None) == (self.csv is None):
             raise ValueError("a support needs an amplitude and a frequency, or a csv")
-        both_or_neither(self, "amplitude", "frequency")
         if self.phase and self.amplitude is None:
             raise ValueError("a phase needs an amplitude and frequency")
         return self

@@ -11,7 +11,7 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 from pydantic import Field, field_serializer, model_validator
 
-from pendpin.effects.base import JointEffect, OnJoints, both_or_neither, returned
+from pendpin.effects.base import JointEffect, OnJoints, returned
 from pendpin.effects.pace import STEADY, Pace
 from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array, unit
@@ -153,6 +153,7 @@ class Motor(JointEffect):
 
     parameters: ClassVar[tuple[str, ...]] = (*_DRIVE, *_HOLD)
     strengths: ClassVar[tuple[str, ...]] = ("torque", "amplitude", "proportional", "derivative")
+    together: ClassVar[tuple[str, str] | None] = ("amplitude", "frequency")
     sinusoidal: ClassVar[bool] = True
     kind: Literal["motor"] = Field("motor", description="which effect it is")
     joint: str = Field(description="name of the joint")
@@ -173,7 +174,6 @@ class Motor(JointEffect):
             raise ValueError(f"{both}: a motor has a torque or a controller; list two motors")
         if not given:
             raise ValueError("a motor needs a torque, an amplitude and frequency, or a proportional and target")
-        both_or_neither(self, "amplitude", "frequency")
         if self.phase is not None and self.amplitude is None:
             raise ValueError("a phase needs an amplitude and frequency")
         if self.target is not None and self.proportional is None:

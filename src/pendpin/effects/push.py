@@ -1,11 +1,11 @@
 """Forces at a point of one rod: a given one, and a spring to a point of the world."""
 
-from typing import Any, ClassVar, Literal, Self
+from typing import Any, ClassVar, Literal
 
 import numpy as np
-from pydantic import Field, model_validator
+from pydantic import Field
 
-from pendpin.effects.base import Bodies, BodyEffect, Motion, both_or_neither
+from pendpin.effects.base import Bodies, BodyEffect, Motion
 from pendpin.ground.arrays import Array, cross
 from pendpin.ground.records import NotNegative, Number, Positive, Vector
 
@@ -31,6 +31,7 @@ class Push(OnLink):
 
     parameters: ClassVar[tuple[str, ...]] = ("force", "torque", "point", "amplitude", "frequency")
     strengths: ClassVar[tuple[str, ...]] = ("force", "torque", "amplitude")
+    together: ClassVar[tuple[str, str] | None] = ("amplitude", "frequency")
     sinusoidal: ClassVar[bool] = True
     kind: Literal["push"] = Field("push", description="which effect it is")
     force: Vector = Field(ZERO, description="N, in W")
@@ -38,10 +39,6 @@ class Push(OnLink):
     point: Number | None = Field(None, description="m along the rod from the joint; the centre of mass if absent")
     amplitude: Vector | None = Field(None, description="N, in W, times sin(frequency t)")
     frequency: Positive | None = Field(None, description="rad/s")
-
-    @model_validator(mode="after")
-    def _amplitude_has_a_frequency(self) -> Self:
-        return both_or_neither(self, "amplitude", "frequency")
 
     @property
     def axial(self) -> bool:

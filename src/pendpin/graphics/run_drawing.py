@@ -48,6 +48,12 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
     few = [note] * (count > MOST_QUANTITIES)
     poses = np.insert(poses, poses.shape[1], np.eye(4), axis=1)  # what the bodies hang from
     poses[..., :3, 3] += position[:, None]
+    plots = plots_of(trajectory)
+    names, plotted = [name for name in trajectory.names if name != "t"], {one.name for x in plots for one in x.curves}
+    if len(names) > MOST_QUANTITIES:  # those of the plots and the first, in their order
+        first = sorted(names, key=lambda name: name not in plotted)  # stable
+        names = sorted(first[:MOST_QUANTITIES], key=trajectory.names.index)
+    names += [DRIFT] * trajectory.stats.conservative
     return Drawing(
         title=trajectory.title + ("" if known else ", seen from the support"),
         t=trajectory.t,
@@ -59,7 +65,7 @@ def drawing_of(trajectory: RunRecord) -> Drawing:
         velocity=(after - before) / (2 * step) + velocity,
         forces=np.pad(forces, ((0, 0), (0, 1), (0, 0))),
         moments=np.pad(moments, ((0, 0), (0, 1), (0, 0))),
-        quantities=quantities_of(trajectory, plots := plots_of(trajectory)),
+        quantities=tuple(Quantity(n, unit_of(trajectory, n), np.asarray(trajectory[n], float)) for n in names),
         plots=plots,
         joints=tuple(_joints(model, joints, extent)),
         support=poses.shape[1] - 1 if as_rods or trajectory.rod_reactions is not None else None,
@@ -123,16 +129,6 @@ def _joints(model: Model, rods: list[int] | None, extent: float) -> Iterator[Joi
 
 
 # --- what the page plots against time: every quantity of a run by name, and the plots that are offered at once ------
-
-
-def quantities_of(run: RunRecord, plots: Sequence[Plot]) -> tuple[Quantity, ...]:
-    """Quantities of a run in the order of `run.names`, of too many those of the plots and the first; the drift last."""
-    names, plotted = [name for name in run.names if name != "t"], {curve.name for x in plots for curve in x.curves}
-    if len(names) > MOST_QUANTITIES:
-        first = sorted(names, key=lambda name: name not in plotted)  # stable
-        names = sorted(first[:MOST_QUANTITIES], key=run.names.index)
-    names += [DRIFT] * run.stats.conservative
-    return tuple(Quantity(name, unit_of(run, name), np.asarray(run[name], float)) for name in names)
 
 
 def plots_of(run: RunRecord) -> tuple[Plot, ...]:

@@ -55,11 +55,6 @@ class Method:
         return self.family in (COLLOCATION, SPLITTING)
 
     @property
-    def steps_follow_the_first(self) -> bool:
-        """Whether another first step changes all later ones: of explicit methods that choose their steps."""
-        return self.family == EXPLICIT and self.setting == "tolerance"
-
-    @property
     def shows_rounding(self) -> bool:
         """Whether a run that is pushed off by its rounding error shows what rounding does: its steps hardly change."""
         return self.setting == "tolerance" and self.family != EXPLICIT

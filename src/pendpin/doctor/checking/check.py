@@ -20,7 +20,6 @@ from pendpin.doctor.systems.base import (
     STATES,
     Formula,
     Quantities,
-    Spec,
     System,
     Values,
     free_states,
@@ -71,8 +70,13 @@ def changes_no_motion(equation: Equation, system: System) -> bool:
 
 def lagrange_residuals(side: Node, equation: Equation, quantities: Quantities) -> Values:
     """Euler and Lagrange's left sides of an expression, (coordinates, n)."""
-    context = equation.context(quantities)
-    return np.stack([evaluate(left, context) for left in euler_lagrange(side, quantities.spec)])
+    context, place = equation.context(quantities), (side.outer[0], side.outer[0])
+    by = lambda node, name: Node("derivative", side.span, name, (node,))  # noqa: E731
+    lefts = (
+        Node("sum", side.span, (1, -1), (by(by(side, f"d{q}"), "t"), by(side, q)), (place, place))
+        for q in quantities.spec.coordinates
+    )
+    return np.stack([evaluate(left, context) for left in lefts])
 
 
 def when(equation: Equation, system: System) -> str:
@@ -93,16 +97,6 @@ def when(equation: Equation, system: System) -> str:
     alone = [name for name in turns if fails_without([rate for rate in rates if rate != f"d{name}"])]
     wrong = " and ".join(f"as soon as {name} {turns[name]}" for name in alone)
     return wrong or f"only when {' and '.join(turns)} both turn"
-
-
-def euler_lagrange(lagrangian: Node, spec: Spec) -> list[Node]:
-    """The left sides of Euler and Lagrange's equations, one for each coordinate."""
-    place = (lagrangian.outer[0], lagrangian.outer[0])
-    by = lambda node, name: Node("derivative", lagrangian.span, name, (node,))  # noqa: E731
-    return [
-        Node("sum", lagrangian.span, (1, -1), (by(by(lagrangian, f"d{q}"), "t"), by(lagrangian, q)), (place, place))
-        for q in spec.coordinates
-    ]
 
 
 def is_general(equation: Equation, system: System) -> bool:

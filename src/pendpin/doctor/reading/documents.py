@@ -87,11 +87,6 @@ def _rate_in_step(match: re.Match[str]) -> str:
     return f"der({match[1]}) = {'-' * ('-' in match.group(2, 3))}{_OF_NEW.sub('', value)}"
 
 
-def _two_entries(match: re.Match[str]) -> str:
-    """Some entries of a vector that are computed at once, as the column of them."""
-    return f"[{'; '.join(f'{match[1].strip()}({i})' for i in range(int(match[2]), int(match[3]) + 1))}]"
-
-
 _BY_NAME = r"(?:THETA|PHI|OMEGA|ALPHA)_?\d?"
 _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines of code in plain notation
     (r"^\s*(?:push!\(\s*(\w+)\s*,|(\w+)\.(?:append|push)\()(.*)\)\s*;?\s*$", r"\1\2 = \3"),
@@ -114,7 +109,7 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     # of a solver that looks for where expressions vanish
     (r"^\s*[eE][qQ]n?_?\d*\s*=(?=[^=#%]*[*+-])([^=#%;]+?)\s*;?\s*(?:[#%].*)?$", r"\1 = 0"),
     (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
-    (r"^(\s*\w+)\((\d):(\d)\)(?=\s*=(?!=))", _two_entries),  # dx(3:4) of MATLAB
+    (r"^\s*(\w+)\((?=1:2|2:3|3:4|4:5|5:6)(\d):(\d)\)(?=\s*=(?!=))", r"[\1(\2); \1(\3)]"),  # two entries at once
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
     (rf"\b\w+\[({_BY_NAME})\]", lambda match: match[1].lower()),
@@ -349,8 +344,11 @@ def _returned(line: str, text: str, begin: int) -> Iterator[str]:
         values = _at_marks(inside, ";") if len(_at_marks(inside, ";")) > 1 else _at_marks(inside)
         unpacked = [*_UNPACKED.finditer(text[:begin], functions[-1].end())]
         every = [*(_at_marks(one[1]) for one in unpacked if one[1]), [one[2] for one in unpacked if one[2]]]
-        every.append(_stated(functions[-1][2], values))
-        states = next((names for names in every if 1 < len(names) == len(values)), list[str]())
+        given, count = _at_marks(functions[-1][2]), len(values)  # f(t, th, om) may give om and another
+        windows = (given[i : i + count] for i in range(len(given) - count + 1))
+        every.append(max(windows, key=lambda some: len({*some} & {*values}), default=list[str]()))
+        fits = lambda names: 1 < len(names) == count and (names is not every[-1] or {*names} & {*values})  # noqa: E731
+        states = next(filter(fits, every), list[str]())
         pairs = [pair for pair in zip(states, values, strict=False) if pair[1] not in (f"{pair[0]}_dot", f"d{pair[0]}")]
         moves = len(pairs) < len(states) or {*states} & {*values}  # of angles and rates the rate of an angle is one
         if moves and not any(name in values and rate in states for name, rate in pairs):  # else in another order
@@ -365,14 +363,6 @@ def _returned(line: str, text: str, begin: int) -> Iterator[str]:
             ((name, bracket),) = entries
             first, closing = (0, "]") if bracket == "[" else (1, ")")
             yield from (f"d{name}{bracket}{i}{closing} = {rate}" for i, rate in enumerate(values, start=first))
-
-
-def _stated(given: str, values: list[str]) -> list[str]:
-    """The arguments of a function that are the states of the rates that it returns: f(t, th, om) gives om and another."""
-    names, count = _at_marks(given), len(values)
-    windows = (names[i : i + count] for i in range(len(names) - count + 1))
-    found = max(windows, key=lambda some: len({*some} & {*values}), default=list[str]())
-    return found if {*found} & {*values} else []
 
 
 def _for_each_name(line: str) -> list[str]:

@@ -29,6 +29,7 @@ from pendpin.runs.accuracy.thresholds import COMPARISON, ESTIMATE, INSTABILITY, 
 from pendpin.runs.limits import Deadline
 from pendpin.runs.run import ENERGY_ERROR, balanced, prepare
 from pendpin.scene import Scene, method_of
+from pendpin.scene.methods import EXPLICIT
 from pendpin.trajectory import RunRecord
 
 ROUNDING_GROWS = (
@@ -156,7 +157,8 @@ class _Search:
         may_damp = rounding > INSTABILITY.growing and self._bound_comparison() > COMPARISON.least_tolerance and implicit
         if (implicit and own) or hardly_moves or may_damp:
             return self._decide(np.maximum(error, self._compare_methods()), "another method gives another motion")
-        if self._is_unstable() and self.method.steps_follow_the_first:
+        explicit = self.method.family == EXPLICIT and self.method.setting == "tolerance"
+        if self._is_unstable() and explicit:  # all steps follow the first one
             other = self.runs.run(self.last.scene, 2)  # of the same tolerance, which begins with other steps
             gap = self.ruler.measure_gap(self.last.run, other)
             reason = f"other steps of {self.method.name} give another motion"

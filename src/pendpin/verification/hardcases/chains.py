@@ -8,7 +8,6 @@ import numpy as np
 
 from pendpin.equations.base import split_by_rod
 from pendpin.equations.chain import solution, thin
-from pendpin.equations.exact import planar
 from pendpin.ground.arrays import EPS, Array
 from pendpin.model.build import build
 from pendpin.motions.trajectory import Trajectory, simulate
@@ -27,7 +26,6 @@ from pendpin.verification.hardcases.base import (
     scene,
     start_at,
     start_of,
-    tip_errors,
 )
 
 # --- unlike neighbours ----------------------------------------------------------------------------------------------
@@ -128,11 +126,6 @@ def _driven_late(solve: Solve, full: bool) -> float:
 
 def _start_alone(run: Trajectory) -> float:
     return largest(run.q[0] - (0.7, 0.4)) + abs(len(run.t) - 1)
-
-
-def _fine_samples(run: Trajectory) -> float:
-    some = slice(None, None, (len(run.t) - 1) // 200)
-    return tip_errors(run, run.q[some, 0], planar(1.0, 0.0, HANG, G, run.t[some]))
 
 
 # --- chaos ----------------------------------------------------------------------------------------------------------
@@ -257,7 +250,7 @@ CASES = (
     case("late-driven", 1e-12 * 500 * 10, measure=_driven_late),
     case("no-duration", 0.0, _start_alone),
     case("one-sample", 0.0, _start_alone),
-    case("fine-samples", 1e-10 * 50 * 5 * 10, _fine_samples, {"solver.samples": 10_001}),
+    case("fine-samples", 1e-10 * 50 * 5 * 10, plane_swing(1.0, HANG), {"solver.samples": 10_001}),
     case("chaos-methods", 1.0, measure=_methods_agree),
     case("chaos-back", 1.0, measure=_there_and_back),
     case("mirrored", 100 * EPS * 1000 * GROWTH, measure=_mirrored),
