@@ -353,7 +353,7 @@ def _returned(line: str, text: str, begin: int) -> Iterator[str]:
         moves = len(pairs) < len(states) or {*states} & {*values}  # of angles and rates the rate of an angle is one
         if moves and not any(name in values and rate in states for name, rate in pairs):  # else in another order
             for name, rate in pairs:
-                plain = re.fullmatch(r"[^\W\d_]+\d?", name) and name[1:] not in states
+                plain = "_" not in name and name[1:] not in states
                 yield f"{name}_dot = {rate}" if plain else f"der({name}) = {rate}"
         # the states may have no names: return [y[1], -sin(y[0])]; what stands twice is of two branches
         entries = {(one[1], one[2]) for one in _ENTRY.finditer(inside) if one[1] in _at_marks(functions[-1][2])}
