@@ -118,7 +118,6 @@ class Support(Tracked, FrameEffect):
 
     parameters: ClassVar[tuple[str, ...]] = ("amplitude", "frequency", "phase", "csv")
     strengths: ClassVar[tuple[str, ...]] = ("amplitude", "_rows")
-    together: ClassVar[tuple[str, str] | None] = ("amplitude", "frequency")
     sinusoidal: ClassVar[bool] = True
     columns: ClassVar[tuple[str, ...]] = ("t", "x", "y", "z")
     kind: Literal["support"] = Field("support", description="which effect it is")
@@ -131,6 +130,8 @@ class Support(Tracked, FrameEffect):
     def _one_of_two(self) -> Self:
         if (self.amplitude is None) == (self.csv is None):
             raise ValueError("a support needs an amplitude and a frequency, or a csv")
+        if (self.amplitude is None) != (self.frequency is None):
+            raise ValueError("amplitude and frequency go together")
         if self.phase and self.amplitude is None:
             raise ValueError("a phase needs an amplitude and frequency")
         return self
