@@ -321,7 +321,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin
             continue
-        rates = [*_returned(whole, text, begin)]
+        rates = [*_returned(whole, text, begin)] if returns or _RATES.match(whole) else []
         if returns or rates:
             yield from ((begin, end, one) for one in rates)
             continue
