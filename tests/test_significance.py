@@ -37,6 +37,13 @@ def test_the_verdict_follows_the_accuracy() -> None:
     assert [row.listed for row in listed if "otation" in row.effect] == [True]
 
 
+@pytest.mark.parametrize("times", [(0.0, 1.0, 5.0), (1.0, 5.0)])
+def test_uneven_times_change_no_verdict(times: tuple[float, ...]) -> None:
+    """Both runs are compared at the same instants: gravity is needed whatever times the scene asks for."""
+    rows = {row.effect: row for row in significance(swing(Gravity(), duration=5.0, times=times)).rows}
+    assert rows["gravity"].verdict == "needed"
+
+
 def test_a_change_is_the_distance_of_the_tips() -> None:
     """Viscous damping's change is what two runs differ by."""
     scene = swing(Gravity(), Viscous(coefficient=0.05))

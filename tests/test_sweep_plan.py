@@ -130,8 +130,8 @@ def test_values_that_cannot_be_are_refused_by_key() -> None:
         with pytest.raises(pp.InputError, match=says):
             plan.grid(values)
     assert plan.grid({"a": np.ones(10**4), "b": np.ones(10**4)}).count == plan.MOST_CASES
-    for count in (0, plan.MOST_CASES + 1):
-        with pytest.raises(pp.InputError, match="is not a count from 1 to 100000000"):
+    for count in (0, plan.MOST_CASES + 1, 2.5, True, "3"):
+        with pytest.raises(pp.InputError, match="is not a whole number from 1 to 100,000,000"):
             plan.samples({"a": ("uniform", 0.0, 1.0)}, count)
 
 

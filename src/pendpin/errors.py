@@ -3,16 +3,17 @@
 import re
 import sys
 import warnings
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any, TypeGuard
+from typing import Any, TypeGuard, TypeVar
 
 MOST_CHARACTERS = 1_000  # of a message
 MOST_NAMES = 16  # in a list of them
 MOST_REPR = 900  # of a representation
 LATE = 1e5  # s: six digits of such a time are not enough
 
+T = TypeVar("T")
 KeyPath = tuple[str | int, ...]  # names of fields or joints, and places in lists; a name first
 
 _PLAIN = re.compile(r"[\w-]+")
@@ -62,6 +63,16 @@ def say_note(text: str, stacklevel: int) -> None:
 
 class MissingLibrary(PendpinError):
     """An optional library is needed and not installed; the message holds the command that brings it."""
+
+
+def attempt(compute: Callable[[], T], fails: type[PendpinError] = PendpinError) -> tuple[T | None, PendpinError | None]:
+    """What is computed, or the error of a run that fails: that is an outcome too. Raises Interrupted."""
+    try:
+        return compute(), None
+    except Interrupted:
+        raise
+    except fails as error:
+        return None, error
 
 
 def one_line(text: str) -> str:

@@ -14,7 +14,7 @@ from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
-from pendpin.errors import Halted, Interrupted
+from pendpin.errors import Halted, Interrupted, PendpinError
 from pendpin.ground import libraries
 from pendpin.ground.arguments import seconds
 from pendpin.ground.report import Report, Styled, Table
@@ -97,6 +97,14 @@ def _finite(value: Any) -> Any:
     if isinstance(value, list | tuple):
         return [_finite(part) for part in value]
     return None if isinstance(value, float) and not isfinite(value) else value
+
+
+def finish(fault: str | None, stopped: bool = False) -> None:
+    """End a command whose report is printed. Raises KeyboardInterrupt if the user stopped it, PendpinError for a fault."""
+    if stopped:
+        raise KeyboardInterrupt
+    if fault:
+        raise PendpinError(fault)
 
 
 def print_files(files: list[Path], as_json: bool = False) -> None:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING, Annotated, Any
 from typer import Argument, BadParameter, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.outputs import limited, print_report, progress_bar, refuse_outputs, reported, say, working
-from pendpin.errors import InputError, PendpinError, inside
+from pendpin.cli.outputs import finish, limited, print_report, progress_bar, refuse_outputs, reported, say, working
+from pendpin.errors import InputError, inside
 from pendpin.ground.report import Report
 
 if TYPE_CHECKING:
@@ -65,9 +65,7 @@ def sweep(
         where: dict[str, Any] = {"out": out, "workers": workers, "dask": dask, "progress": progress}
         dataset = run(chosen.scene, plan, tuple(measure or ("swing",)), **where, **settings)
     files = [*([out] if out else []), *_write_files(dataset, csv, plot, None)]
-    report = _show(dataset, files, json, (vary or [], seed) if sobol else None)
-    if report.fault:
-        raise PendpinError(report.fault)
+    finish(_show(dataset, files, json, (vary or [], seed) if sobol else None).fault)
 
 
 def map_(

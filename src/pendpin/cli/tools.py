@@ -8,8 +8,8 @@ from typing import Annotated, Any
 from typer import Argument, BadParameter, Exit, Option
 
 from pendpin.cli import inputs
-from pendpin.cli.outputs import limited, print_report, refuse_outputs, reported, waiting, working
-from pendpin.errors import InputError, PendpinError
+from pendpin.cli.outputs import finish, limited, print_report, refuse_outputs, reported, waiting, working
+from pendpin.errors import InputError
 from pendpin.ground.files import write_whole
 
 
@@ -31,8 +31,7 @@ def check(
     with working(f"{states} states by every route", limit, json), chosen.noted() as scene:
         report = crosscheck(scene, states=states, seed=seed)
     print_report(report.report(every_row), json)
-    if report.fault:
-        raise PendpinError(report.fault)
+    finish(report.fault)
 
 
 def hard(
@@ -54,10 +53,7 @@ def hard(
         with waiting("the hard cases", json, work) as progress:
             report = run_cases(cases or (), full=not short, peers=peers, progress=progress)
         print_report(report.report(), json)
-    if report.stopped:
-        raise KeyboardInterrupt
-    if report.fault:
-        raise PendpinError(report.fault)
+    finish(report.fault, report.stopped)
 
 
 def validate(
@@ -84,10 +80,7 @@ def validate(
             report = compare(cases or (), chosen, progress)
         with reported(report.report(), json) as files:
             files += [write_whole(html, lambda file: file.write(agreement_page(report).encode()))] if html else []
-    if report.stopped:
-        raise KeyboardInterrupt
-    if report.fault:
-        raise PendpinError(report.fault)
+    finish(report.fault, report.stopped)
 
 
 @inputs.on_scene
@@ -117,8 +110,7 @@ def cost(
             report = measure(scene, methods=inputs.split_at_commas(methods) or None, **options, progress=progress)
         with reported(report.report(), json) as files:
             files += [report.plot(plot)] if plot else []
-    if report.interrupted:
-        raise KeyboardInterrupt
+    finish(None, report.interrupted)
 
 
 def doctor(
@@ -199,8 +191,7 @@ def _conclude(result: Any, plot: Path | None, json: bool) -> None:
 
     with reported(report := result.report(), json) as files:
         files += [write_figure(plot, lambda: result.plot().figure)] if plot and not report.fault else []
-    if report.fault:
-        raise PendpinError(report.fault)
+    finish(report.fault)
 
 
 @inputs.on_scene

@@ -6,12 +6,13 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, amount, is_number, shown
+from pendpin.errors import InputError, amount
 from pendpin.fitting.data import FEWEST, Swing, batch, spread_of, thin_out
 from pendpin.fitting.fitting import FINEST, Setting, Solution, shown_swings, start_states
 from pendpin.fitting.guess import joint_angles
 from pendpin.fitting.problem import solve_starts
 from pendpin.fitting.uncertainty import NOISY, huber_scale
+from pendpin.ground.arguments import fraction
 from pendpin.ground.arrays import Array, Mask
 from pendpin.scene import Data
 
@@ -97,9 +98,7 @@ def fitted_prediction(setting: Setting, solution: Solution) -> Prediction:
 
 def compared_samples(swings: Sequence[Swing], start: float) -> list[Mask]:
     """Which samples (m,) of each swing are compared: those after its first part `start`. Raises InputError."""
-    if not is_number(start) or not 0 < start < 1:
-        why = "is not between 0 and 1: it is the part that a start is fitted on"
-        raise InputError(f"hold_out_start: {shown(start)} {why}")
+    start = fraction("hold_out_start", start, "between 0 and 1: it is the part that a start is fitted on")
     compared = [swing.t > swing.t[0] + start * (swing.t[-1] - swing.t[0]) for swing in swings]
     for late, swing in zip(compared, swings, strict=True):
         late[:FEWEST] = False

@@ -8,14 +8,14 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import InputError, find, is_number, shown
+from pendpin.errors import InputError, find
 from pendpin.fitting.data import Swing, read_swings, spread_of
 from pendpin.fitting.fitting import OTHER_UNIT, Setting, Solution
 from pendpin.fitting.parameters import Combination
 from pendpin.fitting.prediction import Prediction, predict
 from pendpin.fitting.uncertainty import NOISY, WHITE, autocorrelation, outliers, whiteness
 from pendpin.graphics.style import BESIDE, BLACK, COLORS, SHADE, new_figure, plain_name, styled, with_unit, write_figure
-from pendpin.ground.arguments import axes
+from pendpin.ground.arguments import axes, fraction
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import path_of, write_csv
 from pendpin.ground.report import Report, Result, Table
@@ -101,8 +101,7 @@ class Fit(Result):
         places = [find(tuple(self.errors), key, "confidence_region:") for key in (one, other)]
         if one == other:
             raise InputError(f"confidence_region: {one} is there twice; give two numbers with errors")
-        if not is_number(level) or not 0 < level < 1:
-            raise InputError(f"level: {shown(level)} is not a probability between 0 and 1")
+        level = fraction("level", level, "a probability between 0 and 1")
         angle = np.linspace(0.0, 2 * np.pi, 200)
         values, directions = np.linalg.eigh(self.covariance[np.ix_(places, places)])
         circle = np.sqrt(-2 * np.log1p(-level)) * np.column_stack([np.cos(angle), np.sin(angle)])

@@ -1,9 +1,10 @@
 """Arguments of Python functions, each as it is used or InputError with its name; and key paths."""
 
 import ast
+import math
 import operator
 import re
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -51,21 +52,26 @@ def axes(name: str, value: Any) -> Any:
     return value
 
 
+def number(
+    name: str, value: Any, right: str = "a finite number", fits: Callable[[float], Any] = math.isfinite
+) -> float:
+    """A number, Python's or NumPy's, that fits."""
+    plain = value.item() if isinstance(value, np.generic) else value
+    if not is_number(plain) or not fits(plain):
+        raise InputError(f"{name}: {shown(plain).removesuffix('.0')} is not {right}")
+    return plain
+
+
 def seconds(name: str, value: Any, lasting: bool = False) -> float:
     """A number of seconds, 0 or above, or infinity; if `lasting`, a finite one above 0."""
-    number = value.item() if isinstance(value, np.generic) else value
-    if not is_number(number) or not (0 < number < np.inf if lasting else number >= 0):
-        right = "a number of seconds above 0" if lasting else "a number of seconds, 0 or above"
-        raise InputError(f"{name}: {shown(value)} is not {right}")
-    return number
+    if lasting:
+        return number(name, value, "a number of seconds above 0", lambda t: 0 < t < np.inf)
+    return number(name, value, "a number of seconds, 0 or above", lambda t: t >= 0)
 
 
-def fraction(name: str, value: Any) -> float:
+def fraction(name: str, value: Any, right: str = "between 0 and 1") -> float:
     """A number between 0 and 1, both left out."""
-    number = value.item() if isinstance(value, np.generic) else value
-    if not is_number(number) or not 0 < number < 1:
-        raise InputError(f"{name}: {f'{number:g}' if is_number(number) else shown(value)} is not between 0 and 1")
-    return number
+    return number(name, value, right, lambda part: 0 < part < 1)
 
 
 def numbers(name: str, values: Any, finite: bool = False) -> Array:

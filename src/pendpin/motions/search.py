@@ -7,12 +7,13 @@ instant is then a zero of the run itself.
 
 from collections.abc import Callable, Sequence
 from dataclasses import replace
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.polynomial import chebyshev
 
-from pendpin.errors import InputError, is_number, shown
+from pendpin.errors import InputError
+from pendpin.ground.arguments import number
 from pendpin.ground.arrays import TINY, Array, Indices, Mask
 from pendpin.integrators.events import COEFFICIENTS, DEGREE, SHARES, STEEPEST, UNSEEN, turning_points
 from pendpin.motions.continuation import ROUNDING, Continuation, margin_of_events, resolve, times_of_events
@@ -80,12 +81,15 @@ class _Pieces(NamedTuple):
         return self.begin[i] + (self.end[i] - self.begin[i]) * (x + 1) / 2, chebyshev.chebval(x, series)
 
 
+def check_crossing(level: Any, direction: Any) -> tuple[float, int]:
+    """A level that is crossed and the direction, as they are used. Raises InputError."""
+    one_of = "1 (upwards), -1 (downwards) or 0 (both)"
+    return number("level", level), int(number("direction", direction, one_of, {-1, 0, 1}.__contains__))
+
+
 def crossings(run: RunRecord, name: str, level: float, direction: int, wrapped: bool = False) -> RunRecord:
     """The run at the instants at which a quantity crosses a level (Trajectory.crossings), a `wrapped` angle in each turn."""
-    if not is_number(level) or not np.isfinite(level):
-        raise InputError(f"level: {shown(level)} is not a finite number")
-    if not is_number(direction) or direction not in (-1, 0, 1):
-        raise InputError(f"direction: {shown(direction)} is not 1 (upwards), -1 (downwards) or 0 (both)")
+    level, direction = check_crossing(level, direction)
     run[name]  # an unknown name is refused before anything is integrated
 
     def offset(rows: RunRecord) -> Array:

@@ -10,7 +10,8 @@ import numpy as np
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.effects import Anchor
 from pendpin.equations import exact
-from pendpin.errors import InputError, MissingLibrary, is_number, say_note, shown
+from pendpin.errors import InputError, MissingLibrary, say_note
+from pendpin.ground.arguments import number
 from pendpin.ground.arrays import TINY, Array
 from pendpin.model.build import SIGNS, Model, start_state
 from pendpin.scene import Chain, Scene, chosen_scene
@@ -163,8 +164,7 @@ class Start(StartRecord):
         dynamics = bind(scene)
         if not isinstance(scene.model, Chain) or len(dynamics.model.joints) != 2 or scene.model.count != 1:
             raise InputError("start: a steady cone needs a chain of one rod on a universal joint")
-        if not is_number(angle) or not 0 < abs(angle) < np.pi / 2:
-            raise InputError(f"angle: {shown(angle)} is not between 0 and pi/2 rad")
+        angle = number("angle", angle, "between 0 and pi/2 rad", lambda angle: 0 < abs(angle) < np.pi / 2)
         field, rod = dynamics.loads.constant, scene.model.all_rods[0].properties
         if not (field[2] < 0 and np.abs(field[:2]).max() <= UPRIGHT * -field[2]):
             raise InputError("start: a steady cone needs gravity straight down")

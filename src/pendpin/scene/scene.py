@@ -177,6 +177,13 @@ class Scene(Record):
         """The scene with other settings of its solver (Solver.with_settings)."""
         return self.model_copy(update={"solver": self.solver.with_settings(**settings)})
 
+    def sampled(
+        self, samples: int | None, times: tuple[float, ...] | None = None, duration: float | None = None
+    ) -> Self:
+        """The scene with other output times, and another duration in s if given; nothing is checked again."""
+        solver = self.solver.model_copy(update={"samples": samples, "times": times})
+        return self.model_copy(update={"solver": solver, "duration": self.duration if duration is None else duration})
+
     @model_validator(mode="after")
     def _samples_fit(self) -> Self:
         if self.solver.times is not None:

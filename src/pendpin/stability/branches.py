@@ -11,9 +11,9 @@ from typing import Any, Literal, NamedTuple
 
 import numpy as np
 
-from pendpin.errors import InputError, RunError, find, is_number, shown
+from pendpin.errors import InputError, RunError, find, shown
 from pendpin.graphics.style import BESIDE, PALE, new_figure, styled, with_unit
-from pendpin.ground.arguments import axes, number_at, parsed
+from pendpin.ground.arguments import axes, number, number_at, parsed
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result
 from pendpin.motions.periodic import CLOSED, FLAT, PeriodicOrbit, close_orbit, frequencies_of, integrate_period
@@ -111,8 +111,7 @@ def follow(orbit: PeriodicOrbit, key: str, to: float, onto: Literal["doubled", "
     """
     if not isinstance(orbit, PeriodicOrbit):
         raise InputError(f"orbit: {shown(orbit)} is not a periodic orbit; take one from periodic_orbit")
-    if not is_number(to) or not np.isfinite(to):
-        raise InputError(f"to: {shown(to)} is not a finite number")
+    to = number("to", to)
     if to == (first := number_at(orbit.scene, key)):
         raise InputError(f"to: {key} is {to:g} already")
     if onto is not None:

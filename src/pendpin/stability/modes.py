@@ -183,11 +183,9 @@ class Modes(Result):
         changes = {
             "effects": tuple(Idle(kind=e.kind) if isinstance(e, FrameEffect) else e for e in self.scene.effects),
             "title": f"Mode {k}, {omega:.5g} rad/s",
-            "duration": float(t[-1]),
-            "solver": self.scene.solver.model_copy(update={"samples": len(t), "times": None}),
             "start": self.scene.start.model_copy(update={"time": 0.0}),
         }
-        scene = self.scene.model_copy(update=changes)
+        scene = self.scene.sampled(len(t), duration=float(t[-1])).model_copy(update=changes)
         dynamics = Dynamics(model, scene.effects, form="angles")
         return Animation(Trajectory.of(fill_in(scene, dynamics, None, Run.at_states(t, q, v))))
 

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError, Interrupted, PendpinError, RunError, inside, shown
+from pendpin.errors import InputError, PendpinError, RunError, attempt, inside, shown
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import EPS, Array, Indices, Mask, subdivided
 from pendpin.ground.libraries import installed
@@ -121,8 +121,7 @@ def checked(task: Task) -> Task:
     series = {m.name: m.series for m in task.chosen if m.series}
 
     def units_of_series(scene: Scene) -> dict[str, str]:
-        at_start = {"duration": 0.0, "solver": scene.solver.model_copy(update={"samples": None, "times": None})}
-        run = Trajectory.of(run_to_setting(scene.model_copy(update=at_start)))
+        run = Trajectory.of(run_to_setting(scene.sampled(None, duration=0.0)))
         with inside("measure"):
             return {name: unit_of(run, quantity) for name, quantity in series.items() if len(run[quantity])}
 
@@ -172,7 +171,8 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
 
 def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
-    try:
+
+    def measured() -> Array:
         scene = set_numbers(task.scene, task.plan.keys, row)
         run = looser = run_to_setting(scene, progress=progress)
         if any(m.two for m in task.chosen):  # at a tolerance or accuracy 100 times looser, or a step twice as long
@@ -182,11 +182,10 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
                 name = "tolerance" if scene.solver.accuracy is None else "accuracy"
                 setting = {name: min(0.1, LOOSER * (getattr(scene.solver, name) or 0.0))}
             looser = run_to_setting(scene.with_solver(**setting), progress=progress)
-        return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
-    except Interrupted:
-        raise
-    except PendpinError as error:
-        return np.full(task.columns[-1].stop, np.nan), str(error)
+        return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen])
+
+    values, error = attempt(measured)
+    return (np.full(task.columns[-1].stop, np.nan), str(error)) if values is None else (values, "")
 
 
 class Batch:
@@ -196,8 +195,8 @@ class Batch:
         flips = any(m.name.startswith("flip_time") for m in task.chosen)
         self._flips = accumulated(build(scene.model)) if flips else []
         if all(m.ends for m in task.chosen):
-            few = {"times": tuple(scene.clock[[0, -1]].tolist())} if scene.solver.times else {"samples": 2}
-            scene = scene.model_copy(update={"solver": scene.solver.model_copy(update=few)})
+            last_times = tuple(scene.clock[[0, -1]].tolist())
+            scene = scene.sampled(None, last_times) if scene.solver.times else scene.sampled(2)
         self.task, self.scene, self.ladder, moved = task, scene, None, scene
         keys = [key for key in task.plan.keys if key.startswith("start.")]
         with suppress(PendpinError):  # a start with other numbers, where it is varied

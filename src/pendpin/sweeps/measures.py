@@ -26,7 +26,7 @@ from pendpin.motions.search import Changes, extreme, find_instants, find_largest
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.batches import Motions
 from pendpin.runs.simulate import run_to_setting
-from pendpin.scene import Scene, Start
+from pendpin.scene import Scene, Start, scene_of
 from pendpin.sweeps.attractors import NAME as ATTRACTOR
 from pendpin.sweeps.attractors import PART, Attractor, read_attractor
 from pendpin.sweeps.extremes import largest
@@ -341,15 +341,15 @@ def lyapunov(run: Trajectory) -> float:
     By pairs of runs (G. Benettin et al., Meccanica 15 (1980)). In each of PIECES parts of the time another run begins near
     this one. Its distance at the end, in rad and rad/s, made small again, is the start of the next.
     """
-    scene, ends = Scene(**run.scene), np.unique(np.linspace(0, len(run.t) - 1, PIECES + 1).astype(int))
+    scene, ends = scene_of(run), np.unique(np.linspace(0, len(run.t) - 1, PIECES + 1).astype(int))
     states = np.concatenate([run.q, run.v], 1)
     small = max(1e-7, math.sqrt(run.stats.tolerance or 0.0))
     apart_by, growth = np.full(states.shape[1], small / math.sqrt(states.shape[1])), 0.0
     for begin, end in pairwise(ends):
         q, v = np.split(states[begin] + apart_by, 2)
-        solver = scene.solver.model_copy(update={"samples": 2})
-        start, duration = Start.at_state(float(run.t[begin]), q, v), float(run.t[end] - run.t[begin])
-        other = run_to_setting(scene.model_copy(update={"start": start, "duration": duration, "solver": solver}))
+        start = Start.at_state(float(run.t[begin]), q, v)
+        piece = scene.sampled(2, duration=float(run.t[end] - run.t[begin]))
+        other = run_to_setting(piece.model_copy(update={"start": start}))
         apart_by = np.concatenate([other.q[-1], other.v[-1]]) - states[end]
         grown = float(np.linalg.norm(apart_by))
         growth += math.log(grown / small)
@@ -378,22 +378,22 @@ def _tips_apart(one: Array, other: Array) -> Array:
 
 def frequency_1(run: Trajectory) -> float:
     """The lowest natural frequency about the rest near the start, rad/s."""
-    return float(small_motions(Scene(**run.scene)).vibrations.omega[0])
+    return float(small_motions(scene_of(run)).vibrations.omega[0])
 
 
 def damping_1(run: Trajectory) -> float:
     """The damping ratio of the mode with the lowest natural frequency."""
-    return float(small_motions(Scene(**run.scene)).vibrations.damping_ratio[0])
+    return float(small_motions(scene_of(run)).vibrations.damping_ratio[0])
 
 
 def stable(run: Trajectory) -> float:
     """1 where the rest, or the driven periodic motion, near the start is stable, else 0."""
-    return float(is_stable(Scene(**run.scene)))
+    return float(is_stable(scene_of(run)))
 
 
 def multiplier(run: Trajectory) -> float:
     """The size of the largest multiplier of the driven periodic motion near the start."""
-    return float(np.abs(periodic_orbit(Scene(**run.scene)).multipliers).max())
+    return float(np.abs(periodic_orbit(scene_of(run)).multipliers).max())
 
 
 _FLIPS: dict[str, Any] = {"of_motion": lambda m: m.flips, "without": "did not turn over", "ends": True}

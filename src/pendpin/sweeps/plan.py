@@ -110,8 +110,7 @@ def samples(spreads: Mapping[str, Spread], count: int, method: str = "latin", se
     """
     from scipy.stats import qmc
 
-    if not 1 <= count <= MOST_CASES:
-        raise InputError(f"sample: {count} is not a count from 1 to {MOST_CASES}")
+    count = whole_number("sample", count, most=MOST_CASES)
     seed = whole_number("seed", seed, least=0)
     if method not in METHODS:
         raise InputError(f"sample: {not_one_of(method, METHODS)}")

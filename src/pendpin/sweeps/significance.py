@@ -11,7 +11,7 @@ import numpy as np
 from pendpin.dynamics.dynamics import bind
 from pendpin.effects import ContactEffect, Drag, Effect, Rotation, Viscous
 from pendpin.engines import Compiled
-from pendpin.errors import Interrupted, PendpinError
+from pendpin.errors import attempt
 from pendpin.ground.arguments import fraction
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result, Table
@@ -78,8 +78,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     in chaotic motion, and, unless `thorough`, where a run has taken half a second of processor time. InputError, RunError.
     """
     accuracy = fraction("accuracy", accuracy)
-    samples = min(scene.solver.samples or SAMPLES, SAMPLES) if len(scene.times) > SAMPLES else None
-    scene = scene.with_solver(samples=samples)
+    scene = scene.sampled(min(len(scene.times), SAMPLES))
     budget = np.inf if thorough else BUDGET
     tolerance = max(TOLERANCE * accuracy, FINEST)
     base = run_within(budget, scene.by("auto", tolerance))
@@ -91,11 +90,8 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
     why = "" if whole else CHAOTIC if off.any() else LARGE
     rows = []
     for name, listed, effect, other in _list_variants(compared):
-        try:
-            run = run_within(2 * budget, other.by("auto", tolerance))  # it leaves effects out on purpose: no notes
-        except Interrupted:
-            raise
-        except PendpinError as error:
+        run, error = attempt(partial(run_within, 2 * budget, other.by("auto", tolerance)))  # without notes
+        if run is None:
             rows.append(EffectRow(name, listed, float("nan"), None, f"not compared: {error}"))
             continue
         change = float(_measure_distance(compared, base, run).max())
@@ -113,7 +109,7 @@ def significance(scene: Scene, accuracy: float = 1e-3, thorough: bool = False) -
 def _shorten(scene: Scene, count: int) -> Scene:
     """The scene up to the last of this number of output times, at least to the first."""
     count = max(count, 1)
-    return scene.with_solver(samples=count).model_copy(update={"duration": float(scene.times[count - 1])})
+    return scene.sampled(count, duration=float(scene.times[count - 1]))
 
 
 def _list_variants(scene: Scene) -> Iterator[tuple[str, bool, Effect | None, Scene]]:

@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from pendpin.errors import InputError, Interrupted, RunError, shown
-from pendpin.ground.arguments import function
+from pendpin.ground.arguments import function, whole_number
 from pendpin.ground.arrays import ArrayLike
 from pendpin.ground.files import path_of, refuse_targets
 from pendpin.ground.libraries import optional
@@ -76,10 +76,7 @@ def sweep(
     if not measures:
         raise InputError("measure: nothing is measured; name a number of a run, such as swing")
     task = checked(sampled(Task(chosen, plan, measures)))
-    most = WORKERS_EACH * cores()
-    if workers is not None and (type(workers) is not int or not 1 <= workers <= most):
-        right = f"a count from 1 to {most}, {WORKERS_EACH} for each processor"
-        raise InputError(f"workers: {shown(workers)} is not {right}")
+    workers = None if workers is None else whole_number("workers", workers, most=WORKERS_EACH * cores())
     if dask is not None and not isinstance(dask, str):
         raise InputError(f"dask: {shown(dask)} is not an address, such as tcp://host:8786")
     if workers is not None and dask is not None:

@@ -11,7 +11,7 @@ from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TypeVar
 
-from pendpin.errors import InputError, Interrupted, PendpinError, not_one_of, shown
+from pendpin.errors import InputError, Interrupted, not_one_of, shown
 from pendpin.ground.report import Result
 
 Progress = Callable[[str], None]  # called with the case and method that begin
@@ -37,16 +37,6 @@ class Claim:
     def verdict(self) -> str:
         """One word for a table."""
         return "ok" if self.ok else "BROKEN"
-
-
-def attempt(compute: Callable[[], C]) -> tuple[C | None, PendpinError | None]:
-    """What is computed, or the error of a run that fails: that is an outcome too. Raises Interrupted."""
-    try:
-        return compute(), None
-    except Interrupted:
-        raise
-    except PendpinError as error:
-        return None, error
 
 
 def collect(claims: Iterable[C]) -> tuple[tuple[C, ...], bool]:

@@ -91,8 +91,7 @@ class Runs:
     def keep_output_times(self, run: RunRecord) -> RunRecord:
         """A run at the output times alone, with a scene that says so."""
         solver = self.scene.solver
-        at_output_times = run.source.solver.model_copy(update={"samples": solver.samples, "times": solver.times})
-        scene = run.source.model_copy(update={"solver": at_output_times})
+        scene = run.source.sampled(solver.samples, solver.times)
         return replace(_thin_out(run, self.every), scene=scene.recorded(), source=scene)
 
 
@@ -152,10 +151,8 @@ def sample_closely(scene: Scene, every: int) -> Scene:
     if every == 1:
         return scene
     if scene.solver.times is None:
-        new = {"samples": (len(scene.times) - 1) * every + 1}
-    else:
-        new = {"times": tuple(subdivided(scene.clock, every).tolist())}
-    return scene.model_copy(update={"solver": scene.solver.model_copy(update=new)})
+        return scene.sampled((len(scene.times) - 1) * every + 1)
+    return scene.sampled(None, tuple(subdivided(scene.clock, every).tolist()))
 
 
 def choose_density(scene: Scene) -> int:

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -9,9 +10,9 @@ import numpy as np
 
 from pendpin.dynamics.dynamics import Dynamics, bind
 from pendpin.engines import Moving
-from pendpin.errors import InputError, Interrupted, RunError, is_number, shown
+from pendpin.errors import InputError, RunError, attempt, shown
 from pendpin.graphics.style import BESIDE, COLORS, new_figure, styled, with_unit
-from pendpin.ground.arguments import axes, numbers, parsed, whole_number
+from pendpin.ground.arguments import axes, number, numbers, parsed, whole_number
 from pendpin.ground.arrays import Array, ArrayLike
 from pendpin.ground.report import Report, Result, Table
 from pendpin.model.bodies import mass_matrix
@@ -99,8 +100,7 @@ def portrait(
     if not isinstance(section, Crossing):
         raise InputError(f"section: {shown(section)} is not a pp.sections.crossing(...)")
     starts = whole_number("starts", starts, most=MOST_STARTS)
-    if energy is not None and not (is_number(energy) and np.isfinite(energy)):
-        raise InputError(f"energy: {shown(energy)} is not a finite number of joules")
+    energy = energy if energy is None else number("energy", energy, "a finite number of joules")
     seed = whole_number("seed", seed, least=0)
     if energy is None and starts > 1:
         raise InputError(f"energy: {starts} starts are drawn at one energy; give it in J")
@@ -109,16 +109,16 @@ def portrait(
     if energy is None:
         drawn, total = [scene.start], sum(dynamics.energy(q, v))
     else:
-        total = float(energy)
+        total = energy
         drawn = _draw_starts(dynamics, (q, v), section, starts, total, np.random.default_rng(seed))
     values, why = _points_side_by_side(scene, section, drawn), [""] * starts
     for place in np.flatnonzero(np.isnan(values).any((1, 2))):
-        try:
-            values[place], _ = section.collect(scene.model_copy(update={"start": drawn[place]}))
-        except Interrupted:
-            raise
-        except RunError as error:
+        moved = scene.model_copy(update={"start": drawn[place]})
+        points, error = attempt(partial(section.collect, moved), RunError)
+        if points is None:
             why[place] = str(error)
+        else:
+            values[place], _ = points
     return Portrait(section, total, energy is not None, tuple(drawn), values, tuple(why), units)
 
 
@@ -252,11 +252,10 @@ def bifurcation(scene: Scene | str | Path, key: str, values: ArrayLike, section:
     room, why, start = np.full((2, len(at), section.count, len(section.of)), np.nan), dict[str, None](), scene.start
     for rows, order in zip(room, (range(len(at)), range(len(at))[::-1]), strict=True):
         for place in order:
-            try:
-                rows[place], start = section.collect(scenes[place].model_copy(update={"start": start}))
-            except Interrupted:
-                raise
-            except RunError as error:
-                why[f"{key} = {at[place]:g}: {error}"] = None
-                start = scene.start
+            moved = scenes[place].model_copy(update={"start": start})
+            points, error = attempt(partial(section.collect, moved), RunError)
+            if points is None:
+                why[f"{key} = {at[place]:g}: {error}"], start = None, scene.start
+            else:
+                rows[place], start = points
     return Bifurcation(key, at, section, room[0], room[1], tuple(why), units)

@@ -8,12 +8,12 @@ from typing import ClassVar
 
 import numpy as np
 
-from pendpin.errors import InputError, RunError, is_number, shown
+from pendpin.errors import InputError, RunError, shown
 from pendpin.ground.arguments import seconds, whole_number
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import number_in
 from pendpin.motions.periodic import period_of
-from pendpin.motions.search import crossings
+from pendpin.motions.search import check_crossing, crossings
 from pendpin.motions.trajectory import Trajectory
 from pendpin.runs.simulate import run_to_setting, varied
 from pendpin.scene import Scene, Start, chosen_scene, scene_of
@@ -73,7 +73,7 @@ class Section(ABC):
         """The units of the quantities. Raises InputError where the scene has no section, and for unknown names."""
         if not scene.duration:
             raise InputError("duration: a motion of 0 s has no section; give the scene a duration in s")
-        at_start = Trajectory.of(run_to_setting(_lasting(scene, 0.0)))
+        at_start = Trajectory.of(run_to_setting(scene.sampled(None, duration=0.0)))
         return {name: unit_of(at_start, name) for name in self.names}
 
     def values(self, rows: RunRecord) -> Array:
@@ -94,10 +94,7 @@ class Crossing(Section):
         super().__post_init__()
         if not isinstance(self.name, str):
             raise InputError(f"name: {shown(self.name)} is not the name of a quantity, such as 'theta_1'")
-        if not is_number(self.level) or not np.isfinite(self.level):
-            raise InputError(f"level: {shown(self.level)} is not a finite number")
-        if not is_number(self.direction) or self.direction not in {-1, 0, 1}:
-            raise InputError(f"direction: {shown(self.direction)} is not 1 (rising), -1 (falling) or 0 (both)")
+        check_crossing(self.level, self.direction)
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -192,5 +189,4 @@ def strobe(period: float | None = None, *, of: Sequence[str] | str, count: int =
 def _lasting(scene: Scene, duration: float) -> Scene:
     """The scene with another duration in s, and samples as dense as they are."""
     intervals = (len(scene.times) - 1) * duration / scene.duration
-    solver = scene.solver.model_copy(update={"samples": int(max(2, 1 + round(intervals))), "times": None})
-    return scene.model_copy(update={"duration": duration, "solver": solver})
+    return scene.sampled(int(max(2, 1 + round(intervals))), duration=duration)

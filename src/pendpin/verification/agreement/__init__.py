@@ -19,7 +19,7 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from pendpin.dynamics.vibrations import matrices, vibrations
-from pendpin.errors import InputError, MissingLibrary, amount, find, inside
+from pendpin.errors import InputError, MissingLibrary, amount, attempt, find, inside
 from pendpin.graphics.figure import draw_path
 from pendpin.graphics.style import new_figure, styled
 from pendpin.ground.arguments import function, names_in, number_at
@@ -34,7 +34,7 @@ from pendpin.motions.periodic import periodic_orbit
 from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import METHODS, Scene
 from pendpin.scene.methods import Accuracy, Method
-from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once
+from pendpin.verification import Claim, Claims, Progress, choose_cases, collect, name_once
 
 FOLDER = Path(__file__).parent / "cases"
 WINDOW = 0.02  # of a published bound of stability: where the verdict is looked for to change

@@ -14,14 +14,14 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.errors import MissingLibrary, amount
+from pendpin.errors import MissingLibrary, amount, attempt
 from pendpin.ground.report import Report, Table
 from pendpin.model import kinematics
 from pendpin.model.build import build
 from pendpin.motions.trajectory import Trajectory, simulate
 from pendpin.scene import Scene
 from pendpin.trajectory import Derived, Stats
-from pendpin.verification import Claim, Claims, Progress, attempt, choose_cases, collect, name_once, simulators
+from pendpin.verification import Claim, Claims, Progress, choose_cases, collect, name_once, simulators
 from pendpin.verification.hardcases import chains, rods
 from pendpin.verification.hardcases.base import FOLDER, Case, Solve, scene
 

@@ -12,7 +12,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.equations.exact import planar
-from pendpin.errors import InputError, Interrupted, RunError
+from pendpin.errors import RunError, attempt
 from pendpin.ground.arrays import Array
 from pendpin.motions.trajectory import Trajectory
 from pendpin.scene import Rod, Scene, load_scene
@@ -129,12 +129,7 @@ def refused(name: str, one: str, other: str) -> Measure:
     """0 if a scene is refused, or its run ends, with an error of one line that has both words; else 1."""
 
     def measure(solve: Solve, full: bool) -> float:
-        try:
-            solve(scene(name))
-        except Interrupted:
-            raise
-        except (InputError, RunError) as error:
-            return float("\n" in str(error) or one not in str(error) or other not in str(error))
-        return 1.0
+        _, error = attempt(lambda: solve(scene(name)))
+        return float(error is None or "\n" in str(error) or one not in str(error) or other not in str(error))
 
     return measure

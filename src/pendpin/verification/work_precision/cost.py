@@ -11,7 +11,7 @@ from pathlib import Path
 import numpy as np
 
 from pendpin.engines import Compiled
-from pendpin.errors import Halted, InputError, Interrupted, RunError, amount
+from pendpin.errors import Halted, InputError, Interrupted, RunError, amount, attempt
 from pendpin.ground.arguments import flag, fraction, function, names_in, seconds, whole_number
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import installed
@@ -22,7 +22,7 @@ from pendpin.model.kinematics import marks, marks_at, scale, tip_distance
 from pendpin.runs.preparation import Prepared
 from pendpin.runs.simulate import halting, run_to_setting
 from pendpin.scene import METHODS, Scene, chosen_scene, fixed_methods
-from pendpin.verification import attempt, simulators
+from pendpin.verification import simulators
 from pendpin.verification.simulators import Peer
 from pendpin.verification.work_precision import references
 from pendpin.verification.work_precision.report import ACCURACIES, UNCOMPILED, CostReport, Curve, Point, cost_row
@@ -207,8 +207,7 @@ def _prepare_bench(
     scene = scene.with_solver(method="auto", samples=samples if thorough else min(samples, SAMPLES))
     solutions, limit = (references.SOLUTIONS, np.inf) if thorough else (references.QUICK, OF_REFERENCE)
     known = references.reference(scene, KNOWN * accuracy, solutions, limit)
-    solver = scene.solver.model_copy(update={"samples": len(known.t)})
-    scene = scene.model_copy(update={"duration": known.horizon, "solver": solver})
+    scene = scene.sampled(len(known.t), duration=known.horizon)
     pilot = run_to_setting(scene.by("dop853", 1e-3))
     if not thorough:
         references.refuse_other_equations(scene, pilot)

@@ -16,7 +16,7 @@ from pendpin.dynamics.dynamics import bind
 from pendpin.effects import Gravity
 from pendpin.engines import Compiled
 from pendpin.equations import exact
-from pendpin.errors import InputError
+from pendpin.errors import InputError, attempt
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import FEW_JOINTS, MAX_JOINTS, uncompiled
 from pendpin.model.build import build, start_state
@@ -24,7 +24,6 @@ from pendpin.model.kinematics import marks, scale, tip_distance
 from pendpin.runs.simulate import run_within
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
-from pendpin.verification import attempt
 
 SAME = 1e-9  # of the largest rate: difference of two equations by rounding
 LARGE = 200  # joints: a Jacobian of more takes minutes, in which nothing stops it
