@@ -14,7 +14,7 @@ from effect_cases import EFFECTS
 from laws import law
 from pendpin import effects as fx
 from pendpin.ground.files import folder_of
-from pendpin.motions import variations
+from pendpin.integrators import adaptive
 from pendpin.motions.variations import Variations, list_state_keys
 from pendpin.stability.linearize import stability
 from pendpin.verification.hardcases.base import inertia_about_joint
@@ -100,7 +100,7 @@ def test_changes_are_integrated_by_scipy_where_cyrk_is_missing(monkeypatch: pyte
     """The same method with the same tolerance, in steps of its own: the same changes within that."""
     run = pp.simulate(scene(tolerance=1e-11))
     by_cyrk = run.state_transition(0.0, 2.0), run.sensitivity("model.rods[0].mass")
-    monkeypatch.setattr(variations, "cyrk", lambda: None)
+    monkeypatch.setattr(adaptive, "cyrk", lambda: None)
     by_scipy = run.state_transition(0.0, 2.0), run.sensitivity("model.rods[0].mass")
     assert all(np.abs(x - y).max() <= 1e-9 * np.abs(x).max() for x, y in zip(by_cyrk, by_scipy, strict=True))
 

@@ -12,7 +12,7 @@ from pendpin import effects as fx
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects.base import returned
 from pendpin.effects.pace import Pace
-from pendpin.errors import InputError, find, shown
+from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import EPS, Array, Indices
 from pendpin.model.bodies import WrittenJoint
 from pendpin.model.build import Model
@@ -189,7 +189,6 @@ def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indi
     if names is None:
         return np.arange(len(model.bodies))
     links = tuple(body.link for body in model.bodies)
-    alias = {"rod_1": "rod"} if links == ("rod",) else {}
     pin: Any = None if model.written is None else model.pin
     for name in names:
         if pin is not None and name not in links and pin.existBodyName(name):  # fixed to another, or massless
@@ -197,7 +196,7 @@ def chosen_bodies(model: Model, names: Sequence[str] | None, where: str) -> Indi
             of = [shown(body.link) for body in model.bodies if body.joint == above]
             still = "has no mass" if above >= 0 else "does not move"
             raise InputError(f"{where}: link {shown(name)} {f'is fixed to {of[0]}: name that link' if of else still}")
-    return np.array([find(links, alias.get(name, name), f"{where}: link") for name in names], dtype=np.intp)
+    return np.array([model.body(name, where) for name in names], dtype=np.intp)
 
 
 def plain_arithmetic(effects: Sequence[fx.Effect]) -> bool:

@@ -19,6 +19,7 @@ from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import ContactEffect, Effect, Motion, Torque
 from pendpin.engines import AngleEngine, Compiled, Directions, Engine, Function, GivenTorque, Loads, Moving
 from pendpin.engines.machine import llvm
+from pendpin.engines.machine.llvm import Block
 from pendpin.engines.machine.tape import Recording, Tape, Term
 from pendpin.engines.pinocchio import turn_into_joint_frames
 from pendpin.equations import newton_euler, recursion, trees
@@ -287,6 +288,28 @@ def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:
     key = equations.parameters().structure, zero
     still = _still.look_up(key, lambda: staying_zero(equations, zero))
     return Moving(engine, still) if 0 < len(still) < len(y) else engine  # where nothing moves, the whole state is kept
+
+
+def record_twice(
+    name: str,
+    model: Model,
+    by_rod: bool,
+    write: Callable[[Parameters], Callable[..., Any]],
+    recording: Callable[[Tape, Parameters, Any], Recording],
+    parts: int,
+) -> tuple[Block, Parameters]:
+    """What `write` makes a function of t and `parts` parts of a state for: a block, and the parameters in it.
+
+    It is written once to list the parameters and, where no scene of this structure was before, once on a tape.
+    """
+    parameters = Parameters(model, by_rod)
+    write(parameters)
+
+    def record() -> Recording:
+        numbers = Parameters(model, by_rod, tape=(tape := Tape()))
+        return recording(tape, numbers, write(numbers)(tape.term("time"), *numbers.state(parts)))
+
+    return look_up((name, parameters.structure), record, parameters).block(parameters.values), parameters
 
 
 def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> Function:

@@ -1,6 +1,7 @@
 """What is computed at the samples of a run, as machine code: accelerations, wrenches, poses and the kinetic energy."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -41,20 +42,16 @@ def compile_sampler(engine: Engine, effects: Sequence[Effect], start: float) -> 
     effects, given = compiling.split_functions(model, effects, start)
     # Compiled apart from the equations of motion, which costs 15 to 20 ms in a first run: one function for both would change
     # the last digit of the accelerations at the samples (docs/accuracy.md).
-    parameters = Parameters(model, by_rod)
-    parameters.constant("samples")
-    _sampled(engine, effects, start, parameters)
 
-    def record() -> Recording:
+    def recording(tape: Tape, numbers: Parameters, sampled: tuple[Any, Any]) -> Recording:
         """What is computed at a sample, recorded for one rod where they are alike; that of a single rod is written out."""
-        numbers = Parameters(model, by_rod, tape=(tape := Tape()))
-        state = numbers.state(PARTS)
-        rows, kinetic = _sampled(engine, effects, start, numbers)(tape.term("time"), *state)
+        rows, kinetic = sampled
         if by_rod:
             return Recording(tape, [], [kinetic], parts=PARTS, width=numbers.width, more_of_rod=list(rows))
-        return Recording(tape, [], [*rows, kinetic], width=state.size)
+        return Recording(tape, [], [*rows, kinetic], width=PARTS * len(model.joints))
 
-    block = compiling.look_up(parameters.structure, record, parameters).block(parameters.values)
+    write = partial(_sampled, engine, effects, start)
+    block, parameters = compiling.record_twice("samples", model, by_rod, write, recording, PARTS)
     parts, joints = parameters.rods, parameters.width
 
     def sample(t: Array, q: Array, v: Array, torque: Array | None = None) -> tuple[Array, ...] | None:

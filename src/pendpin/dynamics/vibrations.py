@@ -10,12 +10,13 @@ solved apart: those of a hanging chain in its two planes.
 """
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pendpin.dynamics.binding import Binding
-from pendpin.dynamics.compiling import BoundTree, look_up, records_by_rod
+from pendpin.dynamics.compiling import BoundTree, record_twice, records_by_rod
 from pendpin.dynamics.derivatives import differentiable
 from pendpin.dynamics.parameters import Parameters
 from pendpin.effects import Effect
@@ -51,19 +52,16 @@ def matrices(scene: Scene, q: Array, v: Array, a: Array) -> Matrices:
     """
     model, effects, start = build(scene.model), differentiable(scene), scene.start.time
     by_rod, nv = records_by_rod(model, effects), len(q)
-    parameters = Parameters(model, by_rod)
-    _residual(model, effects, start, parameters)
 
-    def write() -> Recording:
+    def recording(tape: Tape, numbers: Parameters, residual: Any) -> Recording:
         """The residual with its derivative along a change of q, v and a; by rod, of one rod."""
-        numbers = Parameters(model, by_rod, tape=(tape := Tape()))
-        state = numbers.state(PARTS)
-        results = list(_residual(model, effects, start, numbers)(tape.term("time"), *state))
         if by_rod:
-            return add_tangents(Recording(tape, [], parts=PARTS, width=numbers.width, of_rod=results), [STATE])
-        return add_tangents(Recording(tape, results, width=state.size), [STATE])
+            one = Recording(tape, [], parts=PARTS, width=numbers.width, of_rod=list(residual))
+        else:
+            one = Recording(tape, list(residual), width=PARTS * nv)
+        return add_tangents(one, [STATE])
 
-    block = look_up(("residual", parameters.structure), write, parameters).block(parameters.values)
+    block, _ = record_twice("residual", model, by_rod, partial(_residual, model, effects, start), recording, PARTS)
     point, derivatives = np.concatenate([q, v, a]), np.empty((PARTS * nv, nv))
     for begin in range(0, PARTS * nv, TOGETHER):
         ways = np.eye(min(TOGETHER, PARTS * nv - begin), PARTS * nv, begin)

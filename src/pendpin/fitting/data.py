@@ -12,11 +12,11 @@ from pendpin.errors import InputError, amount, choices, did_you_mean, inside, sh
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import csv_table, number_in, read_whole
 from pendpin.model import kinematics
-from pendpin.model.build import Model, find
+from pendpin.model.build import Model
 from pendpin.scene import Data
+from pendpin.trajectory.columns import AXES
 
 MOST_BYTES = 200_000_000
-_AXES = ("x", "y", "z")
 SENSITIVE = 1e-9  # m/rad: a joint that moves a tip by less does not
 FEWEST = 8  # samples of a segment
 MOST_SAMPLES = 20_000  # of a segment that says no more with more of them
@@ -220,12 +220,10 @@ def sensors_of(table: Data, model: Model) -> Sensors:
         where = f"data.columns.{name}"
         if isinstance(measured, str):
             text, dot, axis = measured.rpartition(".")
-            if not dot or axis not in _AXES:
-                right = f"a link and {choices(_AXES)}, such as rod_1.y, or a joint in brackets: [{shown(measured)}]"
+            if not dot or axis not in AXES:
+                right = f"a link and {choices(AXES)}, such as rod_1.y, or a joint in brackets: [{shown(measured)}]"
                 raise InputError(f"{where}: {shown(measured)} is not a coordinate of a tip; write {right}")
-            links = tuple(body.link for body in model.bodies)
-            link = "rod" if links == ("rod",) and text == "rod_1" else text
-            tips[row, 3 * find(links, link, f"{where}: link") + _AXES.index(axis)] = 1.0
+            tips[row, 3 * model.body(text, where) + AXES.index(axis)] = 1.0
         elif not measured:
             raise InputError(f"{where}: it names no joint")
         elif len(set(measured)) < len(measured):

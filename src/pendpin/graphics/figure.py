@@ -15,6 +15,7 @@ from pendpin.ground.arguments import axes
 from pendpin.scene import Scene
 from pendpin.trajectory import RunRecord
 from pendpin.trajectory.columns import DRIFT, NOTHING, is_chain, unit_of
+from pendpin.trajectory.record import MOST_LETTERS
 
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
@@ -24,7 +25,6 @@ TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a 
 LEAST = 6.0  # inches, of the panels where paths are beside them
 LETTER = 0.066  # inches, of a legend
 MARKS = ("\u2014", "\u2013 \u2013", "\u00b7\u00b7\u00b7", "\u2013\u00b7\u2013")  # the same in letters
-MOST_LETTERS = 90  # of a title
 
 Panel = Callable[[Any, RunRecord], None]
 

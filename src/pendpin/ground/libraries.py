@@ -7,7 +7,7 @@ import sys
 from collections.abc import Callable, Hashable, Mapping
 from contextlib import suppress
 from contextvars import copy_context
-from functools import cache
+from functools import cache, partial
 from importlib import import_module
 from importlib.machinery import ExtensionFileLoader
 from importlib.util import find_spec
@@ -18,7 +18,7 @@ from time import monotonic
 from types import FrameType, SimpleNamespace
 from typing import Any, Generic, TypeVar
 
-from pendpin.errors import MissingLibrary
+from pendpin.errors import MissingLibrary, say_note
 
 T = TypeVar("T")
 # s, after which a wait for another thread begins anew: Ctrl-C does not wake one whose signal another thread has taken, or
@@ -97,9 +97,10 @@ def heed_interrupts() -> None:
 
 
 def heyoka() -> Any:
-    """The library, imported. Raises ImportError."""
+    """The library, imported. Raises MissingLibrary."""
     # one that another thread still imports, as after a limit, is waited for, and not taken half imported
-    return import_module("heyoka") if "heyoka" in sys.modules else wait_for(lambda: import_module("heyoka"))
+    imported = partial(optional, "heyoka", "solver.method: taylor", "heyoka")
+    return imported() if "heyoka" in sys.modules else wait_for(imported)
 
 
 def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tuple[Any, ...]]]) -> Any:
@@ -113,6 +114,11 @@ def c_functions(package: str, file: str, names: Mapping[str, tuple[str, Any, tup
         functions[name] = library[symbol]
         functions[name].restype, functions[name].argtypes = result, arguments
     return SimpleNamespace(**functions)
+
+
+def say_unused(library: str, reason: str) -> None:
+    """A note, at the line of the caller's caller, that a library is there and cannot be used."""
+    say_note(f"{library} is not used, and runs take about 8 times as long: {reason}", stacklevel=4)
 
 
 VERSION = "0.1.0"

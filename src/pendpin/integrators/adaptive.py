@@ -17,9 +17,8 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.engines import Derivative, Engine, ProgressCallback
 from pendpin.engines.machine import llvm
 from pendpin.engines.machine.llvm import Block
-from pendpin.errors import say_note
 from pendpin.ground.arrays import Array, Mask
-from pendpin.ground.libraries import c_functions, is_there, version
+from pendpin.ground.libraries import c_functions, is_there, say_unused, version
 from pendpin.integrators.base import FREE, LEAST_RTOL, NOT_FINITE, Integrator, Segment, StepPlan, finite_part
 from pendpin.integrators.events import Stepper, Steps, integrate_to_event
 from pendpin.scene import METHODS, Method, Scene, method_of
@@ -94,8 +93,7 @@ class Adaptive(Integrator):
             return Segment(*finite_part(states, result.steps_taken, failure))
         scales = StateScales(np.ones(len(y)), np.ones(len(y), bool))
         stepper = OnSciPy(self.method, tolerance, scales, first_step, plan.longest, derivative)
-        end = integrate_to_event(stepper, lambda t, y: y[:, :0], np.empty(0), times[0], y, times[-1], times[1:])
-        return Segment(*finite_part(np.concatenate([y[None], end.samples]), end.steps, end.failure))
+        return Segment(*finite_part(*_without_events(stepper, y, times)))
 
     def compiled_block(self, engine: Engine, progress: ProgressCallback) -> Block | None:
         """The equations of a compiled engine; None if the method calls them from Python."""
@@ -246,6 +244,23 @@ def block_stepper(
     return OnSciPy(METHODS["dop853"], rtol, scales, first_step, longest, derivative_of(block))
 
 
+def block_states(block: Block, rtol: float, atol: Array, longest: float, y: Array, times: Array) -> Array:
+    """The states (n, size) of a block's equations at times (n,) by DOP853, from y (size,); fewer where it stops."""
+    if cyrk() is not None:
+        return (
+            Call("DOP853", block, np.array([rtol]), atol, 0.0, longest).solved(y, times[0], times[-1], times).states(y)
+        )
+    scales = StateScales(atol / rtol, np.ones(len(y), bool))
+    stepper = OnSciPy(METHODS["dop853"], rtol, scales, None, longest, derivative_of(block))
+    return _without_events(stepper, y, times)[0]
+
+
+def _without_events(stepper: Stepper, y: Array, times: Array) -> tuple[Array, int, str | None]:
+    """The states (n, size) at times (n,) by SciPy's steps, how many steps they take, and why they stop early."""
+    end = integrate_to_event(stepper, lambda t, y: y[:, :0], np.empty(0), times[0], y, times[-1], times[1:])
+    return np.concatenate([y[None], end.samples]), end.steps, end.failure
+
+
 # --- CyRK's solver in C++, without importing CyRK: that imports Numba, 0.17 to 0.3 s where a first run takes 0.1 s ---
 #
 # CyRK documents nbsolve2_ivp, which Numba compiles for each caller, and no way to its solver without that import (0.20: the
@@ -292,7 +307,7 @@ def cyrk() -> Any:
         with suppress(OSError, AttributeError, ValueError):
             if installed.startswith(SERIES):
                 return c_functions("CyRK", "nb/numba_c_api.*.so", _NAMES)
-    say_note(f"CyRK {installed} is not used, and runs take about 8 times as long: {reason}", stacklevel=3)
+    say_unused(f"CyRK {installed}", reason)
     return None
 
 

@@ -57,10 +57,7 @@ class Taylor(Integrator):
         return cls(dynamics.effects, scene.solver.tolerance, scene.start.time)
 
     def __init__(self, effects: Sequence[Effect], tolerance: float, start: float = 0.0) -> None:
-        try:
-            self._heyoka = heyoka()
-        except ImportError:
-            raise MissingLibrary("solver.method: taylor needs heyoka: pip install heyoka") from None
+        self._heyoka = heyoka()
         for i, effect in enumerate(effects):
             if not effect.smooth:
                 rough = f"effects[{i}]: {effect.kind} is not smooth"
@@ -166,7 +163,7 @@ def start_compiler() -> float:
     # Called before the first series, it keeps that out of the time of whichever is compiled first.
     try:
         hy = heyoka()
-    except ImportError:
+    except MissingLibrary:
         return 0.0
 
     def compile_decay() -> float:

@@ -74,10 +74,18 @@ class WrittenJoint(NamedTuple):
     lower: float  # -inf where nothing limits it
     upper: float
 
-    @property
-    def limited(self) -> bool:
-        """Whether either limit is finite."""
-        return math.isfinite(self.lower) or math.isfinite(self.upper)
+    def says(self, what: str) -> bool:
+        """Whether it has a damping, a friction or limits."""
+        limited = math.isfinite(self.lower) or math.isfinite(self.upper)
+        return limited if what == "limits" else bool(getattr(self, what))
+
+
+# What a file says of a joint: as a field of the effect as_written, in XML, and what acts.
+WRITTEN = (
+    ("damping", "<dynamics damping>", "damping"),
+    ("friction", "<dynamics friction>", "dry friction"),
+    ("limits", "<limit>", "stops"),
+)
 
 
 def acting_limits(lower: float, upper: float) -> tuple[float, float]:

@@ -111,6 +111,11 @@ class Model:
             name = name.removesuffix("_1")
         return find(self.joints, name, f"{where}: joint")
 
+    def body(self, link: str, where: str) -> int:
+        """The place of a link among the bodies; a single rod may be written rod_1. Raises InputError."""
+        links = tuple(body.link for body in self.bodies)
+        return find(links, "rod" if links == ("rod",) and link == "rod_1" else link, f"{where}: link")
+
 
 def build(model: Chain | UrdfModel | PinModel) -> Model:
     """The model of a scene. Raises InputError for a model that cannot be simulated, with its place and the reason."""

@@ -7,7 +7,7 @@ import numpy as np
 from pendpin.effects import AsWritten, Drag, Effect, Motor, Push, Spring, Stop
 from pendpin.errors import PendpinError, amount, choices, shown
 from pendpin.model import kinematics
-from pendpin.model.bodies import WrittenJoint
+from pendpin.model.bodies import WRITTEN, WrittenJoint
 from pendpin.model.build import Model, start_state
 from pendpin.scene import Chain, Scene, scene_of
 from pendpin.trajectory import RunRecord
@@ -74,16 +74,12 @@ def notes(scene: Scene, model: Model) -> tuple[str, ...]:
 def ignored(joints: Sequence[WrittenJoint], effects: Sequence[Effect]) -> tuple[str, ...]:
     """One note on the damping, friction and limits that a file writes and the scene does not let act, if there are any."""
     listed = [effect for effect in effects if isinstance(effect, AsWritten)]
-    left = {
-        "<dynamics damping>": [] if any(x.damping for x in listed) else [j.name for j in joints if j.damping],
-        "<dynamics friction>": [] if any(x.friction for x in listed) else [j.name for j in joints if j.friction],
-        "<limit>": [] if any(x.limits for x in listed) else [j.name for j in joints if j.limited],
-    }
     parts = []
-    for what, names in left.items():
+    for what, tag, _ in WRITTEN:
+        names = [] if any(getattr(x, what) for x in listed) else [j.name for j in joints if j.says(what)]
         few = len(names) <= MOST_NAMED
         some = choices(map(shown, names)) if few else f"{len(names)} joints ({shown(names[0])}, ...)"
-        parts += [f"{what} of {some}"] if names else []
+        parts += [f"{tag} of {some}"] if names else []
     if not parts:
         return ()
     return (f"{', '.join(parts)}: ignored; the effect as_written (--as-written, effects.AsWritten()) lets them act",)
@@ -101,12 +97,9 @@ def as_written(run: RunRecord) -> str:
     """What of the URDF's <dynamics> and <limit> acted in a run, in words; "" where nothing of them was listed."""
     joints, effects = _file_and_effects(run)
     listed = [effect for effect in effects if isinstance(effect, AsWritten)]
-    counts = {
-        "damping": sum(j.damping > 0 for j in joints) * any(x.damping for x in listed),
-        "dry friction": sum(j.friction > 0 for j in joints) * any(x.friction for x in listed),
-        "stops": sum(j.limited for j in joints) * any(x.limits for x in listed),
-    }
-    parts = [f"{what} of {amount(count, 'joint')}" for what, count in counts.items() if count]
+    acting = [(what, law) for what, _, law in WRITTEN if any(getattr(x, what) for x in listed)]
+    counts = {law: sum(joint.says(what) for joint in joints) for what, law in acting}
+    parts = [f"{law} of {amount(count, 'joint')}" for law, count in counts.items() if count]
     return choices(parts) or ("nothing: the file writes none" if listed else "")
 
 
@@ -117,7 +110,7 @@ def leaving(run: RunRecord) -> tuple[str, ...]:
     except PendpinError:
         return ()
     acting = any(isinstance(effect, AsWritten) and effect.limits for effect in effects)
-    limited = set() if acting else {joint.name for joint in joints if joint.limited}
+    limited = set() if acting else {joint.name for joint in joints if joint.says("limits")}
     travelled = np.abs(run.q - run.q[:1]).max(0)
     left = np.flatnonzero(model.slides & (travelled > FAR * kinematics.scale(model)))
     remedy = "; with --as-written its limits act" if any(run.joints[joint] in limited for joint in left) else ""

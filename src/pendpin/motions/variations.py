@@ -23,7 +23,7 @@ from pendpin.errors import InputError, RunError, choices, is_number, not_one_of,
 from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import EPS, Array
 from pendpin.integrators import Run
-from pendpin.integrators.adaptive import Call, OnSciPy, StateScales, block_stepper, cyrk, derivative_of
+from pendpin.integrators.adaptive import block_states, block_stepper
 from pendpin.integrators.base import LEAST_RTOL
 from pendpin.integrators.events import integrate_to_event
 from pendpin.model.build import build, start_state
@@ -31,7 +31,7 @@ from pendpin.motions.continuation import at, margin_of_events, since_start, time
 from pendpin.motions.search import extreme
 from pendpin.runs.preparation import bind_for_run
 from pendpin.runs.run import fill_in
-from pendpin.scene import METHODS, Scene, scene_of
+from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import RunRecord, joined, samples_of
 
 MOST_EVENTS = 100_000  # of one motion
@@ -183,13 +183,7 @@ def _solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longe
     """The states (n, size) of a block's equations at times (n,), from y (size,) at the first; fewer where it stops."""
     if times[-1] == times[0]:
         return np.repeat(y[None], len(times), 0)
-    if cyrk() is not None:
-        call = Call("DOP853", block, np.array([rtol]), atol, 0.0, longest)
-        return call.solved(y, times[0], times[-1], np.ascontiguousarray(times)).states(y)
-    scales = StateScales(atol / rtol, np.ones(len(y), bool))
-    stepper = OnSciPy(METHODS["dop853"], rtol, scales, None, longest, derivative_of(block))
-    end = integrate_to_event(stepper, lambda t, y: y[:, :0], np.empty(0), times[0], y, times[-1], times[1:])
-    return np.concatenate([y[None], end.samples])
+    return block_states(block, rtol, atol, longest, y, np.ascontiguousarray(times))
 
 
 def list_state_keys(nv: int) -> list[str]:

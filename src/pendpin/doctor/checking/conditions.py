@@ -17,6 +17,7 @@ import numpy as np
 
 from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
 from pendpin.doctor.checking.residuals import (
+    NONE,
     TOLERANCE,
     ZERO,
     holds,
@@ -178,7 +179,8 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()
     turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
     pairs = (system.spec, "the angles are small"), (turned, "the angles are small, from upright")
-    powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & {*system.spec.coordinates}]
+    angles = {name for name in system.spec.coordinates if system.spec.dimensions.get(name) == NONE}
+    powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & angles]
     if energy and not (powers or stated):
         return ""
     # a series has to be right up to its own last term, and energies to the squares of rates

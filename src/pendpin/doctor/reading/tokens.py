@@ -180,7 +180,7 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
     (r"(?<=\w['′])([234])(?=[\s*)]|$)", r"^\1"),  # a power that is no longer raised, as in θ1'2
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
-    (r"\b(Pow|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
+    (r"\b(Pow|Sin|Cos|Tan|Sqrt|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
     # functions behind their argument, as in Rust: theta.sin().powi(2)
     (r"((?<![\w.])[\w.]+|\([^()]*\))\.(sin|cos|tan|sqrt)\(\)", r"\2(\1)"),

@@ -23,9 +23,9 @@ from pendpin.engines.machine import routines
 from pendpin.engines.machine.routines import CALLBACK, CALLS, HEADER, RODS, TABLE, TRIGONOMETRY, WIDE
 from pendpin.engines.machine.tape import Recording
 from pendpin.engines.machine.text import Text
-from pendpin.errors import MissingLibrary, say_note
+from pendpin.errors import MissingLibrary
 from pendpin.ground.arrays import Array
-from pendpin.ground.libraries import c_functions, is_there, version
+from pendpin.ground.libraries import c_functions, is_there, say_unused, version
 
 OPTIMISATION = 2  # of 3; the tape is already simplified
 LONG = 4000  # operations without a loop, beyond which optimising takes over 0.15 s: its time grows with their square
@@ -59,11 +59,7 @@ def installed() -> bool:
         return False
     found = version("llvmlite")
     if not found.startswith(SERIES):
-        say_note(
-            f"llvmlite {found} is not used, and runs take about 8 times as long: pendpin compiles with llvmlite {SERIES}x: "
-            f"{REMEDY}",
-            stacklevel=3,
-        )
+        say_unused(f"llvmlite {found}", f"pendpin compiles with llvmlite {SERIES}x: {REMEDY}")
     return found.startswith(SERIES)
 
 

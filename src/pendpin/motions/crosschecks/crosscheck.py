@@ -25,7 +25,7 @@ from pendpin.motions.crosschecks.routes import (
     tree_scale,
 )
 from pendpin.scene import Scene
-from pendpin.trajectory import RunRecord
+from pendpin.trajectory import HingeReactions, RunRecord
 
 BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
 LARGEST_RATE = 100.0  # rad/s
@@ -33,7 +33,6 @@ MOST_STATES = 10_000_000  # compared at once: some gigabytes
 ALONG_JOINTS = 1_200  # states times joints that are compared along a run: about a second
 POLE = 1e-6  # of cos(phi): at poles of thin rods theta moves nothing, and the mass matrix keeps four digits here
 REFERENCE_JOINTS = 400  # states times joints that the recursion in 50 digits is given: some seconds
-REACTIONS = ("R1", "R2", "R3", "M1", "M2", "M3", "Mc")
 
 
 @dataclass(frozen=True)
@@ -213,7 +212,7 @@ def compare(
 
     others = [f"{model.joints[joint]} {axis}" for joint in other_joints(model) for axis in "xyz"]
     places = {"acceleration": list(model.joints), "force": others, "moment": others}
-    places |= {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *REACTIONS)}
+    places |= {name: [rod.link for rod in model.rods] for name in ("theta_dd", "phi_dd", *HingeReactions._fields)}
     bound = BOUND * max(1, q.shape[1] / 2)  # for every rod, or two joints, through which rounding errors propagate
 
     def compare_pairs(pairs: Iterable[tuple[str, str]], answers: Mapping[str, Answer], at: Indices) -> list[CheckRow]:
@@ -252,7 +251,7 @@ def _sizes(dynamics: Dynamics, q: Array, v: Array, reference: Answer) -> dict[st
     scale = tree_scale(model, dynamics.loads.field(0.0), q, v, a, *loads_at(dynamics, q, v))
     at, others = [rod.last for rod in model.rods], other_joints(model)
     sizes = dict(zip(keys, np.split(scale.acceleration, len(keys), -1), strict=True))
-    sizes |= {name: (scale.force if name.startswith("R") else scale.moment)[:, at] for name in REACTIONS}
+    sizes |= {name: (scale.force if name.startswith("R") else scale.moment)[:, at] for name in HingeReactions._fields}
     return sizes | {name: np.repeat(getattr(scale, name)[:, others], 3, -1) for name in ("force", "moment")}
 
 

@@ -12,13 +12,13 @@ from pendpin.errors import InputError, not_one_of, one_line, shown
 from pendpin.ground.arrays import Array
 from pendpin.ground.report import Report, Result
 from pendpin.scene import Scene
+from pendpin.trajectory import Reactions
+from pendpin.trajectory.columns import WRENCH
 
 STATES = 60
 LARGEST_RATE = 3.0  # rad/s
 BOUND = 1e-9  # relative to the largest value
 PARTS = ("at rest", "one joint turning", "all joints turning")
-WRENCH = ("Fx", "Fy", "Fz", "Mx", "My", "Mz")
-REACTIONS = ("R1", "R2", "R3", "M3", "Mc")
 
 Answer = dict[str, Array]  # quantities by name, the last axis of each with a number a joint or rod
 
@@ -94,7 +94,7 @@ def compare_functions(
             if ours.shape != true.shape:
                 raise InputError(f"{what}: the function returns shape {ours.shape[2:]}, not {true.shape[2:]}")
             rods = tuple(f"rod_{i + 1}" for i in range(true.shape[2]))
-            places = rods if name in REACTIONS else dynamics.model.joints
+            places = rods if name in Reactions._fields else dynamics.model.joints
             rows += [_compare_quantity(name, places, i, ours[..., i], true) for i in range(len(places))]
     return Comparison(tuple(rows))
 
@@ -112,8 +112,8 @@ def _answer(function: Callable[..., Any], what: str, q: Array, v: Array) -> Answ
     if what == "accelerations":
         return {"acceleration": _array(value, what)}
     if isinstance(value, Mapping):
-        if unknown := [name for name in value if name not in REACTIONS]:
-            raise InputError(f"{what}: {not_one_of(unknown[0], REACTIONS)}")
+        if unknown := [name for name in value if name not in Reactions._fields]:
+            raise InputError(f"{what}: {not_one_of(unknown[0], Reactions._fields)}")
         return {name: _array(entry, f"{what}: {name}") for name, entry in value.items()}
     wrenches, shape = _array(value, what), (len(q), 6)
     if wrenches.shape != shape:
