@@ -124,7 +124,7 @@ def test_values_that_cannot_be_are_refused_by_key() -> None:
         ({"a": [[1.0, 2.0]]}, r"not shape \(1, 2\)"),
         ({"a": ["x"]}, "a: .* are not numbers"),
         ({"a": [True]}, "a: .* are not numbers"),
-        ({"a": [1.0, 2.0, np.nan]}, "a: value 2 is not a finite number"),
+        ({"a": [1.0, 2.0, np.nan]}, "a: nan, the value at place 2, is not a finite number"),
         ({"a": np.ones(10**4), "b": np.ones(10**4 + 1)}, "100010000 cases are more than 100000000"),
     ):
         with pytest.raises(pp.InputError, match=says):

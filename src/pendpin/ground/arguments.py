@@ -58,7 +58,7 @@ def number(
     """A number, Python's or NumPy's, that fits."""
     plain = value.item() if isinstance(value, np.generic) else value
     if not is_number(plain) or not fits(plain):
-        raise InputError(f"{name}: {shown(plain).removesuffix('.0')} is not {right}")
+        raise InputError(f"{name}: {shown(plain)} is not {right}")
     return plain
 
 

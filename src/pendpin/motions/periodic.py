@@ -169,6 +169,8 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
         now = integrate_period(scene, y, period)
         turns = now.turns if turns is None else turns
         gap = now.end - y - turns
+        if period * np.abs(now.rate).max() <= CLOSED < np.abs(now.rate).max():
+            raise InputError(f"period: after {period:g} s the state is the same but for rounding; give a longer one")
         size = float(np.abs(gap).max())
         if best is None or size < best[0]:
             best, patience = (size, y, period, now.transition), 3

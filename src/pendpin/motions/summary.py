@@ -165,6 +165,6 @@ def text(run: Any) -> str:
         elif least.value < 0:
             parts.append(f"compression up to {pushed}, tension up to {largest}")
         else:
-            parts.append(f"tension R3 from {least.value:.4g} to {largest}")
+            parts.append(f"tension R3 from {least.value + 0.0:.4g} to {largest}")  # never -0
     parts += [f"{name} {figure}" for name, figure in rows.items() if name.startswith(("period", "mean period"))][:1]
     return "\n".join([f"Trajectory of {RunRecord.__repr__(run)}", "; ".join(trust), "; ".join(parts)])

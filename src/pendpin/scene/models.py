@@ -239,6 +239,7 @@ class UrdfModel(Record):
         if not isinstance(source, str | Path):
             raise InputError(f"UrdfModel: {shown(source)} is neither the path of a URDF nor the name of a robot")
         is_path = isinstance(source, Path) or Path(source).suffix in MODEL_FILES or "/" in source or "\\" in source
+        is_path = is_path or ("." in str(source) and Path(source).is_file())
         return {"path" if is_path else "name": source}
 
     @cached_property

@@ -212,7 +212,8 @@ def _columns(given: Mapping[str, ArrayLike]) -> dict[str, Array]:
         if values.ndim != 1 or not len(values):
             raise InputError(f"vary: {key}: a list of one or more numbers is wanted, not shape {values.shape}")
         if not np.isfinite(values).all():
-            raise InputError(f"vary: {key}: value {int(np.argmin(np.isfinite(values)))} is not a finite number")
+            first = int(np.argmin(np.isfinite(values)))
+            raise InputError(f"vary: {key}: {values[first]}, the value at place {first}, is not a finite number")
         columns[key] = values
     return columns
 

@@ -15,6 +15,7 @@ from pendpin.doctor.reading.macros import expand_macros
 from pendpin.doctor.reading.tokens import ENVIRONMENTS, cut, tokens
 from pendpin.doctor.reading.tree import Unread
 from pendpin.errors import InputError, shown
+from pendpin.ground import files
 
 Formula = tuple[int, int, int, str]  # where it starts and ends with its marks, where it begins, and its text
 MOST_BYTES = 2_000_000  # of a document
@@ -405,7 +406,9 @@ def _in_line(line: str) -> Iterator[tuple[int, str]]:
 def read_toml(data: bytes, place: str) -> Document:
     """The tables [equations] and [symbols] of a TOML file. Raises InputError."""
     try:
-        tables = tomllib.loads(data.decode())
+        tables = tomllib.loads(files.text_of(data, "TOML"))
+    except InputError as error:
+        raise InputError(f"{place}: {error}") from None
     except (ValueError, RecursionError) as error:  # of TOML, of its letters, of numbers with thousands of digits
         raise InputError(f"{place}: not TOML: {error}") from None
     kinds = {"equations": "a table", "symbols": "a table", "rod": "text", "convention": "text"}

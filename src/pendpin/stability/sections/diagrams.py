@@ -71,7 +71,7 @@ class Portrait(Result):
         parts += [f"{self.why.count(one)} have none: {one}" for one in dict.fromkeys(self.why) if one]
         data = {"energy": self.energy, "of": self.section.of, "values": self.values.tolist(), "why": list(self.why)}
         table = [Table(head, rows)] if rows else []
-        return Report((*parts, *table), data, None if any(good) else "no motion has all its points")
+        return Report((*parts, *table), data, None if any(good) else f"no motion has all its points: {self.why[0]}")
 
     def _shown(self) -> Array:
         """The values (starts, count, len(of)) with angles from -pi to pi."""
