@@ -14,7 +14,7 @@ import numpy as np
 from pendpin.doctor.accusations import MANY, POINTS, objection_to, shows_itself
 from pendpin.doctor.cases import Case, find_source, is_last_law, meanings_used, plain, says
 from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_angles
-from pendpin.doctor.checking.evaluation import ENERGIES, evaluate, names_in
+from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.reading.names import INERTIA, LENGTH
 from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
@@ -177,11 +177,11 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
 
 def _doubt_loads_of_one(cases: list[Case]) -> None:
     """Doubt an acceleration with a load that the other one lacks: what acts on one coordinate moves both."""
-    solved = [one for one in cases if one.confirmed and one.left and says(one.one)]
-    solved = [one for one in solved if _names(one) & {*one.spec.unknowns} == {one.meaning()}]
-    for case, other in permutations(solved, 2):
+    given = ((one, one.finding.equation) for one in cases if one.confirmed and one.left and says(one.one))
+    solved = [(one, law.names) for one, law in given if law and law.names & {*one.spec.unknowns} == {one.meaning()}]
+    for (case, _), (other, names) in permutations(solved, 2):
         beside = case.system is other.system and case.meaning() != other.meaning()
-        if beside and (lacking := _loads(case) - _names(other)):
+        if beside and (lacking := _loads(case) - names):
             names = " and ".join(sorted(name.lstrip("?") for name in lacking))
             case.doubt(
                 f"it holds without {names}, which equation {other.finding.number} beside it does not have", unknown=()
@@ -206,11 +206,6 @@ def _doubt_loads_of_another_size(cases: list[Case]) -> None:
                 other = pairs[same.index(False)][0].finding
                 words = f"{name.lstrip('?')} acts in it otherwise than in equation {other.number}, {other.place}"
                 case.doubt(words, when="in every motion")
-
-
-def _names(case: Case) -> set[str]:
-    """The names in an equation, also through definitions."""
-    return names_in(case.finding.equation.sides, case.finding.equation.definitions) if case.finding.equation else set()
 
 
 def _loads(case: Case) -> set[str]:

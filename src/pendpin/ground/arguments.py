@@ -141,13 +141,6 @@ def nested(value: Any, path: KeyPath = ()) -> Iterator[tuple[KeyPath, Any]]:
         yield from nested(inner, (*path, part))
 
 
-def first_difference(there: Any, here: Any) -> tuple[str, Any, Any] | None:
-    """The key path of the first value in which two nested records differ, and the values; None where they are alike."""
-    old, new = leaves(there), leaves(here)
-    places = (key for key in {**new, **old} if key not in old or key not in new or old[key] != new[key])
-    return next(((key, old.get(key), new.get(key)) for key in places), None)
-
-
 def leaves(value: Any) -> dict[str, Any]:
     """Every value in nested tables and lists that holds no others, by its key path as text."""
     ends = [(path, inner) for path, inner in nested(value) if not isinstance(inner, Mapping | list | tuple)]

@@ -18,7 +18,6 @@ from pendpin.dynamics.falls import RATE, Guards, guards_of
 from pendpin.dynamics.pace import paces_of
 from pendpin.effects import ContactEffect, DryFriction
 from pendpin.effects.pace import Pace
-from pendpin.engines.machine.llvm import Block
 from pendpin.errors import InputError, RunError, choices, is_number, not_one_of, shown
 from pendpin.ground.arguments import number_at, parsed
 from pendpin.ground.arrays import EPS, Array
@@ -97,7 +96,7 @@ class Variations:
         try:
             for piece, due, longest in self.pace.pieces(times):
                 if mode is None or scales is None:
-                    part = _solve(block, state, piece, rtol, atol, longest)
+                    part = block_states(block, rtol, atol, longest, state, piece)
                 else:
                     part, mode = self._through_events(state, piece, mode, scales, rtol, atol, longest)
                 if len(part) < len(piece) or not np.isfinite(part).all():
@@ -177,13 +176,6 @@ def refuse_contacts(scene: Scene, *taken: type) -> None:
         if isinstance(effect, ContactEffect) and not isinstance(effect, taken):
             where = f"effects[{i}]" if i < len(scene.effects) else "as_written"
             raise InputError(f"{where}: {effect.kind} acts at events, where a motion has no derivative; leave it out")
-
-
-def _solve(block: Block, y: Array, times: Array, rtol: float, atol: Array, longest: float) -> Array:
-    """The states (n, size) of a block's equations at times (n,), from y (size,) at the first; fewer where it stops."""
-    if times[-1] == times[0]:
-        return np.repeat(y[None], len(times), 0)
-    return block_states(block, rtol, atol, longest, y, np.ascontiguousarray(times))
 
 
 def list_state_keys(nv: int) -> list[str]:

@@ -15,7 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from pendpin.engines import ProgressCallback
-from pendpin.errors import InputError, PendpinError, RunError, attempt, inside, shown
+from pendpin.errors import InputError, Interrupted, PendpinError, RunError, inside, shown
 from pendpin.ground.arguments import parsed
 from pendpin.ground.arrays import EPS, Array, Indices, Mask, subdivided
 from pendpin.ground.libraries import installed
@@ -171,8 +171,7 @@ def run_block(task: Task, begin: int, end: int, stopped: Event | None = None) ->
 
 def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None) -> tuple[Array, str]:
     """The measures (measures,) of the case with these numbers (keys,), simulated on its own, and why there are none."""
-
-    def measured() -> Array:
+    try:
         scene = set_numbers(task.scene, task.plan.keys, row)
         run = looser = run_to_setting(scene, progress=progress)
         if any(m.two for m in task.chosen):  # at a tolerance or accuracy 100 times looser, or a step twice as long
@@ -182,10 +181,11 @@ def run_case(task: Task, row: Array, progress: ProgressCallback = lambda t: None
                 name = "tolerance" if scene.solver.accuracy is None else "accuracy"
                 setting = {name: min(0.1, LOOSER * (getattr(scene.solver, name) or 0.0))}
             looser = run_to_setting(scene.with_solver(**setting), progress=progress)
-        return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen])
-
-    values, error = attempt(measured)
-    return (np.full(task.columns[-1].stop, np.nan), str(error)) if values is None else (values, "")
+        return np.concatenate([np.ravel(evaluate_measure(m, run, looser)) for m in task.chosen]), ""
+    except Interrupted:
+        raise
+    except PendpinError as error:
+        return np.full(task.columns[-1].stop, np.nan), str(error)
 
 
 class Batch:

@@ -17,7 +17,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.errors import InputError, shown
-from pendpin.ground.arguments import first_difference
+from pendpin.ground.arguments import leaves
 from pendpin.ground.arrays import Array
 from pendpin.ground.files import read_whole, write_csv
 from pendpin.runs.checkpoint import versions
@@ -233,8 +233,9 @@ def _change(name: str, there: Any, here: Any) -> str:
     if name == "cases":
         return "its cases have other numbers"
     if name in ("scene", "versions"):
-        there, here = ({} if text is None else json.loads(text) for text in (there, here))
-        name, there, here = first_difference(there, here) or (name, there, here)
+        there, here = ({} if text is None else leaves(json.loads(text)) for text in (there, here))
+        name = next((key for key in {**here, **there} if there.get(key) != here.get(key)), name)
+        there, here = there.get(name), here.get(name)
     return f"{name}: {shown(there, 40)} there and {shown(here, 40)} here"
 
 

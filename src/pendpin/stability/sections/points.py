@@ -105,7 +105,8 @@ class Crossing(Section):
         """The values (count, len(of)) at the crossings, and the state at the end of the motion."""
         rows, points, since, wanted, longer = list[Array](), 0, 0.0, self.skip + self.count, scene.duration
         while True:
-            run = run_to_setting(_lasting(scene, longer))
+            intervals = (len(scene.times) - 1) * longer / scene.duration  # samples as dense as the scene's
+            run = run_to_setting(scene.sampled(int(max(2, 1 + round(intervals))), duration=longer))
             angle = self.name in run.joints and self.name not in (Trajectory.of(run).slides or ())
             here = crossings(run, self.name, self.level, self.direction, angle)
             rows.append(self.values(here))
@@ -184,9 +185,3 @@ def read_crossing(text: str, of: Sequence[str], count: int, skip: int) -> Crossi
 def strobe(period: float | None = None, *, of: Sequence[str] | str, count: int = 200, skip: int = 200) -> Strobe:
     """A stroboscopic section: like `crossing`, once a period in s; that of the drive if absent."""
     return Strobe(of, count, skip, period=period)  # type: ignore[arg-type]
-
-
-def _lasting(scene: Scene, duration: float) -> Scene:
-    """The scene with another duration in s, and samples as dense as they are."""
-    intervals = (len(scene.times) - 1) * duration / scene.duration
-    return scene.sampled(int(max(2, 1 + round(intervals))), duration=duration)

@@ -103,14 +103,10 @@ def largest(values: Array) -> float:
     return float(np.abs(values).max())
 
 
-def tip_errors(run: Trajectory, angles: Array, exact: Array) -> float:
-    """The largest distance in m of the tip of a 1 m rod to its exact place, from angles in a plane (n,) in rad."""
-    return float(np.abs(2 * np.sin((angles - exact) / 2)).max()) if len(run.t) else np.nan
-
-
 def plane_swing(angle: float, reduced: float, joint: int = 0, rate: float = 0.0, g: float = G) -> Figure:
     """The error in m of a rod of a reduced length in m that swings by one joint, from an angle and rate, rad and rad/s."""
-    return lambda run: tip_errors(run, run.q[:, joint], planar(angle, rate, reduced, g, run.t))
+    exact = lambda run: planar(angle, rate, reduced, g, run.t)  # noqa: E731
+    return lambda run: float(np.abs(2 * np.sin((run.q[:, joint] - exact(run)) / 2)).max()) if len(run.t) else np.nan
 
 
 def departure(run: Trajectory, angle: Array, far: float) -> float:
