@@ -301,3 +301,43 @@ def test_the_last_law_is_believed_where_little_of_a_long_text_is_read():
     unread = "".join(f"q{i} = scale*offset{i}*n{i}\n" for i in range(9))
     verdicts = [[x.verdict for x in pp.diagnose(law + line + unread).findings] for law in (other, "")]
     assert [one.count("fails") for one in verdicts] == [1, 0]
+
+
+CART = """# friction of the track c and of the joint b; theta is measured from the vertical
+den = M + m*sin(theta)**2
+x_ddot = (F + m*sin(theta)*(l*theta_dot**2 + g*cos(theta)) - c*x_dot{track}) / den
+theta_ddot = (-F*cos(theta) - m*l*theta_dot**2*cos(theta)*sin(theta) - (M + m)*g*sin(theta){joint}) / (l*den)
+"""
+
+
+@pytest.mark.parametrize(
+    ("track", "joint", "right"),
+    [
+        (" + b*theta_dot*cos(theta)/l", " + c*x_dot*cos(theta) - b*theta_dot*(M + m)/(m*l)", True),
+        ("", " - b*theta_dot*(M + m)/(m*l)", False),
+    ],
+)
+def test_a_load_moves_every_coordinate(track, joint, right):
+    """What acts on one of two coordinates is in both accelerations, once these are solved for."""
+    findings = pp.diagnose(CART.format(track=track, joint=joint)).findings
+    accelerations = [finding for finding in findings if "_ddot = (" in finding.latex]
+    assert [finding.verdict.startswith("holds") for finding in accelerations] == [right, right]
+
+
+def test_a_length_that_changes_is_no_small_angle():
+    """r^2 theta'^2 vanishes beside r'^2 near r = 0 alone; so its wrong sign is found."""
+    text = r"""A swinging Atwood machine: the mass $m$ swings on a string of length $r$, $M$ moves up and down.
+$$T = \frac12 M \dot r^2 + \frac12 m(\dot r^2 - r^2\dot\theta^2)$$
+$$(M + m)\ddot r = m r\dot\theta^2 + m g\cos\theta - M g$$
+$$r\ddot\theta + 2\dot r\dot\theta + g\sin\theta = 0$$"""
+    first, *others = pp.diagnose(text).findings
+    assert first.verdict == "fails"
+    assert {finding.verdict for finding in others} == {"holds"}
+    assert pp.diagnose(text.replace(r"\dot r^2 - r^2", r"\dot r^2 + r^2")).findings[0].verdict == "holds"
+
+
+def test_functions_of_csharp_are_functions():
+    """Math.Sin is a sine, with a blank before its bracket and a cast before it too."""
+    line = "alpha = -(g / l) * (float)Math.Sin (theta);\nomega += alpha * dt;\ntheta += omega * dt;"
+    assert pp.diagnose(line).findings[0].verdict == "holds"
+    assert pp.diagnose(line.replace("Sin", "Cos")).findings[0].verdict != "holds"

@@ -36,6 +36,7 @@ STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 TURNS = 1e-5  # by which a period may miss a whole number of those of a drive, as one with the digits printed does
 CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
+MOVES = 1e-3  # rad/s, rad/s²: what changes faster is no rest
 # Of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way.
 FLAT = 1e-7
 MOST_RADIANS = 1e7  # of what is fastest, over a period: two million steps, some seconds for one rod
@@ -169,7 +170,7 @@ def close_orbit(scene: Scene, y: Array, period: float, free: bool) -> PeriodicOr
         now = integrate_period(scene, y, period)
         turns = now.turns if turns is None else turns
         gap = now.end - y - turns
-        if period * np.abs(now.rate).max() <= CLOSED < np.abs(now.rate).max():
+        if period * np.abs(now.rate).max() <= CLOSED and np.abs(now.rate).max() > MOVES:
             raise InputError(f"period: after {period:g} s the state is the same but for rounding; give a longer one")
         size = float(np.abs(gap).max())
         if best is None or size < best[0]:
