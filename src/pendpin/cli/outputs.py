@@ -128,7 +128,7 @@ DOING = {  # by the functions in which a computation may be long and says nothin
 
 @contextmanager
 def working(what: str, limit: float | None, hidden: bool) -> Iterator[Callable[[str], None]]:
-    """A spinner, and an end at the limit; the function that it returns names what is being done."""
+    """A spinner, and an end at the limit. Yields a function to call with what is being done."""
     with limited(limit) as work, waiting(what, hidden, work) as progress:
         yield progress
 
@@ -169,7 +169,7 @@ def limited(limit: float | None) -> Iterator[SimpleNamespace]:
 
 @contextmanager
 def waiting(what: str, hidden: bool, work: SimpleNamespace) -> Iterator[Callable[[str], None]]:
-    """A spinner on stderr, only on a terminal; the function that it returns names what is being done."""
+    """A spinner on stderr, only on a terminal. Yields a function to call with what is being done."""
     from rich.console import Console
 
     console = Console(stderr=True)

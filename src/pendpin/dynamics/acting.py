@@ -205,7 +205,7 @@ def plain_arithmetic(effects: Sequence[fx.Effect]) -> bool:
 
 
 def built_in(effects: Sequence[fx.Effect]) -> bool:
-    """Whether all laws are pendpin's own: whether others run on symbols, or jump, their authors may never have asked."""
+    """Whether all laws are pendpin's own. Of a user's law we do not know whether it runs on symbols or jumps."""
     # What is held from instant to instant jumps nowhere else.
     are_ours = (type(effect).__module__.startswith("pendpin.") for effect in effects)
     return all(are_ours) and not any(isinstance(effect, fx.Torque) and effect.every is None for effect in effects)

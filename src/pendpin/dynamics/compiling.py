@@ -279,7 +279,7 @@ def compile_engine(equations: EquationsOfMotion) -> Compiled:
 
 
 def drop_zeros(equations: EquationsOfMotion, q: Array, v: Array) -> Engine:
-    """The engine for motions from q, v (nv,): without the numbers of its state that stay 0, where there are such."""
+    """The engine for motions from q, v (nv,). Where some numbers of the state stay 0, it leaves them out."""
     engine = equations.engine
     y = engine.pack(q, v)
     zero = tuple(np.flatnonzero(y == 0).tolist())

@@ -83,7 +83,10 @@ class Variational:
         self.nv = len(self.model.joints)
 
     def _vary(self, scene: Scene, engine: Engine, by_rod: bool) -> None:
-        """The scene's parameters and start, with their rates of change by the K numbers; the engine is one on angles."""
+        """List the scene's parameters and its start, and how fast each changes with each of the K numbers.
+
+        The state of `engine` is (q, v).
+        """
         model, nv = engine.model, len(engine.model.joints)
         places = [parsed(key) for key in self.keys]
         for key, path in zip(self.keys, places, strict=True):

@@ -40,7 +40,7 @@ class Pace(NamedTuple):
         return np.asarray(self.shortest)[np.searchsorted(self.corners, t, "right")]
 
     def pieces(self, times: Array) -> Iterator[tuple[Array, int, float]]:
-        """Times (n,) in s cut at the corners: of each piece its times and both ends, how many are due, the shortest."""
+        """Cut times (n,) in s at the corners: of each piece its times with both ends, how many are due, the shortest."""
         # Due are those of `times` behind the beginning of the piece; its end is one of them, or a corner.
         if not len(self.corners):
             yield times, len(times) - 1, float(self.shortest[0])

@@ -19,7 +19,7 @@ from pendpin.trajectory.record import MOST_LETTERS
 
 DASHES = ("-", (0, (4, 2)), (0, (1, 1.5)), (0, (6, 1.5, 1, 1.5)))  # of the first run, the second, ...
 LEFT, WIDTH, ROW, LOW, PATH, TOP, BOTTOM = 1.0, 6.2, 1.9, 1.1, 3.2, 0.75, 0.55  # inches: margins, panels, paths beside
-MOST_TURNS, FAINT = 200, 0.5  # beyond so many turning points lines become areas, through which others are seen
+MOST_TURNS, FAINT = 200, 0.5  # a curve with more turning points fills an area; so faint, others are seen through it
 LABEL = 0.62  # inches, from an axis to its name: to find a place for it, matplotlib would draw everything twice
 TICKS = 6  # of an axis at most, and one: drawing them takes half the time of a figure
 LEAST = 6.0  # inches, of the panels where paths are beside them

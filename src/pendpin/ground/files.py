@@ -248,7 +248,7 @@ class ArrayFile:
         self.headers = dict[str, Announced]()
         for name in names:
             with archive.open(f"{name}.npy") as member:
-                head = BytesIO(member.read(MAX_HEADER_BYTES))  # a header that claims more is cut off, and refused
+                head = BytesIO(member.read(MAX_HEADER_BYTES))  # a longer header is cut off, and refused below
             try:
                 with warnings.catch_warnings():  # of the literal's syntax, in newer Pythons
                     warnings.simplefilter("ignore")

@@ -50,7 +50,7 @@ def integrator_class(method: Method) -> type[Integrator]:
 
 
 def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
-    """Whether the Taylor integrator is there and takes a scene of up to `most` joints."""
+    """Whether heyoka is installed and its Taylor series can integrate the scene, of up to `most` joints."""
     if energy_balance or len(dynamics.model.joints) > most or scene.solver.engine != "auto":
         return False
     smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)

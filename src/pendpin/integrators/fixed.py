@@ -58,10 +58,10 @@ class GridPlace(NamedTuple):
         return (place._replace(offset=t - place.origin) if plan.anew and inside else place), inside
 
     def go_to(self, t: float, step: float) -> tuple["GridPlace", list[tuple[float, int, float]], tuple[float, float]]:
-        """The place behind a sample at t in s, and the way there by steps of a size in s.
+        """How to reach a sample at t in s by steps of a size in s: the place after it, and the steps.
 
-        The way is of equal steps, each time where they start, how many and how long: as asked, to the rounding of the times
-        of samples, or shorter after a corner. Then a shorter one: its start and length, 0 where a step ends at the sample.
+        These are blocks of equal steps (start, count, length): as long as asked, to the rounding of the times of samples, or
+        shorter after a corner. Then one shorter step (start, length), of length 0 where a block ends at the sample.
         """
         # Differences are taken from the origin: beside a late time a short one, as that of a pulse, would lose its digits.
         (origin, done, offset), blocks = self, list[tuple[float, int, float]]()

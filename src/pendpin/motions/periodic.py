@@ -35,7 +35,7 @@ OFF = 100 * TIGHT  # of a transition over a period
 STEPS = 40  # of Newton's method
 LONGEST = 1.0  # rad, or rad/s: the longest of them; a longer one leaves where the derivatives are good
 TURNS = 1e-5  # by which a period may miss a whole number of those of a drive, as one with the digits printed does
-CLOSED = 1e-9  # of the size of the state: an orbit that misses its start by more is none
+CLOSED = 1e-9  # of the size of the state: the largest gap between the start and the end of a closed orbit
 MOVES = 1e-3  # rad/s, rad/s²: what changes faster is no rest
 # Of the largest singular value: along such a way orbits are a family, which a step crosses the shortest way.
 FLAT = 1e-7

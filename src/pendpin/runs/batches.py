@@ -180,7 +180,7 @@ class Series:
     def _attempt(self, cases: Cases, times: Array, parts: int) -> tuple[Motions, Array]:
         """The motions, and into how many parts (c,) the intervals of the times have to be cut at least."""
         fine, packed = subdivided(times, parts), self._pack(cases)
-        # The samples of one number side by side in memory; what stays 0 is not even written.
+        # The samples of one number lie side by side in memory. Numbers that stay 0 are left as they were allocated.
         rows = np.zeros((self._whole, len(packed), len(fine)))
         rows[self._places] = np.nan
         rows[self._places, :, 0] = packed.T

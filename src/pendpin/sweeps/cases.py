@@ -91,7 +91,7 @@ class Block(NamedTuple):
 
 
 def sampled(task: Task) -> Task:
-    """The task with samples only where its measure looks, if that is the attractor alone and the scene has no others."""
+    """The task, sampled where the attractor looks if it is the only measure and the scene asks for no times of its own."""
     look, solver = task.chosen[0].function, task.scene.solver
     fixed = any(key.startswith(("duration", "solver", "start.time")) for key in task.plan.keys)
     given = len(task.chosen) > 1 or solver.samples or solver.times or fixed

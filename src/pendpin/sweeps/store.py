@@ -221,7 +221,7 @@ def blocks_left(data: Any) -> list[int]:
 
 
 def _checksum(measures: Iterable[Array], why: Array) -> int:
-    """A number above 0, of the values of a block's measures and its reasons; all NaN count alike, whatever their bits."""
+    """A checksum above 0 of a block's values and reasons. Every NaN counts as the same one."""
     checksum = zlib.crc32("\n".join(why.ravel().tolist()).encode())
     for values in measures:
         checksum = zlib.crc32(np.where(np.isnan(values), np.nan, values).tobytes(), checksum)

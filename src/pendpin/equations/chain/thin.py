@@ -160,7 +160,7 @@ def read(d: Array, rate: Array, acceleration: Array | None = None, previous: Arr
             u_rate = into(above.frame, own_rate) - cross(above.omega, u, axis=0)
         q[:, i] = _angles(above, u, u_rate, own_rate, None if previous is None else previous[i]).T
         joint = Joints.at(q[:, i : i + 1])
-        s_t, s, c_t, c = joint.trig  # theta' is 0 at a pole, where u' does not show it
+        s_t, s, c_t, c = joint.trig  # at a pole (c = 0) u' does not show theta', which is taken as 0
         along_theta = (c_t * u_rate[1] - s_t * u_rate[2]) / np.where(np.abs(c) < POLE, np.inf, c)
         rates = np.array([along_theta, c * u_rate[0] - s * (s_t * u_rate[1] + c_t * u_rate[2])])
         if acceleration is not None:
