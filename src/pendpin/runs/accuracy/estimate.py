@@ -5,7 +5,8 @@ f1, f2 and the scatter s, e2 <= e1 s / f1 and e3 <= e2 s / f2. The gaps g1 >= e1
     e3 <= g2 s / (f2 - s),    e3 <= g1 s / (f1 - s) s / f2,
 and the larger of the two is the estimate: because of the second one, two runs that agree by chance do not look exact. It is
 valid if the gaps are small compared with the motion, and fall as the order of the method predicts, unless runs agree much
-better than necessary. What no run can show is a force of a user's own that acts for less than all steps: notes say what is assumed.
+better than necessary. What no run can show is a force of a user's own that acts for less than all steps: notes say what is
+assumed.
 
 Rounding is not part of the gaps and is added. A run is shifted by many units of rounding at its start and later: its
 distance from another run shows how much the motion magnifies rounding errors. The later shifts are needed: a rod that falls
