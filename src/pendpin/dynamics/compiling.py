@@ -298,9 +298,9 @@ def record_twice(
     recording: Callable[[Tape, Parameters, Any], Recording],
     parts: int,
 ) -> tuple[Block, Parameters]:
-    """What `write` makes a function of t and `parts` parts of a state for: a block, and the parameters in it.
+    """Machine code for what the function that `write` returns computes at t and `parts` parts of a state; its parameters.
 
-    It is written once to list the parameters and, where no scene of this structure was before, once on a tape.
+    It is written once to list the parameters, and once more on a tape unless a scene of this structure came before.
     """
     parameters = Parameters(model, by_rod)
     write(parameters)
