@@ -449,3 +449,12 @@ def test_a_joint_that_leaves_its_stop_does_not_cross_it(method: str, lower: floa
     assert sum(event.kind == "release" for event in run.events) == 4
     assert not len(run.crossings("theta", lower).t)
     assert 0 <= run.minimum("theta").value - lower < 1e-12  # to which the least value is resolved
+
+
+def test_levels_and_directions_may_be_numbers_of_numpy() -> None:
+    """A level taken from an array crosses where Python's number does."""
+    rod = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0)])
+    run = pp.simulate(pp.Scene(duration=2.0, model=rod, effects=["gravity"], start=pp.Start(positions={"theta": 1.0})))
+    of_numpy = run.crossings("theta", np.int64(0), np.int64(-1))
+    assert len(of_numpy.t)
+    assert np.array_equal(of_numpy.t, run.crossings("theta", 0.0, -1).t)

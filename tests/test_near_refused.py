@@ -97,6 +97,10 @@ REFUSED: dict[str, tuple[Call, str]] = {
         lambda: pp.simulate(scene(FRICTION, q=(1.0, 0.0))).sensitivity("model.rods[0].mass", of="R3"),
         "of: R3 jumps where a joint sticks or slips",
     ),
+    "a period too short to tell": (
+        lambda: pp.periodic_orbit(scene(q=(0.5, 0.1)), period=1e-300),
+        "period: after 1e-300 s",
+    ),
     "a period of 0": (lambda: pp.periodic_orbit(scene(), period=0), "period: 0 is not"),
     "a negative period": (lambda: pp.periodic_orbit(scene(), period=-1.0), "period: -1.0 is not"),
     "a period that is NaN": (lambda: pp.periodic_orbit(scene(), period=math.nan), "period: nan is not"),
