@@ -126,9 +126,7 @@ class Trajectory(RunRecord):
 
         return sensitivity(with_samples(self), keys, of)
 
-    @cached_property
-    def _summary(self) -> Summary:
-        return summary(self)
+    _summary = cached_property(summary)
 
     def summary(self) -> Summary:
         """The largest swing, of the line from the support to the last tip, rest; extremes of R1, R2, R3, M3.

@@ -20,7 +20,7 @@ from pendpin.doctor.systems.base import Quantities, System, Values, free_states,
 
 MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # changes times parts of an equation that are tried
-MOST_TOGETHER = 120  # changes of which any two in the same term are tried
+MOST_TOGETHER = 30  # changes of which any two in the same term are tried
 MOST_PAIRED = 700  # changes that are tried in pairs
 MOST_TEXTS = 400  # candidates whose text is read again
 MOST_MENDS = 4  # of an equation

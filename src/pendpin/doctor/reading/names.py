@@ -156,7 +156,8 @@ class Vocabulary:
         self = replace(self, script={(SCRIPT_L, "")} <= names and not any(letter == "l" for letter, _ in names))
         several = {letter for letter, index in names if index == "2"}  # beside J_1 and J_2 is J neither
         one_by_one = sorted(name for name in names if name[1] or name[0] not in several)
-        free = {name: replace(self, taken={})(Written(name[0], 0, name[1])) for name in one_by_one}
+        untaken = replace(self, taken={})
+        free = {name: untaken(Written(name[0], 0, name[1])) for name in one_by_one}
         firsts = [(meanings[0], name) for name, meanings in free.items() if not meanings[0].startswith("?")]
         firsts = [one for one in firsts if one[1][1] != "0" or (one[1][0], "") not in free]  # T may be what T_0 is
         # beside L, which may be a length or Lagrange's function, r and d may be none or a length
