@@ -150,7 +150,8 @@ class _Doctor:
 
     def second(self, found: Finding, one: Printed, readings: list[Candidate], pairs: bool) -> Finding:
         """The verdict on an equation of which no reading holds: it fails if a small change mends it."""
-        readings, context, spec = readings[:MOST_READINGS], one.statement.context, self.system.spec
+        readings, spec = readings[:MOST_READINGS], self.system.spec
+        context = f"{one.statement.before} {one.statement.after}"
         likely = [equation for equation, _ in readings]
         known = [equation.meanings for equation in likely]  # another rod may have what this one lacks, as a radius
         every = (*likely, *(equation for equation in one.readings() if equation.meanings not in known))

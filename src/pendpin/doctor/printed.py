@@ -352,7 +352,9 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
                 (tuple(sides), False),
                 *(((tuple(tight), True),) if [*map(key, tight)] != [*map(key, sides)] else ()),
             )
-            own = replace(statement, place=statement.line_of(start))
+            below = statement.text.count("\n", 0, start)
+            line = f"line {int(statement.place.removeprefix('line ')) + below}" if below else statement.place
+            own = replace(statement, place=line)
             found.append(Printed(own, number + len(found), latex, text, i, ways=ways, remark=remark, alone=not several))
     return found or [replace(unread, text=text, reason="no equation: it has one side only")]
 

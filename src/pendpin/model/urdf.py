@@ -36,6 +36,7 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "capsule")
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
+_INERTIAL = ("value", *_MOMENTS)  # the numbers of an <inertial>: of its mass, and of its inertia
 _KNOWN = {  # what the URDF specification knows inside an element, and its attributes
     "link": ("inertial visual collision", "name type"),
     "joint": ("origin parent child axis calibration dynamics limit mimic safety_controller", "name type"),
@@ -125,8 +126,8 @@ def read_urdf(model: UrdfModel) -> Urdf:
             which = f"mesh {shown(lost[0])} is" if len(lost) == 1 else many
             notes.append(f"{which} not found and will not be drawn")
         unit = mass_unit([mass for mass, _ in inertias.values()], [abs(x).max() for _, x in inertias.values()])
-        for part in (part for link in links.values() for part in _inertial_parts(link) if unit != 1.0):
-            for key in ("value", *_MOMENTS):
+        for part in (part for link in links.values() for part in link.iterfind("inertial/*") if unit != 1.0):
+            for key in _INERTIAL:
                 if key in part.attrib:
                     part.set(key, repr(float(part.attrib[key]) / unit))
         drawn = {name: rod for name, rod in rods.items() if rod is not None}
@@ -287,13 +288,9 @@ def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
     return max(rods, key=lambda rod: rod[0])[1:] if rods else None
 
 
-def _inertial_parts(link: Element) -> list[Element]:
-    return [*link.iterfind("inertial/mass"), *link.iterfind("inertial/inertia")]
-
-
 def has_inertia(link: Element) -> bool:
     """Whether a link has a mass or an inertia other than zero."""
-    return any(float(value) for part in _inertial_parts(link) for value in part.attrib.values())
+    return any(float(part.get(key, 0)) for part in link.iterfind("inertial/*") for key in _INERTIAL)
 
 
 def _read_inertia(where: str, link: Element) -> tuple[float, Array]:

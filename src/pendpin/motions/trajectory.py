@@ -250,10 +250,7 @@ class Trajectory(RunRecord):
 
     _spins_and_momentum = cached_property(spins_and_momentum)
 
-    @cached_property
-    def computed_efforts(self) -> dict[str, Array]:
-        """The efforts on each joint, computed once."""
-        return self.efforts()
+    computed_efforts = cached_property(efforts)
 
     def __repr__(self) -> str:
         return text(self)

@@ -97,10 +97,6 @@ class Patient:
         self._is_planar = self.spec.kind.split()[0] in PLANAR  # no law there divides by a sine, a cosine or a rate
         self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
 
-    def read(self, text: str) -> Equation:
-        """The equation of a changed text, its names meaning the same. Raises Unread, or IndexError if it is gone."""
-        return replace(self.equation, sides=self.printed.read_again(text, self.equation.tight)[self.printed.index])
-
     # --- what is listed -----------------------------------------------------------------------------------------
 
     def listed(self) -> Iterator[Change]:

@@ -143,21 +143,25 @@ def _pairs_of_terms(likely: list[Change], every: list[Part], numbers: Numbers) -
 
 def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
     """The simplest changes whose text, read again, holds; of those that come to the same the simplest."""
-    chosen, shapes = list[Mend](), list[Values]()
+    chosen, shapes, printed = list[Mend](), list[Values](), patient.printed
     likely = sorted((change for change in changes if change.cost <= FARTHEST), key=lambda change: change.order)
     for change in likely[:MOST_TEXTS]:
         if len(chosen) == MOST_MENDS or (chosen and change.cost > chosen[0].cost + FARTHER):
             break
-        text = spliced(patient.printed.text, change.splices)
+        text = spliced(printed.text, change.splices)
         with suppress(Unread, IndexError):
-            equation = patient.read(text)
+            sides = printed.read_again(text, patient.equation.tight)[printed.index]
+            equation = replace(patient.equation, sides=sides)
             if not holds(equation, random_states(patient.system)) or _is_empty(equation, patient):
                 continue
-            shape = standing(equation, patient.system)
+            # off the true motion, up to a factor: what is multiplied by 4 says the same
+            shape = stack_residuals(equation, free_states(patient.system), plain=True).ravel()
+            largest = shape[np.argmax(np.abs(shape))]
+            shape = shape / largest if abs(largest) > 1e-12 else shape
             again = any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes)
             if not again and check(equation, patient.system)[0]:
                 shapes.append(shape)
-                chosen.append(Mend(**vars(change), text=text, equation=equation, alone=patient.printed.alone))
+                chosen.append(Mend(**vars(change), text=text, equation=equation, alone=printed.alone))
     return chosen
 
 
@@ -182,13 +186,6 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
-
-
-def standing(equation: Equation, system: System) -> Values:
-    """An equation's residual off the true motion up to a factor: what is multiplied by 4 says the same."""
-    flat = stack_residuals(equation, free_states(system), plain=True).ravel()
-    largest = flat[np.argmax(np.abs(flat))]
-    return flat / largest if abs(largest) > 1e-12 else flat
 
 
 def styles_of(printed: Printed, sides: tuple[Node, ...]) -> dict[str, str]:

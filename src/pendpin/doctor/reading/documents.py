@@ -155,16 +155,6 @@ class Statement:
     section: int = 0  # the number of headings before it
     chained: bool = False  # its left side is that of the statement before it
 
-    @property
-    def context(self) -> str:
-        """The words around it."""
-        return f"{self.before} {self.after}"
-
-    def line_of(self, index: int) -> str:
-        """The place of what begins at a character of the text."""
-        count = self.text.count("\n", 0, index)
-        return f"line {int(self.place.removeprefix('line ')) + count}" if count else self.place
-
 
 @dataclass(frozen=True, eq=False)
 class Document:
