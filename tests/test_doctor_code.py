@@ -229,6 +229,7 @@ def test_a_new_value_of_a_state_is_no_law():
         "omega_new = omega - g*sin(theta)/l*dt\ntheta_new = theta + omega_new*dt\n",
         "next_omega = omega + (-g/l*sin(theta))*dt\nnext_theta = theta + next_omega*dt\n",
         "newthdot = thdot - dt*g/l*sin(th)\nnewth = th + newthdot*dt\n",
+        "self.d_omega = -(g/l)*np.sin(theta)*dt\nself.d_theta = self.omega*dt\n",
     ],
 )
 def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
@@ -242,13 +243,22 @@ def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
     "code",
     [
         "domega_dt = -(g/L)*sin(theta) - k*omega*fabs(omega)",
+        "double alpha = -(_g/_L)*sin((double)_theta);\ndouble T0 = 2*M_PI*sqrt(_L/_g);",
         "double alpha = -(g / L) * sin(theta);\ndouble T0 = 2. * M_PI * sqrt(L / g);",
         "alpha = -(g/l)*sin(theta)\nT = 0.5d0*m*l**2*theta_dot**2\ndo i = 1, 1000",
         "dw = -g/l*sin(th) + u[0]/(m*l**2)\ndth = w",
         "\u03b8\u0307 = x[2]\ndx[1] = \u03b8\u0307\ndx[2] = -g/l*sin(\u03b8)",
         "double V = -p.m*p.g*p.l*cos(s.th);\nds.th = s.om;\nds.om = -p.g/p.l*sin(s.th);",
     ],
-    ids=["abs", "numbers of C", "numbers of Fortran", "one input", "a dot above", "records of rates"],
+    ids=[
+        "abs",
+        "names that begin with _",
+        "numbers of C",
+        "numbers of Fortran",
+        "one input",
+        "a dot above",
+        "records of rates",
+    ],
 )
 def test_idioms_of_other_languages(code):
     assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}

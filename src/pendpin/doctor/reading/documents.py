@@ -97,6 +97,11 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
         rf"|((?![dD][tT]\b)[\w.>-]*{_RATE}))\)?\s*;?\s*(?:(?:#|//|%).*)?$",
         _rate_in_step,
     ),
+    (  # so does d_omega = alpha*dt
+        rf"^\s*(?:\w+\.)?d(?:elta)?_?([A-Za-z]\w*)\s*=\s*(?:{_TIME_STEP}\s*\*\s*({_TERM})|({_TERM}?)\s*\*\s*{_TIME_STEP})"
+        r"\s*;?\s*(?:(?:#|//|%).*)?$",
+        lambda match: f"der({match[1]}) = {match[2] or match[3]}",
+    ),
     (
         r"(?i)^\s*(?:(?:parameter|constant|const|let|var|val|global|local|final|static|double|float|real|auto)\s+)+"
         r"(?:Real\s+|double\s+|float\s+|(?:[A-Z]\w*\.)+[A-Z]\w*\s+)?",

@@ -171,6 +171,7 @@ _OF_LATEX: tuple[Rewriting, ...] = (
     ),
 )
 _OF_CODE: tuple[Rewriting, ...] = (
+    (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
     (
@@ -179,7 +180,6 @@ _OF_CODE: tuple[Rewriting, ...] = (
     ),  # in Fortran, and 3. for 3.0
     (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
     (r"(?<=\w['′])([234])(?=[\s*)]|$)", r"^\1"),  # a power that is no longer raised, as in θ1'2
-    (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"\b(Pow|Sin|Cos|Tan|Sqrt|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
     # functions behind their argument, as in Rust: theta.sin().powi(2)
