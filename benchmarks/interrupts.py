@@ -166,7 +166,8 @@ def main() -> None:
     parser.add_argument("--after", type=float, default=2.0)
     parser.add_argument("--limit", type=float, default=1.0)
     options = parser.parse_args()
-    signal.signal(signal.SIGINT, signal.default_int_handler)  # a shell starts what runs in the background with it ignored
+    # a shell starts what runs in the background with SIGINT ignored
+    signal.signal(signal.SIGINT, signal.default_int_handler)
     table, endings = Table("job", "after Ctrl-C, s", "", "after --limit, s", ""), list[Ending]()
     with tempfile.TemporaryDirectory() as folder:
         prepare(Path(folder))
