@@ -189,10 +189,11 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     for spec, words in pairs[: 1 + (turned is not None)]:
         with suppress(Unread):
             scaled = [random_states(replace(system, spec=spec), scale=size) for size in sizes]
-            far, close = (relative_error(equation, states) for states in scaled)
-            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+            if (far := relative_error(equation, scaled[0])) >= 10 * sizes[0]:
+                continue
             ratio = (sizes[1] / sizes[0]) ** (order - 0.5)  # half an order above what a wrong last term leaves
-            if far < 10 * sizes[0] and close < ratio * far and less < ratio * sizes[1] / sizes[0] * rest:
+            rest, less = (np.abs(stack_residuals(equation, states)).max() for states in scaled)
+            if relative_error(equation, scaled[1]) < ratio * far and less < ratio * sizes[1] / sizes[0] * rest:
                 return f"{words}, to the {ORDERS.get(order, f'{order}th')} order"
     return ""
 
