@@ -185,11 +185,11 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
 
 def _is_beside(case: Case, true: list[Case]) -> bool:
     """Whether what holds says of the same: of a point its other coordinates, of a sum of energies each of its terms."""
-    told, equation = {other.meaning() for other in true if other.left}, case.finding.equation
+    stated, equation = {other.meaning() for other in true if other.left}, case.finding.equation
     if case.unit != ENERGY or equation is None:
-        return bool(_axes(case) & told)
+        return bool(_axes(case) & stated)
     terms = equation.names - {case.meaning()}
-    return case.finding.mends[0].words.startswith("the sign of ") and {*"TV"} & terms <= terms <= told & {*"TVE"}
+    return case.finding.mends[0].words.startswith("the sign of ") and {*"TV"} & terms <= terms <= stated & {*"TVE"}
 
 
 def _axes(case: Case) -> set[str]:

@@ -44,16 +44,16 @@ def likeliest_rod(equations: list[Printed], kinds: tuple[str, ...], conventions:
 
     Another kind than the symbols tell has to explain two equations more, and so has a convention that is not the usual one.
     """
-    told, guess = list[Printed](), _kinds_of_symbols(equations)
+    telling, guess = list[Printed](), _kinds_of_symbols(equations)
     for one in (one for one in equations if one.ways and not (one.defines or one.lacking)):
         inside = [*parts(one.sides)]
         plain = not any(part.kind == "derivative" or part.value in CONSTANTS for part in inside)
-        told += [one] if plain and len(inside) <= MOST_SEARCHED else []
+        telling += [one] if plain and len(inside) <= MOST_SEARCHED else []
     prior = [SURE - NEARLY * guess.index(kind) if kind in guess else 0.0 for kind in kinds]
-    kind = kinds[int(np.argmax(prior + _count(told, tuple(System(SPECS[kind]) for kind in kinds))))]
+    kind = kinds[int(np.argmax(prior + _count(telling, tuple(System(SPECS[kind]) for kind in kinds))))]
     systems = tuple(System(SPECS[kind], convention) for convention in conventions)
     unusual = [SURE * bool(i) for i in range(len(systems))]
-    return systems[int(np.argmax(_count(told, systems) - unusual))]
+    return systems[int(np.argmax(_count(telling, systems) - unusual))]
 
 
 def _count(equations: list[Printed], systems: tuple[System, ...]) -> np.ndarray:

@@ -100,8 +100,8 @@ class _Doctor:
             return replace(found, verdict="holds", kind="law", remark="it is true of every system"), []
         if solution := solved(one, self.reading.equations, self.system):
             equation, number = solution
-            told = {"condition": SMALL_SWINGS, "remark": f"it solves equation {number}", "equation": equation}
-            return replace(found, verdict="holds if", kind="solution", **told), []
+            said = {"condition": SMALL_SWINGS, "remark": f"it solves equation {number}", "equation": equation}
+            return replace(found, verdict="holds if", kind="solution", **said), []
         quantity = quantity_of(one, self.system)
         if quantity:  # a letter may mean in it what it means in no equation that holds, but something else there
             used = {pair for other in self.neighbours for pair in other.meanings.items() if pair[0] in other.names}
@@ -191,8 +191,8 @@ class _Doctor:
         """The verdict on an equation that holds under the `condition` that some loads are 0."""
         small = condition.rpartition(" and ")[2] if "small" in condition else ""
         linear = small and any(side.kind == "matrix" for side in equation.sides)  # of which nothing tells a load
-        told = not (linear or all(map(PIVOT.match, loads)))
-        words = loads_in_words(equation, self.system, loads, TINY if small else 1.0) if told else None
+        testable = not (linear or all(map(PIVOT.match, loads)))
+        words = loads_in_words(equation, self.system, loads, TINY if small else 1.0) if testable else None
         if words:
             said = {"verdict": "holds if", "condition": small} if small else {"verdict": "holds"}
             return replace(found, **said, remark=words, equation=without(equation, loads))

@@ -186,10 +186,10 @@ class Text:
     def _with_meanings(self, words: Vocabulary) -> list[Printed]:
         """The equations with the meanings that some words give their letters."""
         system = words.spec.kind.split()[0] if words.spec else ""
-        told = {name: words.meanings_of(name) for name in self._letters}
+        meanings = {name: words.meanings_of(name) for name in self._letters}
         found = []
         for i, one in enumerate(self.raw):
-            mark = (i, system, *(told[name] for name in self._telling[i]))
+            mark = (i, system, *(meanings[name] for name in self._telling[i]))
             if mark not in self._bound:
                 every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
                 ways = [

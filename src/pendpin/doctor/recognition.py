@@ -159,14 +159,14 @@ class Reading:
 
 @dataclass(frozen=True, eq=False)
 class Recognition:
-    """A document as it was read. Of each equation the reading of its section, and `rivals` that explain as much.
+    """A document as it was read. Of each equation the reading of its section, and `close` ones that explain as much.
 
     `others` are all readings of the page, also those that explain little.
     """
 
     main: Reading
     chosen: tuple[Reading, ...]
-    rivals: tuple[tuple[tuple[float, Reading], ...], ...]  # and by how much less each explains
+    close: tuple[tuple[tuple[float, Reading], ...], ...]  # and by how much less each explains
     others: tuple[Reading, ...] = ()
 
     @property
@@ -278,10 +278,10 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
     main = replace(max(near, key=lambda one: one.score(whole, text)), chosen=page.kind is not None)
     main = main if main.chosen or main.unknown else _doubted(main, text)
     chosen: list[Reading] = [main] * count
-    rivals: list[tuple[tuple[float, Reading], ...]] = [()] * count
+    close: list[tuple[tuple[float, Reading], ...]] = [()] * count
     furuta = "furuta" in words_of(text)  # some of its equations are a rod's
     if main.chosen or (main.unknown and furuta):
-        return Recognition(main, tuple(chosen), tuple(rivals))
+        return Recognition(main, tuple(chosen), tuple(close))
     sections = [*page.sections]
     for inside, words in sections:
         here, scores, best = _explaining(page, readings, [main, *near], inside, words, len(sections) > 1)
@@ -303,9 +303,9 @@ def _by_section(page: _Page, readings: list[Reading]) -> Recognition:
         if not other.credits[strange].any() and not any(other.strangers[i] for i in np.flatnonzero(strange)):
             apart, other = strange, replace(other, unknown=True)
         for i in np.flatnonzero(inside):
-            chosen[i], rivals[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
+            chosen[i], close[i] = (other, tuple((0.0, one) for one in others)) if apart[i] else (mine, every)
     main = next((one for one, _ in Counter(chosen).most_common() if not one.unknown), main)
-    return Recognition(main, tuple(chosen), tuple(rivals), tuple(readings))
+    return Recognition(main, tuple(chosen), tuple(close), tuple(readings))
 
 
 def _explaining(
@@ -358,14 +358,14 @@ def _rods(page: _Page) -> Iterator[Reading]:
         if len(letters) == 2 and not {"theta", "phi"} <= {name[0] for name in letters}:
             orders = permutations((Written("theta"), Written("phi")))
             namings += [one for order in orders if (one := dict(zip(letters, order, strict=True))) not in namings]
-    own, told = page.kind in RODS, page.convention
+    own, said = page.kind in RODS, page.convention
     kinds = (str(page.kind),) if own else RODS
     for renamed in namings:
         words = page.words(SPECS["thin"], renamed)
         words.usual.update({f"?{name[0]}": node for name in ("sin", "cos") if (node := lone(f"{name}(phi)", words))})
         equations, remarks = page.text.bind(words), list[str]()
         # angles whose names are guessed are tried in both orders
-        conventions = [c for c in EVERY if not (renamed and c.swapped)] if told is None else [conventions_of(told)]
+        conventions = [c for c in EVERY if not (renamed and c.swapped)] if said is None else [conventions_of(said)]
         system = likeliest_rod(equations, kinds, conventions)
         title, chained = system.spec.title, not own and len(CHAINED.findall(page.document.text)) > 3
         if renamed:
@@ -378,7 +378,7 @@ def _rods(page: _Page) -> Iterator[Reading]:
             remarks.append(f"The text has its own convention: {system.convention.words}.")
         if system.kind == "point" and not own:
             remarks.append(f"These are equations of {SPECS[system.kind].title}; for a rod with mass write --rod thin.")
-        others = SINGLE if told is None else ()
+        others = SINGLE if said is None else ()
         yield Reading(equations, words, system, title, tuple(remarks), own, chained, others)
 
 

@@ -41,9 +41,9 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
     for case in cases:  # what a solution takes a letter to be, as the frequency of a damped swing
         solves = case.finding.verdict in ("fails", "not checked") and len(case.one.sides) == 2
         if solves and case.left and key(case.one.sides[1]) in own:
-            told = {"mends": (), "when": "", "remark": "a solution holds with it", "proved": False}
-            case.says(verdict="holds", kind="relation", **told)
-    _doubt_what_rivals_explain(cases, found)
+            said = {"mends": (), "when": "", "remark": "a solution holds with it", "proved": False}
+            case.says(verdict="holds", kind="relation", **said)
+    _doubt_what_others_explain(cases, found)
     _doubt_definitions(cases)
     _doubt_loads_of_one(cases)
     _doubt_loads_of_another_size(cases)
@@ -83,8 +83,8 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
         if finding.verdict == "fails" and finding.mends and finding.follows and not case.mends_itself:
             at = finding.mends[0].words.rpartition(", ")[2]
             mends = tuple(replace(m, words=m.words.partition(" in the definition of ")[0]) for m in finding.mends)
-            told = {"error": finding.error, "when": finding.when, "remark": f"equation {finding.number} uses it"}
-            cases[finding.follows - 1].says(verdict="fails", proved=finding.proved, mends=mends, **told)
+            said = {"error": finding.error, "when": finding.when, "remark": f"equation {finding.number} uses it"}
+            cases[finding.follows - 1].says(verdict="fails", proved=finding.proved, mends=mends, **said)
             case.doubt(f"it uses a wrong definition, {at}", follows=0)
     if not found.main.chosen and len(cases) > MANY and found.main.system.kind not in RODS:
         _doubt_where_little_holds(cases)
@@ -105,19 +105,19 @@ def _doubt_where_little_holds(cases: list[Case]) -> None:
             case.doubt(f"it does not hold for {case.spec.title}; but too little of this text does", follows=0)
 
 
-def _doubt_what_rivals_explain(cases: list[Case], found: Recognition) -> None:
+def _doubt_what_others_explain(cases: list[Case], found: Recognition) -> None:
     """Take back accusations of what another reading explains that explains the section about as well.
 
     Of two readings that explain equally much, each of which breaks what the other one saves, neither is the right one.
     """
     for i, case in enumerate(cases):
         mine = case.reading
-        here = [k for k, other in enumerate(cases) if other.reading is mine and found.rivals[k] is found.rivals[i]]
-        for less, rival in found.rivals[i]:
-            if case.finding.verdict == "fails" and rival.credits[i] > 0:
-                case.doubt(f"it does not hold for {mine.title}, but for {rival.title}: say which is meant with --rod")
-            breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not rival.credits[i] and less < EQUALLY
-            if breaks and (saved := [k for k in here if rival.credits[k] >= 1 and not mine.credits[k]]):
+        here = [k for k, other in enumerate(cases) if other.reading is mine and found.close[k] is found.close[i]]
+        for less, one in found.close[i]:
+            if case.finding.verdict == "fails" and one.credits[i] > 0:
+                case.doubt(f"it does not hold for {mine.title}, but for {one.title}: say which is meant with --rod")
+            breaks = case.finding.verdict == "holds" and mine.credits[i] > 0 and not one.credits[i] and less < EQUALLY
+            if breaks and (saved := [k for k in here if one.credits[k] >= 1 and not mine.credits[k]]):
                 other = cases[saved[0]].finding
                 words = f"it contradicts equation {other.number}, {other.place}: one of the two is wrong"
                 case.doubt(words, when="in every motion")

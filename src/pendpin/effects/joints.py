@@ -60,7 +60,7 @@ class Spring(OnJoints):
 
 
 _FOLDED = 2.0**-60  # added to cos²(alpha / 2): a rod folded back exactly has a finite moment, and others that of before
-_HALVINGS = 3  # of the angle: the series then sees at most sin²(180°/16), and no kink below 180°
+_HALVINGS = 3  # of the angle: the series then sees at most sin²(180°/16), and no corner below 180°
 _TERMS = np.array([1.0])
 for _k in range(1, 13):  # of asin(x)/x in powers of x²: the next one is below 1e-20 there
     _TERMS = np.append(_TERMS, _TERMS[-1] * (2 * _k - 1) ** 2 / (2 * _k * (2 * _k + 1)))

@@ -19,7 +19,7 @@ GivenTorque = Callable[[float, Array, Array], Array]  # t, q, v -> (nv,) N m, or
 ProgressCallback = Callable[[float], None]
 
 CALLBACK_EVERY = 64  # evaluations between two calls of the progress callback: near a pole of a thin rod one takes 3 ms
-CALLBACK_EVERY_QUICK = 2048  # for those of a few us, whose progress is judged over longer stretches
+CALLBACK_EVERY_QUICK = 2048  # for those of a few us, whose progress is judged over longer intervals
 
 
 class Sample(NamedTuple):

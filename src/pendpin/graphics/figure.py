@@ -301,7 +301,7 @@ def joints_shown(run: RunRecord) -> list[int]:
 
 MOST_AS_RODS = 12  # of longer chains the figure is that of a rope
 SHAPES = 8  # instants at which a rope's shape is drawn
-SLENDER = 0.5  # of its height: a rope that moves less far sideways is drawn wider, so that its shapes are told apart
+SLENDER = 0.5  # of its height: a rope that moves less far sideways is drawn wider, so that its shapes are apart
 HELD = 0.01  # of its largest value: a swing that changes by less is that of a tip that is held
 
 

@@ -20,12 +20,12 @@ NAME, PART = "attractor", "attractor_part"  # the measure, and the dimension of 
 KINDS = "attractors"  # the attribute of its variable: what each number is
 LONGEST = 16  # periods of a cycle
 WINDOW = 4  # periods, at least, over which differences are compared with those before
-FEWEST = 2 * WINDOW + 1  # periods of a motion that can be told to have settled
+FEWEST = 2 * WINDOW + 1  # periods of a motion that can have settled
 STILL = 1e-7  # rad, rad/s: differences over a cycle that are rounding and the error of the integration
 PASSES = 4  # of Newton's method, for the instants of a rotation's turns
 SETTLED = 1e-4  # how far the end may still be from the attractor, as the differences shrink
 SAME = 1e-2  # mean states of one attractor differ by less, over the largest of them or 1
-MOST = 1000  # attractors that are told apart
+MOST = 1000  # attractors that are distinguished
 
 
 @dataclass(frozen=True)
@@ -124,7 +124,7 @@ def number_attractors(values: Array) -> tuple[Array, list[str]]:
     keys = [(kind[1 : 1 + nv].any(), *np.nan_to_num(np.round(kind, 2)).tolist()) for kind in kinds]
     order = sorted(range(len(kinds)), key=keys.__getitem__)
     numbers = np.append(np.argsort(order) + 1.0, np.nan)[of]
-    numbers[left] = len(kinds) + 1  # not told apart any more
+    numbers[left] = len(kinds) + 1  # no longer distinguished
     words = []
     for i, k in enumerate(order, 1):
         row = kinds[k]

@@ -266,9 +266,9 @@ class Batch:
             some = cases.some(closer)
             for piece in some.pieces(len(times)):
                 runs_between = [series.run(some.some(piece), times)._replace(t=clock) for series in self.series]
-                told = np.zeros((len(piece), len(between)), bool) | ~between
-                self._measure(runs_between, np.arange(len(piece)), places[closer[piece]], told, block)
-                needs_run[closer[piece]] &= told
+                measured = np.zeros((len(piece), len(between)), bool) | ~between
+                self._measure(runs_between, np.arange(len(piece)), places[closer[piece]], measured, block)
+                needs_run[closer[piece]] &= measured
         for i in np.flatnonzero(good & needs_run.any(1)).tolist():
             if self.series[0].stopped.is_set():
                 break

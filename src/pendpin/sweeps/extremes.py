@@ -25,32 +25,32 @@ def largest(t: Array, x: Array, rate: Array, sizes: bool = False, follows: Mask 
     tops = np.take_along_axis(sized, places[:, None], 1)[:, 0]
     value = tops.max(1)
     when = t[np.where(tops == value[:, None], places, len(t) - 1).min(1)]
-    told = np.full(len(x), len(t) >= POINTS) if follows is None else follows & (len(t) >= POINTS)
-    if not told.any():
+    sure = np.full(len(x), len(t) >= POINTS) if follows is None else follows & (len(t) >= POINTS)
+    if not sure.any():
         return np.full(len(x), np.nan), np.full(len(x), np.nan)
     if follows is None:
         row, i, j = _where(strays(dt[:, None], x, rate))
         beside = np.clip(i[:, None] + np.arange(-1, 3), 0, len(t) - 1)
         path = dt[i] * np.abs(rate[row[:, None], beside, j[:, None]]).max(1)
-        told[row[np.maximum(sized[row, i, j], sized[row, i + 1, j]) + FAR * path >= value[row]]] = False
+        sure[row[np.maximum(sized[row, i, j], sized[row, i + 1, j]) + FAR * path >= value[row]]] = False
     falls = rate < 0
     turns = falls[:, 1:] & ~falls[:, :-1]  # a rod let go from rest may rise before it falls
     if sizes:
         rises = rate > 0
         turns |= rises[:, 1:] & ~rises[:, :-1]
-    row, i, j = _where(turns & told[:, None, None])
+    row, i, j = _where(turns & sure[:, None, None])
     sign = -np.sign(rate[row, i + 1, j])
     ahead, behind = x[row, i, j] + dt[i] * rate[row, i, j], x[row, i + 1, j] - dt[i] * rate[row, i + 1, j]
     some = np.maximum(sign * ahead, sign * behind) > value[row]
     row, i, j, sign = row[some], i[some], j[some], sign[some]
     top, at, off = _find_turns(t, x, rate, row, i, j)
     top = sign * top
-    told[row[~(off <= EXACT * np.abs(x).max((1, 2))[row])]] = False
+    sure[row[~(off <= EXACT * np.abs(x).max((1, 2))[row])]] = False
     order = np.argsort(top)  # of several tops of a motion the last one written is the largest
     row, top, at = row[order], top[order], at[order]
     above = top > value[row]
     value[row[above]], when[row[above]] = top[above], at[above]
-    return np.where(told, value, np.nan), np.where(told, when, np.nan)
+    return np.where(sure, value, np.nan), np.where(sure, when, np.nan)
 
 
 def _where(mask: Mask) -> tuple[Indices, Indices, Indices]:

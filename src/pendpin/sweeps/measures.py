@@ -99,8 +99,8 @@ def fitted(m: Measure, scene: Scene, keys: Sequence[str]) -> Measure:
         period = period_of(scene)
     look = Attractor(period, 1 + 4 * len(build(scene.model).joints))
     times = look.times(scene) if period and "duration" not in keys else None
-    told = times is not None and np.isin(times, scene.clock).all()  # by the samples; else each run is asked
-    of_motion = partial(look.of_motions, times) if times is not None and told else None
+    sampled = times is not None and np.isin(times, scene.clock).all()  # by the samples; else each run is asked
+    of_motion = partial(look.of_motions, times) if times is not None and sampled else None
     return replace(m, function=look, of_motion=of_motion, dims=((PART, look.size),))
 
 

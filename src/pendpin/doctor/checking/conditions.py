@@ -254,7 +254,7 @@ def loads_in_words(equation: Equation, system: System, loads: set[str], scale: f
 
     With it the equation has to hold in a motion with another generalised force, M q'' = f + c Q, where Q is one of
     _usual_forces and c depends on the parameters alone, so that b may be meant for each mass. None where that cannot be
-    told: of energies, which are known up to a constant, and of systems without a mass matrix.
+    known: of energies, which are known up to a constant, and of systems without a mass matrix.
     """
     if "mass" not in system.spec.formulas or equation.energies:
         return None

@@ -24,7 +24,7 @@ from pendpin.stability.sections.points import PATIENCE, Crossing, Section
 
 TRIES = 20_000  # random angles for one start: as many are looked at until the energy is too small for all of them
 MOST_STARTS = 100_000
-MOST_CYCLE = 16  # points of a cycle that is told from chaos
+MOST_CYCLE = 16  # points of a cycle that is distinguished from chaos
 SAME = 1e-6  # of the range of a quantity, or rad: the distance of two points of a cycle that are one
 
 
