@@ -154,10 +154,7 @@ def _verified(patient: Patient, changes: Iterable[Change]) -> list[Mend]:
             equation = replace(patient.equation, sides=sides)
             if not holds(equation, random_states(patient.system)) or _is_empty(equation, patient):
                 continue
-            # off the true motion, up to a factor: what is multiplied by 4 says the same
-            shape = stack_residuals(equation, free_states(patient.system), plain=True).ravel()
-            largest = shape[np.argmax(np.abs(shape))]
-            shape = shape / largest if abs(largest) > 1e-12 else shape
+            shape = standing(equation, patient.system)
             again = any(other.shape == shape.shape and np.abs(other - shape).max() < CLOSE for other in shapes)
             if not again and check(equation, patient.system)[0]:
                 shapes.append(shape)
@@ -186,6 +183,13 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
     again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
+
+
+def standing(equation: Equation, system: System) -> Values:
+    """An equation's residual off the true motion up to a factor: what is multiplied by 4 says the same."""
+    flat = stack_residuals(equation, free_states(system), plain=True).ravel()
+    largest = flat[np.argmax(np.abs(flat))]
+    return flat / largest if abs(largest) > 1e-12 else flat
 
 
 def styles_of(printed: Printed, sides: tuple[Node, ...]) -> dict[str, str]:
