@@ -291,6 +291,21 @@ def test_a_slip_in_a_name_is_a_finding(right: str, slip: str, where: str, tmp_pa
     assert f"{where}; did you mean '{known}'?" in findings
 
 
+@pytest.mark.parametrize("scale", [1.0, 1e-12])
+def test_an_extension_beside_a_mass_says_nothing(scale: float, tmp_path: Path) -> None:
+    """Its words are read as no number, where a unit of mass is chosen too."""
+    inertia = "".join(f' {name}="{scale * value:g}"' for name, value in (("ixx", 0.1), ("iyy", 0.1), ("izz", 0.01)))
+    inertial = f'<mass value="{scale:g}"/><inertia{inertia} ixy="0" ixz="0" iyz="0"/>'
+    joint = '<joint name="j" type="continuous"><parent link="base"/><child link="arm"/></joint>'
+    masses = []
+    for name, extension in (("plain", ""), ("own", '<density value="unknown"/>')):
+        path = tmp_path / f"{name}.urdf"
+        link = f'<link name="arm"><inertial>{extension}{inertial}</inertial></link>'
+        path.write_text(f'<robot name="r"><link name="base"/>{link}{joint}</robot>')
+        masses.append(build(pp.UrdfModel(path=path)).pin.inertias[1].mass)
+    assert masses[0] == masses[1] > 0
+
+
 def test_every_robot_is_found_by_its_name() -> None:
     """Each URDF of example-robot-data by one name at least."""
     assert {"ur5", "panda", "talos_reduced", "double_pendulum", "anymal_b"} <= named.robot_files().keys()

@@ -36,7 +36,7 @@ _NUMBER = re.compile(r"[+-]?([0-9]+\.?[0-9]*|\.[0-9]+)([eE][+-]?[0-9]+)?")
 _NO_LIMIT = {"lower": "-1e300", "upper": "1e300", "effort": "1e300", "velocity": "1e300"}
 _SHAPES = ("box", "cylinder", "sphere", "mesh", "capsule")
 _MOMENTS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")
-_INERTIAL = ("value", *_MOMENTS)  # the numbers of an <inertial>: of its mass, and of its inertia
+_INERTIAL = ("inertial/mass", "inertial/inertia")  # of a link: the elements that hold its mass and its moments
 _KNOWN = {  # what the URDF specification knows inside an element, and its attributes
     "link": ("inertial visual collision", "name type"),
     "joint": ("origin parent child axis calibration dynamics limit mimic safety_controller", "name type"),
@@ -126,8 +126,9 @@ def read_urdf(model: UrdfModel) -> Urdf:
             which = f"mesh {shown(lost[0])} is" if len(lost) == 1 else many
             notes.append(f"{which} not found and will not be drawn")
         unit = mass_unit([mass for mass, _ in inertias.values()], [abs(x).max() for _, x in inertias.values()])
-        for part in (part for link in links.values() for part in link.iterfind("inertial/*") if unit != 1.0):
-            for key in _INERTIAL:
+        heavy = (part for link in links.values() for path in _INERTIAL for part in link.iterfind(path))
+        for part in heavy if unit != 1.0 else ():
+            for key in ("value", *_MOMENTS):
                 if key in part.attrib:
                     part.set(key, repr(float(part.attrib[key]) / unit))
         drawn = {name: rod for name, rod in rods.items() if rod is not None}
@@ -290,7 +291,7 @@ def _read_drawing(where: str, link: Element) -> tuple[Array, float] | None:
 
 def has_inertia(link: Element) -> bool:
     """Whether a link has a mass or an inertia other than zero."""
-    return any(float(part.get(key, 0)) for part in link.iterfind("inertial/*") for key in _INERTIAL)
+    return any(float(value) for path in _INERTIAL for part in link.iterfind(path) for value in part.attrib.values())
 
 
 def _read_inertia(where: str, link: Element) -> tuple[float, Array]:
