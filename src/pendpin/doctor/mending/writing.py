@@ -93,8 +93,8 @@ class Writer:
         return (*span, new)
 
     def rename(self, node: Node, new: str) -> Splice:
-        """Another symbol, number, function or variable of a derivative; a sum in code with the owner of each, as self.m1."""
-        start, end = node.span if node.kind in ("symbol", "number") else node.marks[0]
+        """Another argument, or symbol, function and the like; a sum in code with the owner of each, as self.m1."""
+        start, end = node.marks[0] if node.kind in ("function", "derivative") else node.span
         if new[:1] == "(" and (owner := re.search(r"(?:[A-Za-z]\w*\.)+$", self.text[:start])):
             return (owner.start(), end, re.sub(r"(?<!\w)(?=[A-Za-z])", owner[0], new))
         return self.put((start, end), new)
