@@ -275,3 +275,26 @@ def test_a_mass_may_stand_where_it_moves_another_one_with_it():
     code = "{}*self.l1*ddtheta1 + self.m2*self.l2*ddtheta2*cos(theta1 - theta2)"
     code += " = -self.m2*self.l2*dtheta2**2*sin(theta1 - theta2) - (self.m1 + self.m2)*self.g*sin(theta1)"
     assert first_mend(code.format("self.m1"), rod="double") == code.format("(self.m1 + self.m2)")
+
+
+@pytest.mark.parametrize("argument", [r"\theta_1", r"\theta_1\theta_2", r"\theta_2"])
+def test_a_function_may_be_of_another_argument(argument):
+    """The mend takes one that stands in the same equation."""
+    law = r"l_2\ddot\theta_2 + l_1\ddot\theta_1\cos({}) - l_1\dot\theta_1^2\sin(\theta_1 - \theta_2) + g\sin\theta_2 = 0"
+    assert first_mend(law.format(argument), rod="double") == law.format(r"\theta_1 - \theta_2")
+    code = "ddtheta2 = (-l1*ddtheta1*cos({}) + l1*dtheta1**2*sin(theta1 - theta2) - g*sin(theta2))/l2"
+    assert first_mend(code.format("theta1"), rod="double") == code.format("theta1 - theta2")
+
+
+@pytest.mark.parametrize(
+    ("right", "wrong"), [(r"+ \ddot x", r"- \ddot x"), (r"g\theta", r"gl\theta"), ("(M + m)", "M"), ("= F", "= -F")]
+)
+def test_a_law_of_small_angles_is_mended_to_the_first_order(right, wrong):
+    energies = [r"T = \frac{M + m}{2}\dot x^2 + m l\dot x\dot\theta\cos\theta + \frac{m l^2}{2}\dot\theta^2"]
+    energies += [r"V = -m g l\cos\theta"]
+    laws = [r"(M + m)\ddot x + m l\ddot\theta = F", r"l\ddot\theta + \ddot x + g\theta = 0"]
+    faulty = [law.replace(right, wrong) for law in laws]
+    finding = next(f for f in pp.diagnose([*energies, *faulty]).findings if f.verdict == "fails")
+    assert finding.latex in {*faulty} - {*laws}
+    assert finding.mends[0].latex in {*laws} - {*faulty}
+    assert verdicts(pp.diagnose([*energies, *laws])) == ["holds", "holds", "holds if", "holds if"]

@@ -17,6 +17,7 @@ from pendpin.doctor.checking.conditions import (
     is_identity,
     loads_at_zero,
     loads_in_words,
+    may_be_linear,
     without,
 )
 from pendpin.doctor.checking.evaluation import names_in
@@ -167,6 +168,10 @@ class _Doctor:
         if ROUGHLY.search(one.latex):
             return replace(found, remark="it says itself that it is not exact")
         healed = [mends(self._patient(one, equation), pairs) for equation, _ in readings]
+        if not any(healed):  # perhaps of small angles
+            near = replace(self, reading=replace(self.reading, system=replace(self.system, scale=TINY)))
+            swings = (equation for equation, _ in readings if may_be_linear(equation, self.system))
+            healed = [mends(near._patient(one, equation), False) for equation in swings] or healed
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, error = readings[best]

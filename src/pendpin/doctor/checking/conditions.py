@@ -160,27 +160,38 @@ def _holds_under(equation: Equation, system: System, case: Condition) -> bool:
     return False
 
 
+def may_be_linear(equation: Equation, system: System, energy: bool = False) -> bool:
+    """Whether an equation may be one of small angles: what moves, or an `energy`, is in it, and in no circular function."""
+    state = {*system.spec.state}
+    circular = (part for part in _with_definitions(equation) if part.kind == "function" and part.value != "sqrt")
+    moves = energy or any({name, f"dd{name}"} & equation.names for name in system.spec.coordinates)
+    return moves and not any({*map(equation.meaning, names_in((p,), equation.definitions))} & state for p in circular)
+
+
+def _with_definitions(equation: Equation) -> list[Node]:
+    """The parts of an equation, and of the definitions that it uses."""
+    own = equation.definitions
+    return [*parts([*equation.sides, *(own[name] for name in equation.names & own.keys())])]
+
+
 def small_angles(equation: Equation, system: System, stated: bool = False) -> str:
     """In words, whether an equation without circular functions holds to the order of its terms: its error shrinks.
 
     An energy without angles is one of small angles only where the text has `stated` that they are.
     """
-    names, own = equation.names, equation.definitions
-    every = [*parts([*equation.sides, *(own[name] for name in names & own.keys())])]
-    moves = any(name in names or f"dd{name}" in names for name in system.spec.coordinates)
+    names = equation.names
     of_energy = of_equation(replace(equation, sides=equation.sides[:1]), system.spec)[0] == ENERGY
-    energy = names & {*"TVLE"} or (of_energy and not names & {*system.spec.unknowns})
-    circular = (part for part in every if part.kind == "function" and part.value != "sqrt")
-    if not (moves or energy) or any(
-        {*map(equation.meaning, names_in((one,), own))} & {*system.spec.state} for one in circular
-    ):
+    energy = bool(names & {*"TVLE"}) or (of_energy and not names & {*system.spec.unknowns})
+    if not may_be_linear(equation, system, energy):
         return ""
     upright = {*system.kind.split()} ^ {"down", "up"}  # where a matrix is, it may be made linear there
     others = FAMILIES.get(system.kind.split()[0], ()) if any(side.kind == "matrix" for side in equation.sides) else ()
     turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
     pairs = (system.spec, "the angles are small"), (turned, "the angles are small, from upright")
     angles = {name for name in system.spec.coordinates if system.spec.dimensions.get(name) == NONE}
-    powers = [int(p.value) for p in every if p.kind == "power" and p.value > 1 and p.names & angles]
+    powers = [
+        int(p.value) for p in _with_definitions(equation) if p.kind == "power" and p.value > 1 and p.names & angles
+    ]
     if energy and not (powers or stated):
         return ""
     # a series has to be right up to its own last term, and energies to the squares of rates
@@ -188,7 +199,7 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     sizes = SMALL if order == 1 else MIDDLING  # where a fifth power is more than rounding
     for spec, words in pairs[: 1 + (turned is not None)]:
         with suppress(Unread):
-            scaled = [random_states(replace(system, spec=spec), scale=size) for size in sizes]
+            scaled = [random_states(replace(system, spec=spec, scale=size)) for size in sizes]
             if (far := relative_error(equation, scaled[0])) >= 10 * sizes[0]:
                 continue
             ratio = (sizes[1] / sizes[0]) ** (order - 0.5)  # half an order above what a wrong last term leaves
@@ -276,7 +287,7 @@ def load_of(equation: Equation, system: System, loads: set[str], scale: float = 
     `scale` is the size of the states at which the equation holds: TINY for one of small angles.
     """
     given = replace(equation, definitions=equation.definitions | dict.fromkeys(loads, SOME))
-    true = random_states(system, scale=scale)
+    true = random_states(replace(system, scale=scale))
     for kind, force in _usual_forces(true):
         size = _multiple(given, true, force)
         if size is not None and not (kind in AGAINST and (size > 0).any()):

@@ -205,8 +205,9 @@ class Patient:
             slash = "\\" * self.writer.of(node.marks[0]).startswith("\\")
             for other in FUNCTIONS.keys() - {node.value}:
                 yield replace(node, value=other), slash + other, FUNCTIONS[other]
-        for other in self._arguments if part.role == "argument" else ():
-            if key(other) != key(node):
+        arguments = (one.node for one in self.parts if one.role == part.role == "argument" and one.node.kind == "sum")
+        for printed, other in {key(other): other for other in arguments}.items():
+            if printed != key(node):
                 yield other, writer.of(other.span if node.bracketed else other.outer), 1.1
         if node.kind == "derivative" and node.value != "t":
             for other in self.spec.state:
@@ -223,12 +224,6 @@ class Patient:
         return [
             one for one in dict.fromkeys([*family, *spec.common]) if one in known - arrays and one in q and q[one].any()
         ]
-
-    @cached_property
-    def _arguments(self) -> list[Node]:
-        """The sums that stand in its functions, each once."""
-        arguments = (part.node for part in self.parts if part.role == "argument" and part.node.kind == "sum")
-        return [*{key(node): node for node in arguments}.values()]
 
     @cached_property
     def _forgotten(self) -> list[Monomial]:

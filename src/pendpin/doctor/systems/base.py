@@ -149,6 +149,7 @@ class System:
 
     spec: Spec
     convention: Convention = Convention()
+    scale: float = 1.0  # of the states and loads: tiny where only terms of the first order count
 
     @property
     def kind(self) -> str:
@@ -257,16 +258,13 @@ class Quantities:
 
 
 @cache
-def random_states(
-    system: System, instead: tuple[tuple[str, float | Formula], ...] = (), scale: float = 1.0
-) -> Quantities:
+def random_states(system: System, instead: tuple[tuple[str, float | Formula], ...] = ()) -> Quantities:
     """Quantities at random states of the true motion.
 
-    `instead` gives parts of the state or parameters a value, or one that the others determine; `scale` shrinks the state
-    and the loads.
+    `instead` gives parts of the state or parameters a value, or one that the others determine.
     """
     base = random_base(system.spec, STATES)
-    base |= {name: base[name] * scale for name in (*system.spec.state, *LOADS) if name in base}
+    base |= {name: base[name] * system.scale for name in (*system.spec.state, *LOADS) if name in base}
     for name, value in instead:
         if name in base:
             base[name] = value(Quantities(base, system, np)) if callable(value) else np.full(STATES, value)
