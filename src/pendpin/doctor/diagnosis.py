@@ -3,7 +3,7 @@
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
-from itertools import islice
+from itertools import islice, product
 from typing import Any
 
 import numpy as np
@@ -35,6 +35,7 @@ from pendpin.doctor.reading.tree import Mismatch, Unread, key, symbols
 from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, random_states
+from pendpin.doctor.systems.tables import FAMILIES
 from pendpin.doctor.verdicts import judge
 
 MOST_READINGS = 3  # of an equation that fails, whose mends are compared
@@ -168,10 +169,13 @@ class _Doctor:
         if ROUGHLY.search(one.latex):
             return replace(found, remark="it says itself that it is not exact")
         healed = [mends(self._patient(one, equation), pairs) for equation, _ in readings]
-        if not any(healed):  # perhaps of small angles
-            near = replace(self, reading=replace(self.reading, system=replace(self.system, scale=TINY)))
-            swings = (equation for equation, _ in readings if may_be_linear(equation, self.system))
-            healed = [mends(near._patient(one, equation), False) for equation in swings] or healed
+        swings = [] if any(healed) else [pair for pair in readings if may_be_linear(pair[0], self.system)]
+        family = FAMILIES.get(spec.kind.split()[0], ()) if swings else ()
+        near = [replace(self.system, spec=one, scale=TINY) for one in (spec, *family)]
+        if swings and not any(holds(equation, random_states(one)) for (equation, _), one in product(swings, near)):
+            # of small angles, which no system alike explains either
+            doctor = replace(self, reading=replace(self.reading, system=near[0]))
+            readings, healed = swings, [mends(doctor._patient(one, equation), False) for equation, _ in swings]
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, error = readings[best]
