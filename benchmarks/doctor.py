@@ -25,7 +25,7 @@ from pendpin.doctor.mending.mends import standing
 from pendpin.doctor.reading.documents import read_text
 from pendpin.doctor.reading.grammar import parse
 from pendpin.doctor.reading.names import Vocabulary
-from pendpin.doctor.reading.tree import Unread, symbols
+from pendpin.doctor.reading.tree import Unread
 from pendpin.doctor.recognition import read
 from pendpin.doctor.systems.base import Quantities, System, free_states, random_states
 from pendpin.doctor.systems.rod import MATRICES, RODS, SPECS, VECTORS
@@ -80,7 +80,7 @@ WORDS = Vocabulary(SPECS["thin"])
 def left_over(text: str) -> np.ndarray:
     """Left minus right of an equation, every symbol independent."""
     sides = parse(text, WORDS)[0]
-    meanings = {name: "rG" if name == "r" else name for side in sides for name in symbols(side)}
+    meanings = {name: "rG" if name == "r" else name for side in sides for name in side.names}
     try:
         values = [
             evaluate(side, Equation((ZERO,), meanings={k: v for k, v in meanings.items() if k != "r"}).context(WORLD))

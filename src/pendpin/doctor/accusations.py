@@ -18,7 +18,7 @@ from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
 from pendpin.doctor.reading.names import ENERGY, FORCE, INERTIA, LENGTH, MASS
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts
 from pendpin.doctor.recognition import FEW
 from pendpin.doctor.systems.base import LOADS, Spec, random_states
 from pendpin.doctor.systems.rod import RODS
@@ -107,7 +107,7 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
         if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
             return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
     moving, places = (
-        [symbols(part) for part in parts(one.sides) if part.kind == "product"],
+        [part.names for part in parts(one.sides) if part.kind == "product"],
         {"dx", "dy", "dz"} - {*spec.rates},
     )
     alone = case.is_energy and len(equation.names & places) == 1
@@ -209,7 +209,7 @@ def _changes_more(case: Case, change: Mend, changed: list[Node]) -> bool:
     gone = gone or {part.written for part in parts(equation.sides)} - {p.written for p in parts(change.equation.sides)}
     gone = gone or (words.startswith("the term ") and any(not part.children for part in changed))
     factors = [one for new in change.swaps.values() for one in new.children[1:] if words.startswith("the factor ")]
-    several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in symbols(one)}) > 1
+    several = (len(new) > 1 and case.entry not in MASSES) or len({name for one in factors for name in one.names}) > 1
     held = words.startswith("the term ") and any(one.startswith("dd") for one in new)  # as a cart is
     lone = change.swaps.get(id(equation.sides[0]))
     named = lone is not None and lone.kind == "symbol"

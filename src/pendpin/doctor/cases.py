@@ -8,11 +8,11 @@ from itertools import combinations
 import numpy as np
 
 from pendpin.doctor.checking.check import lagrange_residuals
-from pendpin.doctor.checking.evaluation import Equation, names_in
+from pendpin.doctor.checking.evaluation import Equation
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, stack_residuals
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.names import LENGTH, MASS
-from pendpin.doctor.reading.tree import Node, Unread, Written, parts
+from pendpin.doctor.reading.tree import Node, Unread, Written, names_in, parts
 from pendpin.doctor.recognition import Reading
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import Dimension, Quantities, System, Values, random_states

@@ -8,7 +8,7 @@ import numpy as np
 
 from pendpin.doctor.printed import Printed, holding
 from pendpin.doctor.reading.names import CONSTANTS
-from pendpin.doctor.reading.tree import parts, symbols
+from pendpin.doctor.reading.tree import names_in, parts
 from pendpin.doctor.systems.base import DIFFERENCES, Convention, System
 from pendpin.doctor.systems.rod import SPECS
 from pendpin.errors import InputError, not_one_of
@@ -70,7 +70,7 @@ def _kinds_of_symbols(equations: list[Printed]) -> tuple[str, ...]:
     for one in (one for one in equations if one.ways):
         names |= next(one.readings()).names
         lone = {side.value for side in one.sides if side.kind == "symbol"}
-        inside = set().union(*map(symbols, one.sides))
+        inside = names_in(one.sides, {})
         # the length gives h or an inertia
         uniform |= "l" in inside and "h" not in inside - lone and bool(lone & {"h", "inertia", *INERTIAS})
     if uniform or not ("h" in names or (names & INERTIAS and "l" not in names)):

@@ -20,7 +20,6 @@ from pendpin.doctor.checking.conditions import (
     may_be_linear,
     without,
 )
-from pendpin.doctor.checking.evaluation import names_in
 from pendpin.doctor.checking.residuals import TOLERANCE, Equation, holds, of_equation, relative_error
 from pendpin.doctor.checking.solutions import solved
 from pendpin.doctor.letters import MOST_LOADS
@@ -31,7 +30,7 @@ from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Mismatch, Unread, key, symbols
+from pendpin.doctor.reading.tree import Mismatch, Unread, key, names_in
 from pendpin.doctor.recognition import REMEDY, Reading, read
 from pendpin.doctor.report import Diagnosis, Finding
 from pendpin.doctor.systems.base import System, random_states
@@ -226,7 +225,7 @@ class _Doctor:
                 and (equation := finding.equation)
                 and name in equation.definitions
                 and key(equation.definitions[name]) == own
-                and any(name in symbols(side) for side in equation.sides)
+                and any(name in side.names for side in equation.sides)
             ]
             wrong = [f.equation for f in map(findings.__getitem__, using) if f.equation and f.when]
             if not wrong or len(wrong) < len(using):

@@ -20,7 +20,7 @@ from pendpin.doctor.checking.residuals import Equation
 from pendpin.doctor.printed import MOST_KNOWN, Printed, Text, holding, letters_in
 from pendpin.doctor.reading.names import ANGLES, ENERGY, MASS, Vocabulary, Written, of_coordinate
 from pendpin.doctor.reading.states import COORDINATE
-from pendpin.doctor.reading.tree import Name, parts, symbols, walk
+from pendpin.doctor.reading.tree import Name, names_in, parts, walk
 from pendpin.doctor.systems.base import Spec, System
 from pendpin.doctor.systems.tables import FAMILIES
 
@@ -167,7 +167,7 @@ def weight(equation: Equation, spec: Spec) -> float:
     """What an equation counts: those of motion and energy say most, and what is true of every system hardly anything."""
     every, accelerations = [*parts(equation.sides)], {name for name in spec.unknowns if name.startswith("dd")}
     moves = any(part.kind == "derivative" or part.value in accelerations for part in every)
-    still = equation.names if moves else set().union(*map(symbols, equation.sides))  # a' = b, where b is computed
+    still = equation.names if moves else names_in(equation.sides, {})  # a' = b, where b is computed
     saying = ("product", "power", "function") if moves else ("product", "power")
     if not still & spec.still and not any(part.kind in saying for part in every):
         return HARDLY  # as L = T - V, or a name for a sine
@@ -240,7 +240,7 @@ def _own(equations: list[Printed], system: System, words: Vocabulary) -> dict[Na
         named, other = one.sides
         if named.kind == other.kind == "symbol" and named.value in system.spec.state:  # theta1dot = z1
             named, other = other, named
-        if named.kind == "symbol" and (written := named.written) and not written.dots and symbols(other):
+        if named.kind == "symbol" and (written := named.written) and not written.dots and other.names:
             meanings = _meanings(written.name, words)
             if meanings and not {*meanings} & {*system.spec.state}:
                 found[written.name] = ""

@@ -24,9 +24,9 @@ from pendpin.doctor.reading.tree import (
     Written,
     divide,
     key,
+    names_in,
     parts,
     rename,
-    symbols,
     walk,
 )
 from pendpin.doctor.systems.base import LOADS, Spec, System, random_states
@@ -109,7 +109,7 @@ class Printed:
     @cached_property
     def names(self) -> set[str]:
         """The symbols in it as it is read first."""
-        return set().union(*map(symbols, self.sides))
+        return names_in(self.sides, {})
 
     @property
     def unknown(self) -> set[str]:
@@ -219,7 +219,7 @@ class Text:
         made = [one for one in made if first[one[1]] < one[0] or one[1] not in one[2].names]
         # a damping of a known size, as beta = 2 omega_0, is a special case
         damping = {f"?{'_'.join(name).rstrip('_')}" for name in self._dampings}
-        made = [one for one in made if one[1] not in damping or any(name[:1] == "?" for name in symbols(one[2]))]
+        made = [one for one in made if one[1] not in damping or any(name[:1] == "?" for name in one[2].names)]
         # of what is computed twice, each use means what was computed last before it
         twice = {name for name, often in Counter(name for _, name, _ in made).items() if often > 1}
 
@@ -245,7 +245,7 @@ class Text:
                 # as x = x/2, from its last value
                 from_last = lambda side, i=i: latest(side, i) if side.children else side  # noqa: E731
                 ways = tuple((tuple(map(from_last, sides)), tight) for sides, tight in one.ways)
-                mark = (id(one), *sorted(set().union(*map(symbols, ways[0][0]))))  # @ tells which value it is
+                mark = (id(one), *sorted(names_in(ways[0][0], {})))  # @ tells which value it is
                 one = self._bound.setdefault(mark, replace(one, ways=ways))
             used, sources, fresh = dict[str, Node](), list[tuple](), [*one.names]
             while fresh:  # through definitions too, and the vectors of components
@@ -268,7 +268,7 @@ def _with_drives(sides: tuple[Node, ...], words: Vocabulary) -> tuple[Node, ...]
     Of a system whose pivot moves in time they are what they are.
     """
     spec = words.spec
-    laws = set().union(*map(symbols, sides)) & {*spec.unknowns} if spec else set[str]()
+    laws = names_in(sides, {}) & {*spec.unknowns} if spec else set[str]()
     if spec is None or "t" in spec.parameters or not (laws or any(highest_rate(side) > 1 for side in sides)):
         return sides
 
@@ -292,14 +292,14 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
         assert left.written is not None
         name, meanings = left.written.name, {*words(left.written)}
         is_vector = meanings == {"q"}
-        fixed = is_vector or meanings <= spec.still or symbols(right) <= spec.still
-        moves = meanings & {*spec.state} and (name in words.renamed or not symbols(right) <= spec.still)
+        fixed = is_vector or meanings <= spec.still or right.names <= spec.still
+        moves = meanings & {*spec.state} and (name in words.renamed or not right.names <= spec.still)
         number = is_vector and right.children and not any(part.kind == "matrix" for part in parts([right]))
         usual = name in words.chosen or left.written.dots or ("".join(name) in meanings and not number) or moves
-        controls = meanings & {*LOADS} and any(one.startswith("?") for one in symbols(right))  # as u = -(k_1 x + k_2 v)
-        if usual or controls or not symbols(right) or not fixed:
+        controls = meanings & {*LOADS} and any(one.startswith("?") for one in right.names)  # as u = -(k_1 x + k_2 v)
+        if usual or controls or not right.names or not fixed:
             continue
-        varies = meanings <= spec.still and bool(symbols(right) & {*spec.state})
+        varies = meanings <= spec.still and bool(right.names & {*spec.state})
         if number or varies or not one.sound:
             found[name] = letters_in([right])
     own = {name: "" for name, used in found.items() if not used & found.keys()}
@@ -372,15 +372,15 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
         if number.kind == "number":
             base, meaning = factor, divide(sides[1], number, sides[1].span, sides[1].span[0])
     named = base and base.kind == "symbol" and base.value.startswith("?")
-    if base and meaning and named and base.value not in {*given, *symbols(sides[1])}:
+    if base and meaning and named and base.value not in {*given, *sides[1].names}:
         return [(base.value, meaning)]
     sides = sides[:-1] if len(sides) > 2 and sides[-1].value in ("?const", "?constant") else sides
     fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:
-        new = lambda side, name=symbol.value: name in before or name not in symbols(side)  # noqa: E731
+        new = lambda side, name=symbol.value: name in before or name not in side.names  # noqa: E731
         meanings = [side for side in others if new(side) and side.kind != "number"]
-        meanings.sort(key=lambda side: any(name.startswith("?") for name in symbols(side)))
+        meanings.sort(key=lambda side: any(name.startswith("?") for name in side.names))
         if meanings and (symbol is sides[0] or symbol.value not in CONSTANTS or len(sides) > 2):
             return [(other.value, meanings[0]) for other in fresh]
     return []

@@ -18,7 +18,7 @@ from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import LENGTH, Vocabulary, Written, raw
-from pendpin.doctor.reading.tree import parts, symbols, walk
+from pendpin.doctor.reading.tree import parts, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.doctor.systems.scene import scene_spec
@@ -132,7 +132,7 @@ class Reading:
     def says(self, one: Printed) -> str:
         """What an equation says that is no law: a state, or a choice of parameters; empty for what may be a law."""
         sides, spec = one.sides, self.system.spec
-        names = [symbols(side) - {"pi"} for side in sides]
+        names = [side.names - {"pi"} for side in sides]
         every = set().union(*names)
         if any(part.kind == "product" and any(factor.value == 0 for factor in part.children) for part in parts(sides)):
             return "it gives a state at an instant, and no law: nothing to check"  # theta(0) = theta_0
@@ -181,7 +181,7 @@ class Recognition:
         return " and ".join(dict.fromkeys(every)) if not self.main.unknown else self.main.title
 
 
-def _can_be_chosen(one: Printed, names: list[set[str]], system: System) -> bool:
+def _can_be_chosen(one: Printed, names: list[frozenset[str]], system: System) -> bool:
     """Whether parameters may be equal: one is a number, also of metres, or neither is always the larger."""
     lengths = {name for name in system.spec.still if system.spec.dimensions[name] == LENGTH}
     if not all(names) or ({"m"} in names and lengths.intersection(*names[:1])):

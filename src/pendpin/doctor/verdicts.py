@@ -17,7 +17,7 @@ from pendpin.doctor.checking.conditions import LOAD_RATIO, TINY, load_of, small_
 from pendpin.doctor.checking.evaluation import ENERGIES, evaluate
 from pendpin.doctor.checking.residuals import TOLERANCE, ZERO, Equation, changed, holds, relative_error, stack_residuals
 from pendpin.doctor.reading.names import INERTIA, LENGTH
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts, symbols, with_meaning
+from pendpin.doctor.reading.tree import Node, Unread, Written, key, names_in, parts, with_meaning
 from pendpin.doctor.recognition import Reading, Recognition
 from pendpin.doctor.report import Finding
 from pendpin.doctor.systems.base import System, Values, free_states, random_states
@@ -148,7 +148,7 @@ def _doubt_what_is_said_otherwise(cases: list[Case]) -> None:
     v_2 = l_2 w_2 is not the speed of the second of two bobs; so T_2 = m_2 v_2^2/2 is not its kinetic energy there. Where
     x_1 = l_1 sin(theta_1)/2 is a centre of mass, x_2 = x_1 + l_2 sin(theta_2)/2 is not the other one.
     """
-    said = [case for case in cases if case.left and len(case.one.sides) == 2 and symbols(case.one.sides[1]) - {"pi"}]
+    said = [case for case in cases if case.left and len(case.one.sides) == 2 and case.one.sides[1].names - {"pi"}]
     said = [one for one in said if one.finding.kind not in ("condition", "definition", "unread")]
     # nor l(t) = l + s
     said = [one for one in said if not any(part.written == one.left for part in parts(one.one.sides[1:]))]
@@ -229,7 +229,7 @@ def _doubt_definitions(cases: list[Case]) -> None:
                 used[name][key(meaning)] = meaning
     lagrange = dict[str, int]()  # of what a doubtful equation says that it obeys Lagrange, and that equation's number
     for case in cases:
-        inside = set().union(*map(symbols, case.one.sides)) - {*case.spec.state}
+        inside = names_in(case.one.sides, {}) - {*case.spec.state}
         derived = any(part.kind == "derivative" for part in parts(case.one.sides))
         if case.finding.doubtful and derived and len(inside) == 1:
             lagrange.setdefault(inside.pop(), case.finding.number)
@@ -278,7 +278,7 @@ def _act_alike(cases: list[Case], name: str, loads: set[str]) -> list[bool]:
 
 def _is_derivative(equation: Equation | None, system: System) -> bool:
     """Whether an equation is a derivative by a rate of what the text defines, which is true of any function."""
-    if equation is None or not equation.definitions.keys() & set().union(*map(symbols, equation.sides)):
+    if equation is None or not equation.definitions.keys() & names_in(equation.sides, {}):
         return False
     variables = {str(part.value) for part in parts(equation.sides) if part.kind == "derivative"}
     return bool(variables & {*system.spec.rates}) and holds(equation, free_states(system))

@@ -15,7 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import Equation, evaluate, names_in, norm
+from pendpin.doctor.checking.evaluation import Equation, evaluate, norm
 from pendpin.doctor.checking.residuals import (
     NONE,
     TOLERANCE,
@@ -27,7 +27,7 @@ from pendpin.doctor.checking.residuals import (
     stack_residuals,
 )
 from pendpin.doctor.reading.names import ENERGY
-from pendpin.doctor.reading.tree import Node, Unread, parts
+from pendpin.doctor.reading.tree import Node, Unread, names_in, parts
 from pendpin.doctor.systems.base import LOADS, Formula, Quantities, Spec, System, Values, inverse, random_states
 from pendpin.doctor.systems.rod import SPECIAL
 from pendpin.doctor.systems.tables import FAMILIES

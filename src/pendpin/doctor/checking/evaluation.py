@@ -1,6 +1,6 @@
 """An equation and its readings; its trees to numbers: scalars, vectors and tensors, for any type of number."""
 
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field, replace
 from fractions import Fraction
 from functools import cached_property
@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from pendpin.doctor.reading.names import CONSTANTS, Vocabulary
-from pendpin.doctor.reading.tree import Mismatch, Node, Unread, Written, key, parts, symbols, walk
+from pendpin.doctor.reading.tree import Mismatch, Node, Unread, Written, key, names_in, parts, walk
 from pendpin.doctor.systems.base import LOADS, Quantities, Values, cross, dot, inverse
 from pendpin.doctor.systems.rod import AXES, turned
 
@@ -94,7 +94,7 @@ class Equation:
         for name in sorted(name for name, found in several.items() if apart and "L" in found):
             for other in (other for other in several[name] if other not in ENERGIES):
                 sides = tuple(_with_length(side, writings[name], other) for side in self.sides)
-                if name in set().union(*map(symbols, sides)) and [*map(key, sides)] != [*map(key, self.sides)]:
+                if name in names_in(sides, {}) and [*map(key, sides)] != [*map(key, self.sides)]:
                     yield from replace(self, sides=sides).readings(words, apart=False)
 
 
@@ -104,15 +104,6 @@ def _with_length(node: Node, name: Written, value: str, inside: bool = False) ->
         return replace(node, value=value) if inside and node.written == name else node
     inside = node.kind not in ("sum", "derivative")
     return replace(node, children=tuple(_with_length(child, name, value, inside) for child in node.children))
-
-
-def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
-    """The names in some expressions, those inside definitions too."""
-    found, fresh = set[str](), set().union(*map(symbols, sides))
-    while fresh:
-        found |= fresh
-        fresh = set().union(*(symbols(definitions[name]) for name in fresh & definitions.keys())) - found
-    return found
 
 
 @dataclass(frozen=True, eq=False)
@@ -149,7 +140,7 @@ class Context:
         """Whether a symbol stands for what does not move."""
         name, definitions = self.equation.meaning(node.value), self.equation.definitions
         closed = name in definitions and self._defined.get(name, 0) is not None
-        inside = symbols(definitions[name]) if closed else {name}
+        inside = definitions[name].names if closed else {name}
         return all(self.equation.meaning(part) in self.quantities.spec.still for part in inside)
 
 

@@ -17,7 +17,7 @@ from pendpin.doctor.checking.conditions import with_numbers
 from pendpin.doctor.checking.evaluation import Equation
 from pendpin.doctor.checking.residuals import stack_residuals
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, parts, with_meaning
+from pendpin.doctor.reading.tree import Node, Unread, parts, walk, with_meaning
 from pendpin.doctor.systems.base import Quantities, System, random_states
 
 TIMES = (0.37, 1.61)  # at which a solution is tried
@@ -32,13 +32,13 @@ def solved(one: Printed, equations: list[Printed], system: System) -> tuple[Equa
     """
     coordinates = {f"{'d' * dots}{name}": (name, dots) for name in system.spec.coordinates for dots in (0, 1)}
     left, right = (one.sides[0], one.sides[-1]) if len(one.sides) > 1 else (None, None)
-    if left is None or right is None or left.value not in coordinates or "t" not in _names(right):
+    if left is None or right is None or left.value not in coordinates or all(part.value != "t" for part in walk(right)):
         return None
     name, dots = coordinates[left.value]
     laws = [other for other in equations if other is not one and len(other.sides) == 2]
     obeyed = list[Printed]()  # laws of the coordinate, or of its rate solutions
     for other in laws:
-        timely = any("t" in _names(side) for side in other.sides)
+        timely = any(part.value == "t" and part.kind == "symbol" for part in parts(other.sides))
         of_rate, of_motion = dots and timely and other.sides[0].value == name, f"dd{name}" in other.names
         obeyed += [other] if of_rate or (of_motion and not (dots or timely)) else []
     for equation in (*islice(one.readings(), MOST_READINGS), *_with_own_letters(one, laws)):
@@ -67,11 +67,6 @@ def _with_own_letters(one: Printed, laws: list[Printed]) -> Iterator[Equation]:
             sides = (*sides[:1], *(with_meaning(side, name, f"?own {name}") for side in sides[1:]))
         definitions = {f"?own {name}": node for name, node in own.items()}
         yield Equation(sides, definitions=one.definitions | definitions)
-
-
-def _names(node: Node) -> set[str]:
-    """The names in an expression, and that of the time."""
-    return {str(part.value) for part in parts([node]) if part.kind == "symbol"}
 
 
 def _rate(node: Node) -> Node:

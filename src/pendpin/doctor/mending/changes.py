@@ -19,7 +19,7 @@ from pendpin.doctor.mending.numbers import CLOSE, Monomial, Numbers, Part, fract
 from pendpin.doctor.mending.writing import Splice, Writer
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.names import MASS
-from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, key, parts
 from pendpin.doctor.systems.base import System, Values, dot, random_states
 from pendpin.doctor.systems.tables import FAMILIES
 
@@ -95,7 +95,7 @@ class Patient:
         products = [node for node in parts(equation.sides) if node.kind == "product"]
         pairs = (pair for node in products for pair in zip(node.value, node.children, strict=True))
         self._is_planar = self.spec.kind.split()[0] in PLANAR  # no law there divides by a sine, a cosine or a rate
-        self._below = {name for operator, child in pairs if operator == "/" for name in symbols(child)}
+        self._below = {name for operator, child in pairs if operator == "/" for name in child.names}
 
     # --- what is listed -----------------------------------------------------------------------------------------
 
@@ -141,7 +141,7 @@ class Patient:
     def _upside_down(self, node: Node) -> Iterator[Change]:
         """Quotients of a product the other way round, as l/g for g/l."""
         for i, (above, below) in enumerate(pairwise(node.children)):
-            if node.value[i : i + 2] == ("*", "/") and (symbols(above) or above.value == 1) and symbols(below):
+            if node.value[i : i + 2] == ("*", "/") and (above.names or above.value == 1) and below.names:
                 children = (*node.children[:i], below, above, *node.children[i + 2 :])
                 first, second = (self.writer.text[slice(*one.outer)] for one in (above, below))
                 splices = (*above.outer, second), (*below.outer, first)
@@ -170,7 +170,7 @@ class Patient:
             moved = replace(head, value=head.value[: i + 1], children=(*head.children[:i], total))
             start, end = head.children[i].outer[0], node.children[-1].outer[1]
             words = f"a bracket is missing around {self.writer.of((start, end))}"
-            cost = 1.2 if any(map(symbols, head.children[:i])) else 1.6
+            cost = 1.2 if any(one.names for one in head.children[:i]) else 1.6
             yield Change(((start, start, "("), (end, end, ")")), cost, words, "", "( )", {id(node): moved})
 
     def _replacements(self, part: Part) -> Iterator[tuple[Node, str, float]]:
@@ -187,7 +187,7 @@ class Patient:
                     here, there = (dimension(Node("symbol", (0, 0), one), own, self.spec, {}) for one in (name, other))
                     if other.startswith("?") and here == there:
                         yield replace(node, value=other), other.lstrip("?"), 1.05
-            if name not in {*self.spec.still, *self.spec.unknowns} and symbols(own.get(name, node)) - self.spec.still:
+            if name not in {*self.spec.still, *self.spec.unknowns} and own.get(name, node).names - self.spec.still:
                 rate = Node("derivative", node.span, "t", (node,))
                 if writer.latex:
                     yield rate, rf"\dot{{{writer.of(node.span)}}}", 1.1

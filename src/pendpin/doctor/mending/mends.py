@@ -15,7 +15,7 @@ from pendpin.doctor.mending.changes import Change, Patient
 from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
-from pendpin.doctor.reading.tree import Node, Unread, key, parts, symbols
+from pendpin.doctor.reading.tree import Node, Unread, key, parts
 from pendpin.doctor.systems.base import Quantities, System, Values, free_states, random_states
 
 MOST_NODES = 400  # of an equation that is searched
@@ -181,7 +181,7 @@ def _is_empty(equation: Equation, patient: Patient) -> bool:
     cancels = cancels and bool((names | patient.equation.names) & {*spec.parameters})
     cancels = cancels and holds(equation, free_states(patient.system))
     lone = {side.value: side for side in equation.sides if side.kind == "symbol"}
-    again = any(lone.keys() & symbols(side) for side in equation.sides if side not in lone.values())
+    again = any(lone.keys() & side.names for side in equation.sides if side not in lone.values())
     return bool(fewer or cancels or again) or any(key(left) == key(right) for left, right in pairwise(equation.sides))
 
 

@@ -12,10 +12,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pendpin.doctor.checking.evaluation import ENERGIES, Equation, Known, names_in
+from pendpin.doctor.checking.evaluation import ENERGIES, Equation, Known
 from pendpin.doctor.checking.residuals import changed, stack_residuals
 from pendpin.doctor.reading.names import CONSTANTS
-from pendpin.doctor.reading.tree import Node, Unread, walk
+from pendpin.doctor.reading.tree import Node, Unread, names_in, walk
 from pendpin.doctor.systems.base import Quantities, Values, dot, formula
 
 CLOSE = 1e-8  # relative to the residual

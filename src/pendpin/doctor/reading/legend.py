@@ -7,7 +7,7 @@ from functools import lru_cache
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.names import GREEK, INERTIA, Vocabulary, Written, of_coordinate, of_word
 from pendpin.doctor.reading.states import COORDINATE
-from pendpin.doctor.reading.tree import Name, Unread, symbols
+from pendpin.doctor.reading.tree import Name, Unread
 from pendpin.doctor.systems.base import Spec
 from pendpin.errors import InputError, not_one_of, shown
 
@@ -68,7 +68,7 @@ def read_symbols(table: dict[str, str], spec: Spec, renamed: dict[Name, Written]
         if right is None:
             raise InputError(f"symbols.{name}: {shown(meaning)} is not one expression")
         # a word that neither names a quantity nor is a product of letters that all have a meaning
-        strange = any(part.startswith("?") for part in symbols(right)) and meaning not in GREEK and meaning not in table
+        strange = any(part.startswith("?") for part in right.names) and meaning not in GREEK and meaning not in table
         if strange and re.fullmatch("[A-Za-z]{2,}", str(meaning)):
             raise InputError(f"symbols.{name}: {not_one_of(meaning, (*spec.state, *spec.unknowns, *spec.parameters))}")
         if right.kind == "symbol" and right.written and not left.dots:

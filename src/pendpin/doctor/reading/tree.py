@@ -1,6 +1,6 @@
 """The tree of a printed expression: what stands where, as it was printed."""
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any, Literal
@@ -98,9 +98,13 @@ def key(node: Node) -> tuple:
     return (node.kind, value, *(key(child) for child in node.children))
 
 
-def symbols(node: Node) -> set[str]:
-    """The names of the quantities in an expression."""
-    return set(node.names)
+def names_in(sides: Iterable[Node], definitions: Mapping[str, Node]) -> set[str]:
+    """The names in some expressions, those inside definitions too."""
+    found, fresh = set[str](), set[str]().union(*(side.names for side in sides))
+    while fresh:
+        found |= fresh
+        fresh = set().union(*(definitions[name].names for name in fresh & definitions.keys())) - found
+    return found
 
 
 def with_meaning(node: Node, name: Written, value: str) -> Node:
