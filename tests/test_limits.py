@@ -6,7 +6,6 @@ import re
 import subprocess
 import sys
 import time
-from collections import OrderedDict
 from collections.abc import Callable
 from dataclasses import replace
 from itertools import count
@@ -246,7 +245,7 @@ def test_recording_is_in_the_limit(monkeypatch: pytest.MonkeyPatch) -> None:
 
     monkeypatch.setattr(limits.Deadline, "wait_for", wait_for)
     monkeypatch.setattr(compiling.EquationsOfMotion, "record", record)
-    monkeypatch.setattr(compiling, "_known", OrderedDict())
+    monkeypatch.setattr(compiling, "_known", libraries.Recent(10))
     for solver in (pp.Solver(engine="compiled", method="dop853"), pp.Solver()):
         with pytest.raises(Halted):
             pp.simulate(swing(solver=solver), limit=1.0)

@@ -84,6 +84,14 @@ def test_the_default_is_the_rest_near_the_start() -> None:
     assert (pp.linearize(scene, scene.start).A == start.A).all()
 
 
+@pytest.mark.parametrize("damping", [0.0, 1e6])
+@pytest.mark.parametrize(("angle", "rests"), [(1e-10, True), (1e-7, False)])
+def test_what_counts_as_a_rest_does_not_depend_on_the_damping(damping: float, angle: float, rests: bool) -> None:
+    """Accelerations count against those of a turn by 1 rad; a rod that creeps back moves."""
+    scene = hanging(*[fx.Viscous(coefficient=damping)] * bool(damping), start=pp.Start(positions={"theta_1": angle}))
+    assert pp.linearize(scene, "start").at_equilibrium == rests
+
+
 def test_an_upright_rod_is_unstable() -> None:
     """Its eigenvalues are ± sqrt(m g h / I), twice."""
     found = pp.linearize(hanging(), pp.Start(positions={"theta": np.pi}))

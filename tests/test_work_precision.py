@@ -1,7 +1,6 @@
 """What accuracy costs: the references disagree where one is broken, errors fall along every ladder, words fit numbers."""
 
 import json
-from collections import OrderedDict
 from dataclasses import replace
 from importlib.util import find_spec
 from pathlib import Path
@@ -15,6 +14,7 @@ from bad_input import run_main
 from pendpin import effects as fx
 from pendpin.dynamics import compiling
 from pendpin.engines import Compiled
+from pendpin.ground.libraries import Recent
 from pendpin.integrators import taylor
 from pendpin.runs import preparation
 from pendpin.runs import simulate as runs_by_setting
@@ -246,7 +246,7 @@ def test_a_first_run_counts_its_compiling_whichever_run_that_was(
 ) -> None:
     """Of the second report on a scene nothing is compiled: its first runs count what the process has stored."""
     pytest.importorskip("llvmlite")
-    functions = OrderedDict[Any, Any]()
+    functions = Recent[Any](10)
     monkeypatch.setattr(compiling, "_known", functions)
     preparation.known_runs.known.clear()
     preparation.known_dynamics.known.clear()
@@ -255,12 +255,14 @@ def test_a_first_run_counts_its_compiling_whichever_run_that_was(
         report = cost(given, methods=["taylor", "dop853", "dop853 not compiled"], repetitions=1)
         for point in curve_of(report, "taylor").points:
             stored = [
-                function.series[point.setting].compile_seconds for function in functions.values() if function.series
+                function.series[point.setting].compile_seconds
+                for function in functions.known.values()
+                if function.series
             ]
             least = taylor.start_compiler() + min(stored)
             assert point.first_seconds - point.seconds >= least * (1 - 1e-9) > 0
         for point in curve_of(report, "dop853").points:
-            stored = [function.compile_seconds for function in functions.values() if function.compile_seconds]
+            stored = [function.compile_seconds for function in functions.known.values() if function.compile_seconds]
             assert point.first_seconds - point.seconds >= min(stored) * (1 - 1e-9) > 0
         assert curve_of(report, "dop853 not compiled").compile_seconds == 0
 

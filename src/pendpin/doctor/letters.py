@@ -251,9 +251,10 @@ def _other_meanings(equations: list[Printed], system: System, words: Vocabulary)
     """Letters of equations that do not hold, with each other meaning; none, "", for those that the text may define."""
     readable = [one for one in equations if one.ways]
     wrong = [one for one in readable if holding(one, system) is None]
-    right = set[Name]().union(*(one.used_letters for one in readable if one not in wrong))
+    used = {id(one): one.letters | letters_in(one.definitions.values()) for one in readable}
+    right = set[Name]().union(*(used[id(one)] for one in readable if one not in wrong))
     lone = letters_in(side for one in wrong for side in one.sides if side.kind == "symbol")
-    for name, _ in Counter(name for one in wrong for name in sorted(one.used_letters)).most_common():
+    for name, _ in Counter(name for one in wrong for name in sorted(used[id(one)])).most_common():
         meanings = _meanings(name, words)
         own = (name in lone or name not in right) and meanings
         if own and not set(meanings) & {*system.spec.state, *system.spec.unknowns}:

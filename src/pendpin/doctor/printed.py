@@ -88,11 +88,6 @@ class Printed:
         found = ((str(p.value), p.written) for p in rates if p.written and str(p.value).startswith("?"))
         return {(name, w.letter + w.index) for name, w in found if w.letter != "q" or w.index in ("1", "2")}
 
-    @cached_property
-    def used_letters(self) -> set[Name]:
-        """The letters with their indices that stand in it or in the definitions of the text."""
-        return self.letters | letters_in(self.definitions.values())
-
     def read_again(self, text: str, tight: bool) -> list[tuple[Node, ...]]:
         """The sides of each equation of a changed text, its names meaning the same. Raises Unread."""
         equations = parse(text, tight=tight)

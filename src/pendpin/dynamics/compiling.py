@@ -27,7 +27,7 @@ from pendpin.equations.base import RodInertia
 from pendpin.equations.trees import Tree, outward, total
 from pendpin.errors import InputError
 from pendpin.ground.arrays import Array, Mask, cross
-from pendpin.ground.libraries import ThreadCache
+from pendpin.ground.libraries import Recent, ThreadCache
 from pendpin.model.build import SIGNS, Model
 
 Right = Callable[[Any, Array], tuple[list[Any], list[Any]]]  # t, y (size,) -> y' and what else is computed, all terms
@@ -36,7 +36,7 @@ WRITTEN_OUT = 3  # rods, up to which code without a loop takes less time: the fi
 MOST_WRITTEN_OUT = 200  # joints, of equations that are not a loop over rods
 MOST_KNOWN = 128  # structures that are kept; the one that was not asked for longest goes
 MOST_SHORTENED = 10  # joints, up to which equations are written out so that what stays 0 is left out of them
-_known = dict[Hashable, Function]()
+_known = Recent[Function](MOST_KNOWN)
 _still = ThreadCache[tuple[int, ...]](MOST_KNOWN)  # by structure and zeros at the start
 _lock = Lock()
 
@@ -315,8 +315,4 @@ def record_twice(
 def look_up(key: Hashable, record: Callable[[], Recording], parameters: Parameters) -> Function:
     """The equations of a structure, new ones if they are not known."""
     with _lock:
-        equations = _known.pop(key, None) or Function(record, len(parameters.tables))
-        _known[key] = equations  # behind those that were not asked for since
-        if len(_known) > MOST_KNOWN:
-            del _known[next(iter(_known))]
-    return equations
+        return _known.look_up(key, lambda: Function(record, len(parameters.tables)))

@@ -32,6 +32,7 @@ from pendpin.ground.records import Record
 from pendpin.model.build import Model, build, rod_bodies, rod_tree_of
 from pendpin.scene import Chain, Scene
 
+REST = 1e-9  # of the accelerations that a turn by 1 rad causes: what is less is rounding
 _STEP = 2.0**-133  # its square is nothing beside 1, and products of two of them are still numbers
 _LEAST = 1e-300  # N m
 
@@ -42,6 +43,11 @@ class Jacobian(NamedTuple):
     acceleration: Array  # (nv,)
     of_q: Array  # (nv, nv), 1/s²
     of_v: Array  # (nv, nv), 1/s
+
+    @property
+    def balanced(self) -> bool:
+        """Whether nothing accelerates there."""
+        return bool(np.abs(self.acceleration).max(initial=0.0) <= REST * max(1.0, np.abs(self.of_q).max(initial=0.0)))
 
 
 class Variational:

@@ -149,8 +149,8 @@ def version(library: str) -> str:
     return metadata.version(library)
 
 
-class ThreadCache(local, Generic[T]):
-    """The results of the last few keys asked for. Each thread has its own, as what is kept may hold scratch memory."""
+class Recent(Generic[T]):
+    """The results of the last few keys asked for."""
 
     def __init__(self, most: int) -> None:
         self._most, self.known = most, dict[Hashable, T]()
@@ -167,3 +167,7 @@ class ThreadCache(local, Generic[T]):
         while len(self.known) > self._most:
             self.known.pop(next(iter(self.known)))
         return made
+
+
+class ThreadCache(local, Recent[T]):
+    """The same for each thread, as what is kept may hold scratch memory."""

@@ -247,8 +247,6 @@ def period_of(scene: Scene) -> float | None:
 
 # --- the rest of a scene and the small motions about it -------------------------------------------------------------
 
-REST = 1e-9  # of the accelerations that a turn by 1 rad causes: a start with less is a rest
-
 
 class SmallMotions(NamedTuple):
     """The small motions of a scene about its rest."""
@@ -283,7 +281,7 @@ def stable(scene: Scene) -> bool:
     q, v = start_state(equations.model, scene.start)
     refuse_poles(equations.model, q)
     jacobian = equations.jacobian(0.0, q, v)
-    if v.any() or np.abs(jacobian.acceleration).max() > REST * max(1.0, np.abs(jacobian.of_q).max()):
+    if v.any() or not jacobian.balanced:
         return small_motions(scene).vibrations.stable
     A = np.block([[np.zeros_like(jacobian.of_q), np.eye(len(q))], [jacobian.of_q, jacobian.of_v]])
     return is_stable(*spectrum(A)[:2])

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from pendpin.dynamics.derivatives import Variational, refuse_poles
+from pendpin.dynamics.derivatives import Jacobian, Variational, refuse_poles
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.pace import NEGLIGIBLE, changes_with_time
 from pendpin.dynamics.vibrations import is_stable, spectrum
@@ -24,7 +24,6 @@ from pendpin.scene import Scene, Start, chosen_scene
 
 ZERO = 1e-9  # degrees or m: what is less is 0 in words
 FEW_JOINTS = 4  # that say where a rest is
-REST = 1e-9  # of the accelerations that unit changes of the state cause: a residual below it is rounding
 MOST_ROWS = 24  # eigenvalues that are printed
 
 
@@ -99,8 +98,7 @@ class LinearModel(Result):
     @property
     def at_equilibrium(self) -> bool:
         """Whether nothing moves or accelerates there."""
-        scale = max(1.0, float(np.abs(self.A).max(initial=0.0)))
-        return not self.v.any() and bool(np.abs(self.residual).max(initial=0.0) <= REST * scale)
+        return not self.v.any() and Jacobian(self.residual, *np.hsplit(self.A[len(self.q) :], 2)).balanced
 
     def to_control(self) -> Any:
         """The same as a StateSpace of python-control, whose outputs are the states. Raises MissingLibrary without it."""
@@ -179,7 +177,6 @@ def linearize(scene: Scene | str | Path, at: Start | str | None = None) -> Linea
 
 # --- the rests of a scene, or its driven periodic motion: pendpin stability ------------------------------------------
 
-RESIDUAL = 1e-10  # of the accelerations that a turn by 1 rad causes: what is less is a rest
 SAME = 1e-6  # rad: two rests that differ by less are one
 NEAREST = "this is the periodic motion nearest to the start; a scene may have others, near other starts"
 OTHER_TURNS = "a weak spring has rests in further turns too; these are not listed"
@@ -264,5 +261,4 @@ def _corrected(equations: Variational, q: Array) -> Array | None:
         q = q + step
         if np.abs(step).max() < 1e-14 * max(1.0, float(np.abs(q).max())):
             break
-    slopes = equations.jacobian(0.0, q, still)
-    return q if np.abs(slopes.acceleration).max() <= RESIDUAL * max(1.0, float(np.abs(slopes.of_q).max())) else None
+    return q if equations.jacobian(0.0, q, still).balanced else None
