@@ -14,6 +14,7 @@ import time
 from collections import Counter
 from itertools import pairwise
 from pathlib import Path
+from zlib import crc32
 
 import numpy as np
 import sympy as sp
@@ -63,7 +64,7 @@ class Independent(Quantities):
     def __getitem__(self, name: str) -> np.ndarray:
         """Random, but always the same for a name."""
         if name not in self._values:
-            seed = np.random.default_rng(abs(hash(name)) % 2**32)
+            seed = np.random.default_rng(crc32(name.encode()))
             shape = (3, 40) if name in VECTORS else (3, 3, 40) if name in MATRICES else (40,)
             self._values[name] = seed.uniform(0.3, 2.0, shape)
         return self._values[name]

@@ -144,3 +144,13 @@ def test_second_rates_of_places_need_no_rates_of_accelerations():
     np.testing.assert_allclose(q["ddx2"], swing + other, rtol=0, atol=1e-8)  # central differences of what is about 10
     with pytest.raises(KeyError, match="rate of an acceleration"):
         q["dddx2"]
+
+
+def test_what_is_named_after_one_point_does_not_hold_of_another():
+    """The acceleration of G is half of that of the tip."""
+    right = r"a_{G} = \frac{l}{2}((\ddot\phi + \dot\theta^2\sin\phi\cos\phi)\hat b_1"
+    right += r" + (\ddot\theta\cos\phi - 2\dot\theta\dot\phi\sin\phi)\hat b_2 - (\dot\phi^2 + \dot\theta^2\cos^2\phi)\hat b_3)"
+    for name in ("a_{G}", r"{}^I\mathbf{a}_{G/O}"):
+        equation = right.replace("a_{G}", name)
+        assert pp.diagnose([equation], rod="thin").findings[0].verdict == "holds"
+        assert pp.diagnose([equation.replace(r"\frac{l}{2}", "l")], rod="thin").findings[0].verdict != "holds"

@@ -200,7 +200,10 @@ def _quantities_of(system: System, word: str) -> list[tuple[str, bool]]:
 
 
 def _agrees(word: str, name: str) -> bool:
-    """Whether the indices of a name and of a quantity do not contradict each other."""
+    """Whether the indices of a name and of a quantity, and the points G and T, do not contradict each other."""
+    points = {"G", "T"} & {*word.partition("_")[2]}
+    if points and name[-1] in {"G", "T"} - points:
+        return False
     mine, others = (re.findall(r"(?<![\[\d])(\d{1,2})", text)[:1] for text in (word, name))
     return not mine or not others or len(mine[0]) != len(others[0]) or mine == others
 
