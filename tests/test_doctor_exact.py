@@ -149,7 +149,8 @@ def test_second_rates_of_places_need_no_rates_of_accelerations():
 def test_what_is_named_after_one_point_does_not_hold_of_another():
     """The acceleration of G is half of that of the tip."""
     right = r"a_{G} = \frac{l}{2}((\ddot\phi + \dot\theta^2\sin\phi\cos\phi)\hat b_1"
-    right += r" + (\ddot\theta\cos\phi - 2\dot\theta\dot\phi\sin\phi)\hat b_2 - (\dot\phi^2 + \dot\theta^2\cos^2\phi)\hat b_3)"
+    right += r" + (\ddot\theta\cos\phi - 2\dot\theta\dot\phi\sin\phi)\hat b_2"
+    right += r" - (\dot\phi^2 + \dot\theta^2\cos^2\phi)\hat b_3)"
     for name in ("a_{G}", r"{}^I\mathbf{a}_{G/O}"):
         equation = right.replace("a_{G}", name)
         assert pp.diagnose([equation], rod="thin").findings[0].verdict == "holds"
