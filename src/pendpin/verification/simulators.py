@@ -24,7 +24,7 @@ from pendpin.integrators.fixed import count_equal_steps
 from pendpin.model.bodies import pinocchio
 from pendpin.model.build import build, start_state
 from pendpin.model.urdf import has_inertia, read_urdf
-from pendpin.model.write_models import chain_urdf
+from pendpin.model.write_models import LEAST, chain_urdf
 from pendpin.scene import Chain, PinModel, Scene, UrdfModel
 
 MODULES = {"mujoco": "mujoco", "drake": "pydrake"}  # by the names of their packages
@@ -152,8 +152,6 @@ def _loading(library: str) -> Iterator[None]:
 
 # --- one URDF text that all of them read to the same model ----------------------------------------------------------
 
-LEAST = 1e-15  # kg and kg m² of a moving body: what MuJoCo takes
-
 
 def _shared_urdf(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
     """The model that pendpin simulates, without what is only drawn and what it leaves out, and the link it hangs on.
@@ -186,7 +184,7 @@ def _shared_urdf(model: Chain | UrdfModel | PinModel) -> tuple[str, str]:
             inertial = ElementTree.SubElement(link, "inertial")
             ElementTree.SubElement(inertial, "mass", value="0")
             ElementTree.SubElement(inertial, "inertia", dict.fromkeys(("ixx", "iyy", "izz", "ixy", "ixz", "iyz"), "0"))
-    least = {"boundmass": repr(LEAST), "boundinertia": repr(LEAST)}
+    least = {"boundmass": LEAST, "boundinertia": LEAST}
     ElementTree.SubElement(ElementTree.SubElement(robot, "mujoco"), "compiler", least)
     return ElementTree.tostring(robot, encoding="unicode"), root
 
@@ -235,7 +233,7 @@ def mujoco_model(mujoco: Any, task: PeerTask) -> Any:
     """The model without what MuJoCo adds to massless bodies, and without its tests that reset a state."""
     model = mujoco.MjModel.from_xml_string(task.text)
     for sizes in (model.body_mass, model.body_inertia):
-        sizes[sizes <= LEAST] = 0.0
+        sizes[sizes <= float(LEAST)] = 0.0
     model.opt.gravity[:] = task.gravity
     names = {name for name in mujoco.mjtDisableBit.__members__ if name.startswith("mjDSBL_")} - {"mjDSBL_GRAVITY"}
     model.opt.disableflags = sum(getattr(mujoco.mjtDisableBit, name).value for name in names)
