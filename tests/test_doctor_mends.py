@@ -300,6 +300,7 @@ def test_a_law_of_small_angles_is_mended_to_the_first_order(right, wrong):
     wrong_ones = pp.diagnose([*energies, *faulty]).wrong
     assert [one.latex for one in wrong_ones] == [law for law in faulty if law not in laws and "- " not in law]
     assert all(one.mends[0].latex in {*laws} - {*faulty} for one in wrong_ones)
+    assert all(one.remark == "read as a law of small angles" for one in wrong_ones)
     assert verdicts(pp.diagnose([*energies, *laws])) == ["holds", "holds", "holds if", "holds if"]
 
 

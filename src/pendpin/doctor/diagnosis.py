@@ -157,9 +157,8 @@ class _Doctor:
         known = [equation.meanings for equation in likely]  # another rod may have what this one lacks, as a radius
         every = (*likely, *(equation for equation in one.readings() if equation.meanings not in known))
         sound = [equation for equation in every if not of_equation(equation, spec)[1]]
-        for equation in (
-            () if self.reading.unknown else sound or every
-        ):  # of a system that nothing shows they say nothing
+        # of a system that nothing shows, conditions say nothing
+        for equation in () if self.reading.unknown else sound or every:
             only_stated = self.reading.chosen or equation not in likely
             if condition := holds_if(equation, self.system, context, self.neighbours, only_stated):
                 healed = tuple(mends(self._patient(one, equation), False))
@@ -172,9 +171,9 @@ class _Doctor:
         family = FAMILIES.get(spec.kind.split()[0], ()) if swings else ()
         near = [replace(self.system, spec=one, scale=TINY) for one in (spec, *family)]
         if swings and not any(holds(equation, random_states(one)) for (equation, _), one in product(swings, near)):
-            # of small angles, which no system alike explains either
-            doctor = replace(self, reading=replace(self.reading, system=near[0]))
+            doctor = replace(self, reading=replace(self.reading, system=near[0]))  # which nothing alike explains either
             readings, healed = swings, [mends(doctor._patient(one, equation), False) for equation, _ in swings]
+            found = replace(found, remark="read as a law of small angles" * any(healed))
         costs = [some[0].cost + 0.1 * rank if some else FAR + rank for rank, some in enumerate(healed)]
         best = costs.index(min(costs))
         equation, error = readings[best]
