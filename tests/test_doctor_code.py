@@ -249,6 +249,9 @@ def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
         "dw = -g/l*sin(th) + u[0]/(m*l**2)\ndth = w",
         "\u03b8\u0307 = x[2]\ndx[1] = \u03b8\u0307\ndx[2] = -g/l*sin(\u03b8)",
         "double V = -p.m*p.g*p.l*cos(s.th);\nds.th = s.om;\nds.om = -p.g/p.l*sin(s.th);",
+        'g = p["g"]\ndw = -g/p["l"]*sin(th) - p.get("damping", 0.1)*w\ndth = w',
+        "alpha = -(2._rk*g/(2.0_rk*l))*sin(theta)\nT = 0.5_dp*m*l**2*theta_dot**2\ndo i = 1, 1000",
+        "/// \u03b8\u0308 = [ -g sin \u03b8 ]\n///     / [ l ]\nfn step(dt: f64) {}",
     ],
     ids=[
         "abs",
@@ -258,6 +261,9 @@ def test_a_step_may_take_away_and_have_names_for_what_is_new(steps):
         "one input",
         "a dot above",
         "records of rates",
+        "a table of parameters",
+        "numbers of Fortran with their kind",
+        "equations in comments alone",
     ],
 )
 def test_idioms_of_other_languages(code):
@@ -287,6 +293,14 @@ def test_an_acceleration_is_compared_with_what_its_name_says_beside_the_other_on
     (wrong,) = (one for one in pp.diagnose(code).findings if one.verdict == "fails" and not one.follows)
     assert wrong.latex.startswith("a1" if new == "t1+2*t2" else "a2")
     assert old in wrong.mends[0].latex
+
+
+def test_one_computed_name_may_be_another():
+    """Of den_2 = den all holds; what is wrong in den is wrong in both laws, and mended there."""
+    code = RATES.replace("    a1 =", "    den_2 = den\n    a1 =").replace("/(l2*den)", "/(l2*den_2)")
+    assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}
+    wrong = pp.diagnose(code.replace("m2 - m2*np.cos(2*d)", "m2 + m2*np.cos(2*d)")).findings
+    assert [one.latex for one in wrong if one.verdict == "fails"] == ["den = 2*m1 + m2 + m2*np.cos(2*d)"]
 
 
 def test_a_block_of_code_has_letters_of_its_own():

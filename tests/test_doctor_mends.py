@@ -310,3 +310,21 @@ def test_a_law_about_upright_beside_those_about_hanging_is_not_accused():
     laws += [r"(M + m)\ddot x + m l\ddot\theta\cos\theta - m l\dot\theta^2\sin\theta = F"]
     laws += [r"(I + m l^2)\ddot\phi - m g l\phi = m l\ddot x"]
     assert not pp.diagnose(laws).wrong
+
+
+def test_an_angle_that_stands_in_sines_is_mended_where_it_is_defined():
+    """No law is straight in the difference of two angles, and each would need two changes; the other sign mends both."""
+    laws = """d = t1 - t2
+den = m1 + m2 - m2*cos(d)**2
+dw1 = (m2*l1*w1**2*sin(d)*cos(d) + m2*g*sin(t2)*cos(d) + m2*l2*w2**2*sin(d) - (m1 + m2)*g*sin(t1))/(l1*den) - b*w1
+dw2 = (-m2*l2*w2**2*sin(d)*cos(d) + (m1 + m2)*(g*sin(t1)*cos(d) - l1*w1**2*sin(d) - g*sin(t2)))/(l2*den) - b*w2
+"""
+    found = pp.diagnose(laws).findings
+    assert [one.latex for one in found if one.verdict == "fails"] == ["d = t1 - t2"]
+    assert found[0].mends[0].latex == "d = -(t1 - t2)"
+    assert verdicts(pp.diagnose(laws.replace("t1 - t2", "t2 - t1"))) == ["holds"] * 4
+
+
+def test_a_sum_without_brackets_gets_them_with_its_other_sign():
+    law = "ddphi = 3*g*cos(theta)*sin(phi)/(2*l) + dtheta**2*sin(phi)*cos(phi)"
+    assert first_mend(law, rod="thin") == "ddphi = -(3*g*cos(theta)*sin(phi)/(2*l) + dtheta**2*sin(phi)*cos(phi))"

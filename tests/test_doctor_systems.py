@@ -143,3 +143,20 @@ def test_a_conical_pendulum_keeps_its_angle():
 def test_a_rod_and_its_bob_have_either_letter():
     text = FURTHER["a rod with a bob"].translate(str.maketrans("mM", "Mm"))
     assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}
+
+
+@pytest.mark.parametrize("name", ["omega", "Omega", "gamma"])
+@pytest.mark.parametrize(
+    "drive", [("", "-", "cos"), ("", "-", "sin"), ("upright", "+", "cos"), ("upright", "+", "sin")]
+)
+def test_the_law_of_a_pivot_that_moves_is_known_by_its_drive(drive, name):
+    """What multiplies t in a sine is the frequency of a drive, and no rate, though it is called omega."""
+    where, sign, function = drive
+    law = rf"$$\ddot\theta = {sign}\left(\frac gl - \frac{{a\{name}^2}}{{l}}\{function}(\{name} t)\right)\sin\theta$$"
+    text = f"A pendulum, its angle {where} in rad.\n{law}\n"
+    (found,) = pp.diagnose(text).findings
+    assert found.verdict == "holds", found
+    (later,) = pp.diagnose(text.replace(r"- \frac{a", r"+ \frac{a")).findings  # its pivot begins at -a
+    assert (later.verdict, "begins there" in later.remark) == ("not checked", True)
+    (wrong,) = pp.diagnose(text.replace("^2", "")).findings
+    assert wrong.verdict != "holds"

@@ -98,8 +98,7 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
     again = case.left and case.left.dots and any(part.written == case.left for part in parts(one.sides[1:]))
     if again and is_latex(one.text):
         return "it may say what its left side depends on"
-    valued = any(side.kind == "number" and side.value for side in one.sides)
-    if valued and case.mends_itself and OF_TERMS.search(case.finding.mends[0].words):
+    if any(side.kind == "number" and side.value for side in one.sides):
         return "it gives a value"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))

@@ -29,6 +29,7 @@ from pendpin.doctor.mending.writing import Writer
 from pendpin.doctor.printed import Candidate, Printed, candidates, kind_of
 from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.names import CONSTANTS, bound
+from pendpin.doctor.reading.states import dampings
 from pendpin.doctor.reading.tokens import is_latex
 from pendpin.doctor.reading.tree import Mismatch, Unread, key, names_in
 from pendpin.doctor.recognition import REMEDY, Reading, read
@@ -224,7 +225,7 @@ class _Doctor:
                 and (equation := finding.equation)
                 and name in equation.definitions
                 and key(equation.definitions[name]) == own
-                and any(name in side.names for side in equation.sides)
+                and name in names_in(equation.sides, equation.definitions)
             ]
             wrong = [f.equation for f in map(findings.__getitem__, using) if f.equation and f.when]
             if not wrong or len(wrong) < len(using):
@@ -266,10 +267,14 @@ class _Doctor:
             if (condition := loads_at_zero(equation, self.system, lacking))
             and loads_in_words(equation, self.system, lacking)
         )
-        if not one.defines and lacking and not self.reading.unknown and (condition := next(alike, "")):
+        rates = dampings([other.sides for other in self.reading.equations])  # or what multiplies rates alone
+        rates = {f"?{'_'.join(name).rstrip('_')}" for name in rates}
+        quiet = " and ".join(f"{name.lstrip('?')} = 0" for name in sorted(lacking)) if lacking <= rates else ""
+        known = not one.defines and lacking and (quiet or not self.reading.unknown)
+        if known and (condition := next(alike, quiet)):
             equation = without(next(one.readings()), lacking)
             with suppress(Unread):
-                remark = f"compared where {condition}, as another equation holds"
+                remark = f"compared where {condition}"
                 if (error := relative_error(equation, random_states(self.system))) > TOLERANCE:
                     return replace(found, kind="equation of motion", remark=remark), [(equation, error)]
         return replace(found, remark=reason, unknown=tuple(sorted(one.unknown))), []

@@ -299,12 +299,15 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
             found[name] = letters_in([right])
     own = {name: "" for name, used in found.items() if not used & found.keys()}
     for part in (part for one in equations for part in parts(one.sides) if part.kind == "function" and spec):
+        if "nu" in spec.parameters and "t" in part.names:  # of sin(omega t) omega is that of a drive
+            timed = {one.written for one in walk(part) if one.written and one.written.name not in words.chosen}
+            own |= {one.name: "nu" for one in timed if "nu" in words(one)}
         angle = part.children[0].written if part.value in ("sin", "cos") else None
         meanings = words(angle) if angle and angle.name not in words.chosen | words.renamed else ()
         if angle and meanings and not {(0, 0, 0), None} & {*map(spec.dimensions.get, meanings)}:
             own[angle.name] = ""  # alpha in a sine is no acceleration
     for name in dampings if spec else ():
-        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still:
+        if name not in words.chosen and {*words(Written(name[0], 0, name[1]))} <= spec.still | {"alpha"}:
             own[name] = ""
     return own
 
@@ -370,7 +373,10 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
     if base and meaning and named and base.value not in {*given, *sides[1].names}:
         return [(base.value, meaning)]
     sides = sides[:-1] if len(sides) > 2 and sides[-1].value in ("?const", "?constant") else sides
-    fresh = [s for s in sides if s.kind == "symbol" and s.value.startswith("?") and s.value not in given]
+    own = [side.value for side in sides[:1] if side.kind == "symbol" and side.value.startswith("?")]
+    another = lambda name: own and name not in own and name in before  # noqa: E731  as den_1 in den_2 = den_1
+    known = lambda side: side.value in given or another(side.value)  # noqa: E731
+    fresh = [side for side in sides if side.kind == "symbol" and side.value.startswith("?") and not known(side)]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:
         new = lambda side, name=symbol.value: name in before or name not in side.names  # noqa: E731

@@ -18,7 +18,7 @@ from pendpin.doctor.reading.documents import Document
 from pendpin.doctor.reading.grammar import lone
 from pendpin.doctor.reading.legend import read_symbols
 from pendpin.doctor.reading.names import LENGTH, Vocabulary, Written, raw
-from pendpin.doctor.reading.tree import parts, walk
+from pendpin.doctor.reading.tree import Name, parts, walk
 from pendpin.doctor.systems.base import LOADS, Convention, Spec, System, random_states, unloaded
 from pendpin.doctor.systems.rod import RODS, SPECS
 from pendpin.doctor.systems.scene import scene_spec
@@ -124,7 +124,9 @@ class Reading:
         holds = bool(self.credits[inside].any())  # what the words name counts where something holds
         prior = 0.0 if not said else SAID * holds if family in said else UNSAID
         prior += (LIKELIER if "upright" in words else UNSAID) * ("up" in kinds) - 0.3 * ("mirrored" in kinds)
-        prior += ROD if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
+        letters = set[Name]().union(*(one.letters for one in self.equations))
+        single = not any({(letter, "1"), (letter, "2")} <= letters for letter in "mM")  # a rod has one mass
+        prior += ROD * single if family == "rod" else LIKELIER * len(self.system.spec.coordinates)
         lost = set().union(*(strange for strange, here in zip(self.strangers, inside, strict=True) if here))
         elsewhere = min(MOST_ELSEWHERE, ELSEWHERE * float(self.credits[~inside].sum()))
         return float(self.credits[inside].sum()) + elsewhere + prior - min(MOST_LOST, LOST * len(lost))
@@ -328,7 +330,8 @@ def _explaining(
                 system = System(spec if loads else unloaded(spec))
                 here.append(replace(here[best], system=system, title=spec.title, unknown=False))
                 scores.append(here[-1].score(inside, words))
-        best = max(best, *range(known, len(here)), key=lambda i: scores[i]) if len(here) > known else best
+        says_so = (i for i in range(known, len(here)) if here[i].credits.any())
+        best = max((best, *says_so), key=lambda i: scores[i])
     little = (here[best].credits[saying] == 0).sum() > max(1, len(saying) / 2)
     if several and little:  # letters of other sections may hide what it says by itself
         lone = page.alone(inside)
@@ -391,10 +394,11 @@ def _others(page: _Page) -> Iterator[Reading]:
     driven = any(name[0] in TORQUES for name in every)
     masses = {name for name in every if name[0] in ("m", "M")}
     said = words_of(text)
+    timed = (one.kind == "function" and "?t" in one.names for raw in page.text.raw for one in parts(raw.sides))
     points = not (inertias or re.search("uniform|homogen|slender|physical", text))
     may = {  # what only some texts are about
         "acrobot": driven,
-        "moved": points and ("t", "") in page.letters[0].turned,
+        "moved": points and any(timed),
         "elastic": "spring" in said,
         "pulled": "spring" not in said and {("l", ""), ("L", ""), ("r", "")} & page.letters[0].moving.keys(),
         "conical": "conical" in said,

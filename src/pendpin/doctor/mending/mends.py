@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Iterator
 from contextlib import suppress
 from dataclasses import dataclass, replace
+from fractions import Fraction
 from functools import partial
 from itertools import combinations, pairwise
 
@@ -12,7 +13,7 @@ from pendpin.doctor.checking.check import check
 from pendpin.doctor.checking.evaluation import evaluate
 from pendpin.doctor.checking.residuals import Equation, holds, of_equation, stack_residuals
 from pendpin.doctor.mending.changes import Change, Patient
-from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part
+from pendpin.doctor.mending.numbers import CLOSE, Numbers, Part, swapped
 from pendpin.doctor.mending.writing import Writer, overlap, spliced
 from pendpin.doctor.printed import Printed
 from pendpin.doctor.reading.tree import Node, Unread, key, parts
@@ -22,6 +23,7 @@ MOST_NODES = 400  # of an equation that is searched
 MOST_WORK = 400_000  # changes times parts of an equation that are tried
 MOST_TOGETHER = 30  # changes of which any two in the same term are tried
 MOST_PAIRED = 700  # changes that are tried in pairs
+MOST_OF_AN_ANGLE = 8  # parts of a definition of what equations are not straight in
 MOST_TEXTS = 400  # candidates whose text is read again
 MOST_MENDS = 4  # of an equation
 FARTHER = 0.75  # what a second mend may cost more than the first
@@ -84,30 +86,44 @@ def mends_of_definition(
 ) -> list[Mend]:
     """Mends of the definition `source` that heal an equation, and every other one that uses it.
 
-    The symbol is taken as a quantity of the system: what the wrong equation, if it is straight in it, needs it to be.
+    The symbol is taken as a quantity of the system: what the wrong equation, if it is straight in it, needs it to be. Where
+    it is not, as in an angle, that is what a change of a short definition makes of it.
     """
     name = source.defines
-    places = [id(node) for node in parts(wrong.sides) if node.kind == "symbol" and node.value == name]
     known = {other: node for other, node in wrong.definitions.items() if other != name}
 
     def needed(q: Quantities, power: int) -> Values:
-        one, two = (stack_residuals(wrong, q, None, dict.fromkeys(places, q.number(k)), plain=True)[0] for k in (1, 2))
+        numbers = ({name: Node("number", (0, 0), Fraction(k))} for k in (1, 2))
+        tried = (replace(wrong, definitions=wrong.definitions | number) for number in numbers)
+        one, two = (stack_residuals(equation, q, plain=True)[0] for equation in tried)
         root = q.number(1) - one * (2.0**power - 1) / (two - one)
         return root if power == 1 else q.number(1) / root
 
     formulas = ({**system.spec.formulas, name: partial(needed, power=power)} for power in (1, -1))
     healing = (replace(system, spec=replace(system.spec, formulas=one)) for one in formulas)  # as a factor or a divisor
     needed_by = next((s for s in healing if holds(replace(wrong, definitions=known), random_states(s))), None)
-    if needed_by is None:
-        return []
     definition = Equation(source.sides, wrong.frame, wrong.meanings, known, source.ways[0][1])
-    words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
-    less = OTHERS * (len({id(one) for one in every}) - 1)
-    found = []
-    for mend in mends(Patient(source, definition, needed_by, writer), False):
-        meaning = next(side for side in mend.equation.sides if side.value != name)
+
+    def heals(meaning: Node) -> bool:
         mended = (replace(one, definitions=one.definitions | {name: meaning}) for one in every)
-        if all(holds(one, random_states(system)) for one in mended):
+        return all(holds(one, random_states(system)) for one in mended)
+
+    if not (straight := needed_by is not None):
+        own = next(side for side in source.sides if side.value != name)
+        short = sum(1 for _ in parts((own,))) <= MOST_OF_AN_ANGLE
+        changes = sorted(Patient(source, definition, system, writer).listed() if short else (), key=lambda c: c.order)
+        meaning = next((new for one in changes if heals(new := swapped(own, one.swaps))), None)
+        if meaning is None:
+            return []
+        as_changed = {name: lambda q: evaluate(meaning, replace(definition, sides=(meaning,)).context(q))}
+        needed_by = replace(system, spec=replace(system.spec, formulas={**system.spec.formulas, **as_changed}))
+    words = f" in the definition of {name.lstrip('?')}, {source.statement.place}"
+    less = OTHERS * (len({id(one) for one in every}) - 1) * straight
+    found = []
+    patient = Patient(source, definition, needed_by, writer)
+    patient.parts = [part for part in patient.parts if part.node.value != name]
+    for mend in mends(patient, False):
+        if heals(next(side for side in mend.equation.sides if side.value != name)):
             found.append(replace(mend, words=mend.words + words, cost=mend.cost + less))
     return found
 

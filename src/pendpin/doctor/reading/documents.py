@@ -44,7 +44,7 @@ _PLAIN = (  # other languages in LaTeX and letters
     (r"(?ms)^```(?!math|\{)(\w+[^\n]*\n(?:(?!```).)*\n)```", r"~~~\1~~~"),  # code
     (rf"\\[hv]?phantom\*?\s*{_BRACED}", " "),  # also where it holds an equals sign
     (
-        r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt)\b)",
+        r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt|begin|end)\b)",
         r" \\",
     ),  # in strings
 )
@@ -64,6 +64,7 @@ _LABEL = re.compile(
     r"(?:[A-Z][a-z]{3,} (?:[a-z]{4,} )?(?=[A-Za-z]\w{0,2}\s*=))?"  # Kinetic energy T = ...
 )
 _COMMENT = re.compile(r"\s+(?:#|//|%(?!2B))[^\n]*|[,;.]\s*$|(?<=[\w)])\s+\"[^\"]*\"\s*;?\s*$")
+_REMARK = re.compile(r"(?m)^[ \t]*(?:#+|///?|%+|!+|\*)(?=\s)")
 _BESIDE = re.compile(r"(?<![\\\w])([A-Za-z]{3,})[ ,]+(?=([A-Za-z]{2,})(?![\w(]))")
 _NO_EQUATION = re.compile(
     r"^\s*(?:for|while|do|if|elif|else|def|return|import|from|class|function|\w*print\w*)\b|[<>!]=|[-+*/]=|={3,}|(?:\bif\b|\?|&&|\|\|).*==|=>|\"\""
@@ -111,6 +112,8 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (r"^\s*[A-Za-z]\w+[\s&*]+(?=[^\W\d]\w*\s*=(?!=)[\s\S]*;\s*(?://.*)?$)", ""),  # qreal x = 1;
     (r"(?i)\b(?:mass|length|angle|radius|force)\s+(?=[^\W\d_]\w{0,2}\s*=)", ""),  # mass m = 0.1 kg
     (r",\s*dtype\s*=\s*[\w.]+", ""),  # of an array's numbers
+    # what a table holds by its name: params["m1"], and params.get("m1", 1.0)
+    (r"\b[\w.]+(?:\[|\.get\()\s*(['\"])([^\W\d]\w*)\1\s*(?:,[^(),]*)?[\])]", r"\2"),
     (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_marks(match[1]))),  # of sympy
     # of a solver that looks for where expressions vanish
     (r"^\s*[eE][qQ]n?_?\d*\s*=(?=[^=#%]*[*+-])([^=#%;]+?)\s*;?\s*(?:[#%].*)?$", r"\1 = 0"),
@@ -206,6 +209,8 @@ def read_text(text: str) -> Document:
         if one.text.startswith("=") and chain and (left := _LEFT.match(chain[-1].text)):  # goes on with that left side
             one = replace(one, text=f"{left[1].strip()} {one.text}", chained=True)
         chain.append(one)
+    if not chain and (said := _REMARK.sub(lambda match: " " * len(match[0]), text)) != text:
+        return read_text(said)  # code whose comments alone hold equations
     return Document(tuple(chain), text=text, skipped=tuple(skipped))
 
 
@@ -312,7 +317,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         bare = re.sub(r"(?:#|//|(?<!\\)%).*|\\[ \t]*(?=\n)", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
         following = text[end + 1 : end + MOST_OF_A_LINE]  # in C a line goes on until the semicolon
-        divided = re.match(r"[ \t]*/[ \t]*[(\w]", following) or (";" not in bare and _GOES_ON.match(following))
+        divided = re.match(r"[ \t]*/[ \t]*[(\[\w]", following) or (";" not in bare and _GOES_ON.match(following))
         goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*&?\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin

@@ -134,7 +134,7 @@ _REWRITTEN: tuple[Rewriting, ...] = (  # what says nothing of quantities is blan
         r"|\b(?:np|jnp|numpy|math|Mathf?|s[mp]p?|sym?|sympy|casadi|ca|self|params?|par|p)\.\s?_?(?=[A-Za-z])"
         r"|\b(?:[A-Za-z]\w*::)+"
         r"|(?:(?<=[\s.,])|\\[lc]?dots\s*)\(\d{1,2}(?:[.-]\d{1,3})?[a-z]?\)\s*$|\\q?quad\s*\([\w.*]{1,5}\)\s*$"
-        r"|\.(?=[*/^=])|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
+        r"|\.(?=[*/^=])|(?<=\w)\.'|(?<=\s)\.(?=[+-]\s)|(?<=[a-z])\.(?=\()|(?<=[\w)\]])\.T\b|\\(?=[_*])|(?<!\\)\\\s*$"
         r"|@[SM](?:Vector|Matrix)\b|@\([\w, ]*\)"
         r"|^[^=:{}]{0,30}(?:_\{[^=:{}]{1,20}\}[^=:{}]{0,10})?:(?!=)\s*&?(?=[^=:]*=)|\s\[(?:(?:rad|kg|Hz|[msNJ])[/*·^²\d]*)+\]\s*$",
         "",
@@ -172,8 +172,8 @@ _OF_LATEX: tuple[Rewriting, ...] = (
 )
 _OF_CODE: tuple[Rewriting, ...] = (
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
+    (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b|(?:(?<=\d\.)|(?<=\.\d))_[a-z]\w{0,5}\b", ""),  # of numbers in C and Fortran
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
-    (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b", ""),  # of numbers in C
     (
         r"(?<![\w.])(\d+)\.?(\.\d+)?[dD]0\b|(?<![\w.])(\d+)\.(?=\s+[*/+-]|\s*\))",
         r"\1\2\3",
