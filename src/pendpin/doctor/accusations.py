@@ -4,7 +4,6 @@ An accusation needs laws of the text that hold with its reading, and that contra
 """
 
 import re
-from contextlib import suppress
 from dataclasses import replace
 from itertools import permutations, product
 from math import gcd
@@ -12,19 +11,17 @@ from math import gcd
 import numpy as np
 
 from pendpin.doctor.cases import Case, is_contradicted, meanings_used, plain, says, size_of
-from pendpin.doctor.checking.evaluation import Equation, evaluate
+from pendpin.doctor.checking.evaluation import Equation
 from pendpin.doctor.checking.residuals import TOLERANCE, holds, of_equation
 from pendpin.doctor.mending.mends import Mend
 from pendpin.doctor.printed import squared
 from pendpin.doctor.reading.names import ENERGY, FORCE, INERTIA, LENGTH, MASS
 from pendpin.doctor.reading.tokens import is_latex
-from pendpin.doctor.reading.tree import Node, Unread, Written, key, parts
+from pendpin.doctor.reading.tree import Node, Written, key, parts
 from pendpin.doctor.recognition import FEW
 from pendpin.doctor.systems.base import LOADS, Spec, random_states
 from pendpin.doctor.systems.rod import RODS
 
-# the line after an equation, if it is the rest of it
-GOES_ON = re.compile(r"(?:[\s&$\\{}]|\\q?quad|\\[,;:!]|\\hspace\{[^}]*\}|\\left|\\right)*(?:[+−]|-\s*[\d½(\\])")
 ELEMENT = re.compile(r"([A-Za-z]\w*)[(\[]\d")  # of a vector in code
 OF_TERMS = re.compile(r"\bterm .*? is (?:too many|missing)")
 FRACTION = re.compile(r"(?:frac\{?(\d+)\}?\{?|(?<!\d)(\d+)/)(\d+)")  # of two whole numbers, in LaTeX or in code
@@ -67,8 +64,6 @@ def objection_to(case: Case, cases: list[Case]) -> str:
         of_force = case.left and case.unit == FORCE and {*case.finding.mends[0].swaps} <= {*map(id, equation.sides)}
         if of_force or (size_of(one) <= OF_TWO and not (case.unit or INERTIA)[0]):
             return f"{as_read}; a direction may be chosen so{else_wrong}"
-    if GOES_ON.match(one.statement.after):
-        return "it goes on in the next line"
     first, *between, last = equation.sides if len(equation.sides) > 1 else (*equation.sides, None)
     if between and last and holds(replace(equation, sides=(first, last)), random_states(case.system)):
         return "its first side is its last one; a letter between them may be the text's own"
@@ -93,13 +88,14 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
         alike = len({side.written.letter for side in one.sides if side.written}) == 1  # omega = omega_0 at resonance
         if alike or not (case.finding.dimensions or {*values} & {*spec.unknowns}):
             return "it may say when the two are equal"
-    if {"derivative", "number"} == {side.kind for side in one.sides} and "0" in values and "t" not in values:
-        return "it asks where a slope is 0, as that of a potential at a rest"
     again = case.left and case.left.dots and any(part.written == case.left for part in parts(one.sides[1:]))
     if again and is_latex(one.text):
         return "it may say what its left side depends on"
     if any(side.kind == "number" and side.value for side in one.sides):
         return "it gives a value"
+    letters = all(part.kind in ("symbol", "product") for part in parts(one.sides))
+    if letters and ELEMENT.match(one.text[slice(*one.sides[-1].span)]):  # rL = x(1), whatever r and L are
+        return "it gives a state a name"
     if one.names & {*spec.parameters} and not equation.names & {*spec.state, *spec.unknowns}:
         moves = any(part.kind == "derivative" or (part.written and part.written.dots > 1) for part in parts(one.sides))
         moves = moves or (case.unit in ((0, 0, -2), (0, 1, -2)) and case.meaning() not in spec.parameters)
@@ -149,7 +145,7 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     true = [one for one in cases if one is not case and one.is_true and one.spec.kind == spec.kind and says(one.one)]
     laws = [one for one in true if _is_law(one.finding.equation, spec)]
     beside = _is_beside(case, true)
-    shown = fits or size >= LONG or any(map(_moves, laws)) or beside
+    shown = fits or size >= LONG or laws or beside
     if not shown and (len(cases) > 1 or not _is_law(change.equation, spec)):
         return "no other equation shows that it is meant so"
     if OF_TERMS.search(change.words) and len(laws) < SEVERAL:
@@ -243,7 +239,8 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     # a mend writes nothing that the text never writes, and no parameter that may be 1 in the text
     written = set().union(*(other.finding.equation.names for other in cases if other.finding.equation))
     own, new = {*case.spec.parameters}, mend.equation.names - equation.names
-    fresh = new & ({*case.spec.coordinates} | (set[str]() if mend.words.endswith(" is missing") else own))
+    missing = own & {"M"} if mend.words.endswith(" is missing") else own  # a cart, which pages on its pole never name
+    fresh = new & ({*case.spec.coordinates} | missing)
     if strange := next((name for name in sorted(fresh) if not {name, f"d{name}", f"dd{name}"} & written), ""):
         return f"{as_read}; nothing has {strange}"
     if new & own and not equation.names & own:
@@ -259,13 +256,6 @@ def _objection_to_names(case: Case, cases: list[Case], as_read: str) -> str:
     known = {name for other in cases if other.is_true for name in ELEMENT.findall(other.one.text)}
     if unknown := vectors - known:
         return f"{as_read}; nothing that holds has an element of {min(unknown)}"
-    lefts = {other.left for other in cases if other.confirmed}
-    used_rightly = {name for other in cases if other.is_true and other.spec is case.spec for name in other.written}
-    named = lambda other: other.one.sides[-1].kind == "symbol"  # noqa: E731  a state that gets a name
-    doubted = {o.left: o.finding.place for o in cases if o.finding.unknown and o.left not in lefts and not named(o)}
-    for part in parts(one.sides[1:]):
-        if part.written and part.written in doubted and part.written not in used_rightly:
-            return f"it does not hold, but what {plain(part.written)} is, {doubted[part.written]}, is not checked"
     return ""
 
 
@@ -285,14 +275,3 @@ def _is_law(equation: Equation | None, spec: Spec) -> bool:
     lengths = {name for name in spec.still if spec.dimensions.get(name) == LENGTH}
     own = {*spec.coordinates, *spec.rates, *spec.unknowns, *lengths}
     return heavy and bool(names & {*spec.parameters}) and bool(names & own)
-
-
-def _moves(case: Case) -> bool:
-    """Whether the sides of an equation differ between states of the same parameters, unlike those of F = m g."""
-    if (law := case.finding.equation) is None:
-        return False
-    with suppress(Unread, KeyError, ValueError):  # the halves of the states share their parameters
-        context = law.context(random_states(case.system))
-        halves = [np.split(evaluate(side, context), 2, axis=-1) for side in law.sides if side.kind != "number"]
-        return any(np.abs(first - second).max() > TOLERANCE * np.abs(first).max() for first, second in halves)
-    return True

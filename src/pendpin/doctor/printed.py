@@ -299,9 +299,6 @@ def _own_letters(equations: list[Printed], words: Vocabulary, dampings: set[Name
             found[name] = letters_in([right])
     own = {name: "" for name, used in found.items() if not used & found.keys()}
     for part in (part for one in equations for part in parts(one.sides) if part.kind == "function" and spec):
-        if "nu" in spec.parameters and "t" in part.names:  # of sin(omega t) omega is that of a drive
-            timed = {one.written for one in walk(part) if one.written and one.written.name not in words.chosen}
-            own |= {one.name: "nu" for one in timed if "nu" in words(one)}
         angle = part.children[0].written if part.value in ("sin", "cos") else None
         meanings = words(angle) if angle and angle.name not in words.chosen | words.renamed else ()
         if angle and meanings and not {(0, 0, 0), None} & {*map(spec.dimensions.get, meanings)}:

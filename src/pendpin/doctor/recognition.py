@@ -38,7 +38,6 @@ LOST, MOST_LOST = 0.5, 1.5  # each letter with rates that a system does not have
 ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # each equation of other sections, and all together
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
-ALONE = 1.0  # the same of a reading for which the letters of other sections mean nothing
 OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
@@ -214,11 +213,6 @@ class _Page:
         """Its equations with the names that they give themselves."""
         return Text(name_states(self.written))
 
-    def alone(self, inside: np.ndarray) -> "_Page":
-        """The same with the equations of one section alone, as if nothing were written elsewhere."""
-        kept = zip(self.written, inside, strict=True)
-        return replace(self, written=[one if here else replace(one, ways=()) for one, here in kept])
-
     @cached_property
     def letters(self) -> list[Letters]:
         """The letters of the whole document, and of each section."""
@@ -332,13 +326,6 @@ def _explaining(
                 scores.append(here[-1].score(inside, words))
         says_so = (i for i in range(known, len(here)) if here[i].credits.any())
         best = max((best, *says_so), key=lambda i: scores[i])
-    little = (here[best].credits[saying] == 0).sum() > max(1, len(saying) / 2)
-    if several and little:  # letters of other sections may hide what it says by itself
-        lone = page.alone(inside)
-        alone = _closest(lone, [*_readings(lone)], inside, words)
-        own = [one.score(inside, words) for one in alone]
-        if max(own) > scores[best] + ALONE:
-            return alone, own, int(np.argmax(own))
     return here, scores, best
 
 
