@@ -101,10 +101,8 @@ def _objection_to_form(case: Case, cases: list[Case], as_read: str) -> str:
         moves = moves or (case.unit in ((0, 0, -2), (0, 1, -2)) and case.meaning() not in spec.parameters)
         if moves or (case.meaning() == "V" and equation.names <= {"V", *spec.still}):
             return f"{as_read}; it has no coordinate, and may be about an instant, a body that falls or a height"
-    moving, places = (
-        [part.names for part in parts(one.sides) if part.kind == "product"],
-        {"dx", "dy", "dz"} - {*spec.rates},
-    )
+    moving = [part.names for part in parts(one.sides) if part.kind == "product"]
+    places = {"dx", "dy", "dz"} - {*spec.rates}
     alone = case.is_energy and len(equation.names & places) == 1
     if alone or any(names & places and names & {*spec.rates} for names in moving):
         return f"{as_read}; it may be about a body that moves by itself, as a cart"

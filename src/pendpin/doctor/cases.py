@@ -75,11 +75,8 @@ class Case:
 
         It is a law of accelerations, or an energy that takes the place of the true one.
         """
-        names, true, law = (
-            [f"dd{name}" for name in self.spec.coordinates],
-            random_states(self.system),
-            self.finding.equation,
-        )
+        names = [f"dd{name}" for name in self.spec.coordinates]
+        true, law = random_states(self.system), self.finding.equation
         if law is None or "mass" not in self.spec.formulas or not (self.is_energy or law.names & {*names}):
             return []
         if law.energies and not self.is_energy:

@@ -213,9 +213,8 @@ def settled(text: Text, words: Vocabulary, system: System, inside: np.ndarray) -
             for change in filter(None, (own, *singles)):
                 if (count := held(here(words.choosing(change)), system)) > most:
                     most, better = count, change
-            for name in (
-                own if better is own and len(own) > 1 else ()
-            ):  # a letter that need not be the text's own is not
+            # a letter that need not be the text's own is not
+            for name in own if better is own and len(own) > 1 else ():
                 fewer = {other: meaning for other, meaning in better.items() if other != name}
                 better = fewer if held(here(words.choosing(fewer)), system) >= most else better
             if not better:
@@ -266,10 +265,8 @@ def _agreed(text: Text, system: System, words: Vocabulary) -> Vocabulary:
     """The words, where a letter that means another thing in one equation alone means there what it does elsewhere."""
     count = lambda words: sum(holding(one, system) is not None for one in text.bind(words))  # noqa: E731
     for _ in range(MOST_CHANGED):
-        now, changes = (
-            count(words),
-            [words.choosing({n: usual}) for n, usual in _slips(text.bind(words), system, words)],
-        )
+        now = count(words)
+        changes = [words.choosing({name: usual}) for name, usual in _slips(text.bind(words), system, words)]
         lost, other = min(((now - count(other), other) for other in changes), key=itemgetter(0), default=(2, words))
         if lost not in (0, 1):  # first what leaves all right: l may tell what I is
             break

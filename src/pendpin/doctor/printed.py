@@ -343,14 +343,13 @@ def _of_statement(statement: Statement, number: int) -> list[Printed]:
             start, end = sides[0].outer[0], sides[-1].outer[1]
             latex = text[start:end].strip() if several else statement.text.strip().removesuffix("\\\\").strip()
             tight = parse(text, tight=True)[i] if "/" in text else sides
-            ways = (
-                (tuple(sides), False),
-                *(((tuple(tight), True),) if [*map(key, tight)] != [*map(key, sides)] else ()),
-            )
+            ways = [(tuple(sides), False)] + [(tuple(tight), True)] * ([*map(key, tight)] != [*map(key, sides)])
             below = statement.text.count("\n", 0, start)
             line = f"line {int(statement.place.removeprefix('line ')) + below}" if below else statement.place
             own = replace(statement, place=line)
-            found.append(Printed(own, number + len(found), latex, text, i, ways=ways, remark=remark, alone=not several))
+            found.append(
+                Printed(own, number + len(found), latex, text, i, ways=tuple(ways), remark=remark, alone=not several)
+            )
     return found or [replace(unread, text=text, reason="no equation: it has one side only")]
 
 

@@ -65,10 +65,10 @@ def judge(findings: list[Finding], found: Recognition) -> list[Finding]:
                 words = f"it holds if there is no gravity, but equation {other.one.number} does not, which it uses"
                 case.doubt(words, condition="")
         driven = [
-            case for case in cases if case.is_true and case.finding.equation and "nu" in case.finding.equation.names
+            (one, law.names) for one in cases if one.is_true and (law := one.finding.equation) and "nu" in law.names
         ]
-        laws = [case for case in driven if case.finding.equation.names & {"ddtheta", "domega", "alpha"}]
-        for case in laws if laws == driven else ():  # no other line says where the pivot begins
+        laws = all(names & {"ddtheta", "domega", "alpha"} for _, names in driven)
+        for case, _ in driven if laws else ():  # no other line says where the pivot begins
             if " -" in case.spec.kind:
                 case.doubt(f"it holds for {case.spec.title}, and nothing says that its pivot begins there")
         for i, case in enumerate(cases):  # nothing says that a section alone measures its angles as it does

@@ -35,10 +35,8 @@ from pendpin.doctor.systems.tables import FAMILIES
 _CONICAL_RATE = itemgetter("conical_rate")
 FEW_DEGREES = re.compile(r"\bsmall|lineari|klein|petit|peque|piccol|малы|小", re.I)
 ROUGHLY = re.compile(r"\\approx|\\simeq|≈")
-SMALL, MIDDLING = (
-    (1e-2, 1e-3),
-    (0.3, 0.1),
-)  # sizes of states at which an equation of the first order, or more, is compared
+# sizes of states at which an equation of the first order, or more, is compared
+SMALL, MIDDLING = (1e-2, 1e-3), (0.3, 0.1)
 ORDERS = {1: "first", 2: "second", 3: "third"}
 FEW = 2  # equations that contain what a condition makes vanish: from then on it must be stated
 # letters of what cannot be left out, also as Ip

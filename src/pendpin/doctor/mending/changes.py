@@ -117,7 +117,7 @@ class Patient:
     def _of_part(self, part: Part) -> Iterator[Change]:
         node, writer = part.node, self.writer
         if part.whole and node.kind != "number":
-            several = node.kind == "sum" and len(node.children) > 1
+            several = node.kind == "sum" and bool(node.children[1:])
             cost = 1.0 + 0.5 * part.lone + 0.1 * several + 0.01 * (part.role == "term" and not part.index)
             words = f"the sign of {writer.of(node.outer)} is wrong"
             yield self._replaced(part, writer.sign(part), cost, times(node, Monomial(Fraction(-1))), words)

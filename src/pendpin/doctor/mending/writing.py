@@ -111,7 +111,7 @@ class Writer:
             minus = total.value[part.index] < 0
             return (*total.marks[part.index], ("+" if part.index else "") if minus else "-")
         start, end = part.node.outer
-        if part.node.kind == "sum" and len(part.node.children) > 1 and not part.node.bracketed:
+        if part.node.kind == "sum" and part.node.children[1:] and not part.node.bracketed:
             return (start, end, f"-({self.text[start:end]})")
         return (start, start + 1, "") if self.text[start] == "-" else (start, start, "-")
 
