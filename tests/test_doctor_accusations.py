@@ -484,9 +484,3 @@ def test_the_first_terms_of_a_series_and_unit_vectors_of_the_pendulum_are_no_mis
     assert [one.verdict for one in findings(text)] == ["holds", "not checked"]
     text = r"$$\vec r = l\hat r$$ $$\dot{\vec r} = l\dot\theta\hat\theta$$ $$m l\ddot\theta = -m g\sin\theta$$"
     assert {one.verdict for one in findings(text)} == {"holds"}
-
-
-def test_a_value_is_no_law():
-    """What a page sets a parameter to accuses nobody, however its name is read: Ir may be I r."""
-    code = "theta = y(1);\nomega = y(2);\nMr = 15;\nIr = 19;\nl = 1.2;\nr = 0.2;\ndy(1) = omega;\ndy(2) = g/l*sin(theta);\n"
-    assert not any(one.verdict == "fails" for one in pp.diagnose(code).findings)
