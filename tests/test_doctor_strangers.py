@@ -243,7 +243,8 @@ def test_a_place_with_the_other_sign_is_measured_the_other_way():
 
 POLE = r"""A pendulum on a cart.
 $$\frac{\partial T}{\partial\dot r} = \frac{\partial}{\partial\dot r}\left(\frac12 m(\dot r^2 + 2l\dot r\dot\theta\cos\theta
-+ l^2\dot\theta^2) + \frac12 I_p\dot\theta^2\right)$$ $$\frac{\partial T}{\partial\dot r} = m\dot r + ml\dot\theta\cos\theta$$
++ l^2\dot\theta^2) + \frac12 I_p\dot\theta^2\right)$$
+$$\frac{\partial T}{\partial\dot r} = m\dot r + ml\dot\theta\cos\theta$$
 $$\frac{\partial T}{\partial\dot\theta} = \frac{\partial}{\partial\dot\theta}\left(\frac12 m(\dot r^2
 + 2l\dot r\dot\theta\cos\theta + l^2\dot\theta^2) + \frac12 I_p\dot\theta^2\right)$$
 $$\frac{\partial T}{\partial\dot\theta} = ml\dot r\cos\theta + \dot\theta(ml^2 + I_p)$$
