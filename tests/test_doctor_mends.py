@@ -312,6 +312,17 @@ def test_a_law_about_upright_beside_those_about_hanging_is_not_accused():
     assert not pp.diagnose(laws).wrong
 
 
+def test_beside_laws_of_small_angles_an_energy_without_angles_is_one_too():
+    """That two bobs swing little makes cos(theta_1 - theta_2) 1 in T; by itself T lacks it."""
+    kinetic = r"T = \frac12(m_1+m_2) l_1^2\dot\theta_1^2 + \frac12 m_2 l_2^2\dot\theta_2^2"
+    kinetic += r" + m_2 l_1l_2\dot\theta_1\dot\theta_2"
+    laws = [r"(m_1+m_2) l_1\ddot\theta_1 + m_2 l_2\ddot\theta_2 + (m_1+m_2) g\theta_1 = 0"]
+    laws += [r"l_1\ddot\theta_1 + l_2\ddot\theta_2 + g\theta_2 = 0"]
+    text = "".join(f"$${law}$$\n" for law in (*laws, kinetic))
+    assert verdicts(pp.diagnose(text)) == ["holds if"] * 3
+    assert r"\cos(\theta_1-\theta_2)" in first_mend(kinetic, rod="double")
+
+
 def test_an_angle_that_stands_in_sines_is_mended_where_it_is_defined():
     """No law is straight in the difference of two angles, and each would need two changes; the other sign mends both."""
     laws = """d = t1 - t2

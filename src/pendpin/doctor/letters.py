@@ -171,10 +171,8 @@ def weight(equation: Equation, spec: Spec) -> float:
     saying = ("product", "power", "function") if moves else ("product", "power")
     if not still & spec.still and not any(part.kind in saying for part in every):
         return HARDLY  # as L = T - V, or a name for a sine
-    telling = accelerations | {
-        name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == ENERGY
-    }
-    return 2.0 if equation.names & telling else 1.0
+    energies = {name for name in equation.names if name[0] in "TVL" and spec.dimensions.get(name) == ENERGY}
+    return 2.0 if energies or equation.names & accelerations else 1.0
 
 
 def telling(equations: list[Printed]) -> list[Printed]:

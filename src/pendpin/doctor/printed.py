@@ -369,9 +369,9 @@ def _definitions(one: Printed, given: dict[str, Node], before: set[str]) -> list
     if base and meaning and named and base.value not in {*given, *sides[1].names}:
         return [(base.value, meaning)]
     sides = sides[:-1] if len(sides) > 2 and sides[-1].value in ("?const", "?constant") else sides
+    # in den_2 = den_1 the second name is known, where the first is not
     own = [side.value for side in sides[:1] if side.kind == "symbol" and side.value.startswith("?")]
-    another = lambda name: own and name not in own and name in before  # noqa: E731  as den_1 in den_2 = den_1
-    known = lambda side: side.value in given or another(side.value)  # noqa: E731
+    known = lambda side: side.value in given or (own and side.value not in own and side.value in before)  # noqa: E731
     fresh = [side for side in sides if side.kind == "symbol" and side.value.startswith("?") and not known(side)]
     others = [side for side in sides if side not in fresh]
     for symbol in fresh:

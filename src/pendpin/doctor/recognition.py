@@ -38,6 +38,7 @@ LOST, MOST_LOST = 0.5, 1.5  # each letter with rates that a system does not have
 ELSEWHERE, MOST_ELSEWHERE = 0.1, 3.0  # each equation of other sections, and all together
 CLOSE = 2.5  # readings in which so few equations fewer hold are compared more closely
 MOST_ALIKE, MOST_SETTLED = 2, 8  # how many of a family, and of all
+ALONE = 1.0  # the same of a reading for which nothing else is written
 OWN = 0.25  # by how much another reading has to explain a section better than that of the whole text
 CLEARLY = 0.6  # by how much a reading has to explain more, so that what only another one explains is wrong
 FEW = 3  # equations: fewer, none of which holds, may all be wrong
@@ -326,6 +327,14 @@ def _explaining(
                 scores.append(here[-1].score(inside, words))
         says_so = (i for i in range(known, len(here)) if here[i].credits.any())
         best = max((best, *says_so), key=lambda i: scores[i])
+    little = (here[best].credits[saying] == 0).sum() > max(1, len(saying) / 2)
+    if several and little:  # letters of other sections may hide what it says by itself
+        kept = zip(page.written, inside, strict=True)
+        lone = replace(page, written=[one if own else replace(one, ways=()) for one, own in kept])
+        alone = _closest(lone, [*_readings(lone)], inside, words)
+        own = [one.score(inside, words) for one in alone]
+        if max(own) > scores[best] + ALONE:
+            return alone, own, int(np.argmax(own))
     return here, scores, best
 
 

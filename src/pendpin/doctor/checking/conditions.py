@@ -187,9 +187,8 @@ def small_angles(equation: Equation, system: System, stated: bool = False) -> st
     turned = next((one for one in others if {*one.kind.split()} == upright and "up" in upright), None)
     pairs = (system.spec, "the angles are small"), (turned, "the angles are small, from upright")
     angles = {name for name in system.spec.coordinates if system.spec.dimensions.get(name) == NONE}
-    powers = [
-        int(p.value) for p in _with_definitions(equation) if p.kind == "power" and p.value > 1 and p.names & angles
-    ]
+    raised = (part for part in _with_definitions(equation) if part.kind == "power" and part.names & angles)
+    powers = [int(part.value) for part in raised if part.value > 1]
     if energy and not (powers or stated):
         return ""
     # a series has to be right up to its own last term, and energies to the squares of rates

@@ -153,9 +153,8 @@ def table_spec(
     every = {**formulas(texts | dict(variant.given)), **more}
 
     dimensions = {row.quantity: powers for row in rows if (powers := row.dimension) is not None}
-    timeless = {
-        name for name, unit in dimensions.items() if unit[2] == 0 and name in every and not MOVING.fullmatch(name)
-    }
+    timeless = {name for name, unit in dimensions.items() if unit[2] == 0 and name in every}
+    timeless = {name for name in timeless if not MOVING.fullmatch(name)}
     still = frozenset(timeless | ({*parameters} & dimensions.keys())) - {*coordinates}
     for name in coordinates:
         kg, m, s = dimensions[name]
