@@ -320,7 +320,8 @@ def _turn_axes(cases: list[Case]) -> None:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
             elif letter in ("y", "z") and case.spec.kind not in RODS:  # nothing shows which way
                 case.doubt(f"it holds if {words}")
-    for case in (case for letter in "yz" for case in turned[letter] if case.spec.kind not in RODS):
+    shown = {case.left.letter for case in cases if case.left and case.is_true and case.unit == LENGTH}
+    for case in (case for letter in {*"yz"} - shown for case in turned[letter] if case.spec.kind not in RODS):
         equation = case.finding.equation if case.finding.verdict == "fails" else None
         if equation and {*case.finding.mends[0].swaps} <= {*map(id, equation.sides)}:  # of a whole side
             case.doubt(f"it holds if {plain(case.left) if case.left else ''} is measured the other way")
