@@ -330,3 +330,13 @@ def test_a_force_on_the_axis_lets_a_thin_rod_through_its_pole() -> None:
     assert not pp.bind(past.source).engine.on_angles  # but on directions, which have no pole
     assert through["phi"].max() > np.pi / 2
     np.testing.assert_allclose(past.tips, through.tips, atol=1e-8)
+
+
+@pytest.mark.parametrize("angle", [UP / 2, -UP / 2, 0.3])
+def test_a_motion_in_a_plane_goes_on_from_its_samples(angle: float) -> None:
+    """A rod that turns about a fixed axis: between its samples phi grows evenly, also where the angles of these are rounded."""
+    start = pp.Start(positions=(angle, UP / 2), velocities=(0.0, 1.0))
+    model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
+    run = pp.simulate(pp.Scene(duration=0.5, model=model, start=start, effects=(), solver=pp.Solver(samples=2)))
+    times = np.linspace(0, 0.5, 8)
+    assert np.ptp(run.at(times).q[:, 1] - times) < 1e-8
