@@ -334,7 +334,7 @@ def test_a_force_on_the_axis_lets_a_thin_rod_through_its_pole() -> None:
 
 @pytest.mark.parametrize("angle", [UP / 2, -UP / 2, 0.3])
 def test_a_motion_in_a_plane_goes_on_from_its_samples(angle: float) -> None:
-    """A rod that turns about a fixed axis: between its samples phi grows evenly, also where the angles of these are rounded."""
+    """A rod that turns about a fixed axis: phi grows evenly between its samples, though their angles are rounded."""
     start = pp.Start(positions=(angle, UP / 2), velocities=(0.0, 1.0))
     model = pp.Chain(rods=(pp.Rod(length=1.0, mass=1.0),))
     run = pp.simulate(pp.Scene(duration=0.5, model=model, start=start, effects=(), solver=pp.Solver(samples=2)))
