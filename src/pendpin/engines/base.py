@@ -174,9 +174,8 @@ class Moving(Engine):
     def pack(self, q: Array, v: Array) -> Array:
         """What moves of the state (size,) at q, v (nv,). Raises ValueError for a state in which more moves."""
         y = self.base.pack(q, v)
-        if np.abs(y[list(self.still)]).max(initial=0.0) > ROUNDING * np.abs(y).max(
-            initial=0.0
-        ):  # of a sample whose angles were computed
+        most = np.abs(y[list(self.still)]).max(initial=0.0)
+        if most > ROUNDING * np.abs(y).max(initial=0.0):  # a sample's own angles were computed, and are rounded
             raise ValueError("the motion leaves the plane for which its equations were written")
         return y[self.places]
 

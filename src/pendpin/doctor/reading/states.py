@@ -15,21 +15,8 @@ _PAIR, _ENTRY = re.compile(r"\[(\d),(\d)\]"), re.compile(r"\[\d+\]")
 _BODIES = ("AB", "ab", "01")  # indices of two bodies
 _RATES = re.compile("[dDpfF]")  # in the letter of a vector of rates: dydt, f, and p beside u
 _STATES = set("xyzqsu")  # letters of states with numbers, in x_1' = x_2
-DAMPINGS = {
-    *"bcdkfq",
-    "damping",
-    "friction",
-    "drag",
-    "alpha",
-    "beta",
-    "gamma",
-    "delta",
-    "zeta",
-    "eta",
-    "lambda",
-    "mu",
-    "nu",
-}  # letters of dampings
+_DAMPINGS = "damping friction drag alpha beta gamma delta zeta eta lambda mu nu"
+DAMPINGS = {*"bcdkfq", *_DAMPINGS.split()}  # letters of dampings
 NOWHERE = (0, 0)  # in the text
 COORDINATE = "coordinate"  # the letter of one for which the text has no name
 MOST_STEPS = 4  # from a name to the state it is a rate of
