@@ -17,6 +17,7 @@ from bad_input import run_main
 from pendpin.equations import balances, lagrange, newton_euler
 from pendpin.equations.chain import solution
 from pendpin.ground.report import FEW
+from pendpin.motions.crosschecks.crosscheck import compare
 from pendpin.scene import builtin_scene
 
 RODS = {
@@ -40,6 +41,16 @@ def test_all_routes_agree(name: str) -> None:
     assert report.ok, report.worst
     assert report.worst.relative < 2e-15  # a few roundings; the bound of the command is 1e-13
     assert set(report.routes) == {"pinocchio", "chain", "recursion", "newton-euler", "balances", "lagrange"}
+
+
+@pytest.mark.parametrize("name", RODS)
+@pytest.mark.parametrize("rate", [1e-300, 1e-290, 1e-200, 1e-160, 1e-150])
+def test_routes_agree_where_squares_underflow(name: str, rate: float) -> None:
+    """Differences of rates near the smallest double are compared with terms of that size, not with squares that are 0."""
+    scene = pp.Scene(model=pp.Chain(rods=[RODS[name]] * 2), effects=(pp.effects.Viscous(coefficient=0.1),))
+    report = compare(pp.bind(scene), np.zeros((1, 4)), rate * np.eye(4)[3:], {}, in_50_digits=1)
+    assert report.ok, report.fault
+    assert report.worst.relative < 1e-15
 
 
 def test_the_built_in_urdf_agrees() -> None:

@@ -154,7 +154,7 @@ def tree_scale(
     """
     torque = np.zeros_like(q) if torque is None else torque
     external = np.zeros((*q.shape, 6)) if external is None else external
-    size, loads = float(np.linalg.norm(field)), np.linalg.norm(external.reshape(*q.shape, 2, 3), axis=-1)
+    size, loads = float(np.linalg.norm(field)), np.hypot.reduce(external.reshape(*q.shape, 2, 3), axis=-1)
     parts = np.array_split(np.arange(len(q)), -(-q.size * q.shape[1] // MOST_PRODUCTS))
     scales = [_scale(model, size, (q[i], v[i], a[i]), torque[i], loads[i]) for i in parts]
     return TreeScale(*(np.concatenate(column) for column in zip(*scales, strict=True)))
@@ -175,7 +175,8 @@ def _scale(model: Model, field: float, states: tuple[Array, Array, Array], torqu
         rows.append([[x.vector for x in each[1:]] for each in (data.v, data.a)])
     twists, bends = np.array(rows).swapaxes(0, 1)
     (linear, omega), (bend, alpha) = (np.split(x, 2, -1) for x in (twists, bends))
-    sizes = [np.linalg.norm(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
+    # hypot, since squares below 1e-308 vanish
+    sizes = [np.hypot.reduce(x, axis=-1) for x in (linear, omega, alpha, bend + np.cross(omega, linear))]
     for child, parent in enumerate(tree.parents):  # of a body and those it hangs on: rounding goes down the tree
         if parent >= 0:
             for size in sizes:
@@ -200,5 +201,5 @@ def _scale(model: Model, field: float, states: tuple[Array, Array, Array], torqu
     inverse = unit * np.linalg.inv(unit * mass_matrix)
     in_world = (applied(rotation[:, None], x).transpose(0, 3, 2, 1) for x in np.split(wrenches, 2, -1))  # (n, 3, k, nv)
     through = (applied(np.abs(x @ inverse[:, None]), at_joint[:, None]) for x in in_world)
-    force, moment = (np.linalg.norm(x, axis=1) for x in through)  # of (n, 3, k)
+    force, moment = (np.hypot.reduce(x, axis=1) for x in through)  # of (n, 3, k)
     return TreeScale(applied(np.abs(inverse), at_joint), force + forces, moment + moments)
