@@ -46,6 +46,16 @@ class Brake(pp.effects.JointEffect):
         return -self.strength * v**3
 
 
+class Roughness(pp.effects.JointEffect):
+    """A torque -strength |v| v that does not run on symbols, by an author who has not said so."""
+
+    kind: Literal["roughness"] = "roughness"
+    strength: float
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return -self.strength * np.abs(v) * v
+
+
 class Spread(pp.effects.JointEffect):
     """A torque of one's own with a parameter that no file holds."""
 
@@ -116,8 +126,22 @@ def test_effects_of_ones_own_on_both_engines(example: dict[str, Any]) -> None:
     assert np.abs(found - other).max() < 1e-11 * np.abs(found).max()
 
 
+def test_a_sweep_takes_a_law_that_a_run_takes() -> None:
+    """Where no method is named no law of one's own is believed to run on symbols, side by side as one by one."""
+    effects = (pp.effects.Gravity(), Roughness(strength=0.1))
+    scene = pp.Scene(duration=1.0, model=MODELS["one rod"], effects=effects, start=pp.Start(positions=(0.5, 0.1)))
+    found = pp.sweep(scene, {"start.positions[0]": [0.5, 0.7]}, ["theta.final"])["theta.final"].values
+    for end, theta in zip(found, (0.5, 0.7), strict=True):
+        assert abs(end - pp.simulate(scene.replace({"start.positions[0]": theta}))["theta"][-1]) < 1e-8
+    with pytest.raises(pp.InputError, match="roughness does not run on symbols"):
+        pp.sweep(scene.with_solver(method="taylor"), {"start.positions[0]": [0.5, 0.7]}, ["theta.final"])
+
+
 def test_a_saved_run_is_drawn_without_the_class(example: dict[str, Any], tmp_path: Path) -> None:
     """Its scene cannot be built again, yet nothing that shows the run needs that."""
+    checked = crosscheck_run(example["run"])  # while the class is there
+    assert checked is not None
+    assert checked.ok
     run = pp.Trajectory.load(example["run"].save(tmp_path / "run.npz"))
     assert run.scene["effects"][1] == {"kind": "magnet", "link": "rod", "at": [0.1, 0.1, -1.1], "strength": 0.2}
     assert len(drawing_of(run).t) == 301
@@ -132,8 +156,9 @@ def test_a_run_whose_file_of_positions_is_gone_is_drawn(tmp_path: Path) -> None:
     support = pp.effects.Support(csv=tmp_path / "track.csv")
     run = pp.simulate(pp.Scene(duration=0.5, model=MODELS["one rod"], effects=(support,)))
     (tmp_path / "track.csv").unlink()
-    assert len(drawing_of(run).t) == 31
-    assert crosscheck_run(run) is None
+    loaded = pp.Trajectory.load(run.save(tmp_path / "run.npz"))
+    assert len(drawing_of(loaded).t) == 31
+    assert crosscheck_run(loaded) is None
 
 
 def test_parameters_of_ones_own_are_checked(example: dict[str, Any]) -> None:

@@ -13,6 +13,7 @@ from pendpin.errors import InputError, choices, shown
 from pendpin.ground.arrays import EPS, Array
 from pendpin.ground.libraries import is_there
 from pendpin.integrators.base import Integrator
+from pendpin.model.build import Model
 from pendpin.scene import Chain, Method, Scene, event_methods, method_of
 from pendpin.scene.methods import MULTISTEP
 
@@ -49,12 +50,15 @@ def integrator_class(method: Method) -> type[Integrator]:
     return getattr(import_module(f"pendpin.integrators.{module}"), name)
 
 
-def taylor_takes(scene: Scene, dynamics: Dynamics, energy_balance: bool, most: int = FEW_JOINTS) -> bool:
-    """Whether heyoka is installed and its Taylor series can integrate the scene, of up to `most` joints."""
-    if energy_balance or len(dynamics.model.joints) > most or scene.solver.engine != "auto":
+def taylor_takes(scene: Scene, model: Model, most: int = FEW_JOINTS) -> bool:
+    """Whether heyoka is installed and its Taylor series can integrate the scene, of up to `most` joints.
+
+    A user's own effects that call themselves smooth are believed where the method is asked for by name.
+    """
+    if len(model.joints) > most or scene.solver.engine != "auto":
         return False
-    smooth = built_in(dynamics.effects) and all(effect.smooth for effect in dynamics.effects)
-    return smooth and is_there("heyoka")
+    trusted = scene.solver.method == "taylor" or built_in(scene.effects)
+    return trusted and all(effect.smooth for effect in scene.effects) and is_there("heyoka")
 
 
 def choose_method_and_engine(
@@ -77,7 +81,7 @@ def choose_method_and_engine(
             looked_at = dynamics.in_motion(q, v, compiled=True)
         decay, fastest = _rates(looked_at, looked_at.engine.pack(q, v), STEP)
         method = "dop853"
-        if fastest * scene.duration > LONG and taylor_takes(scene, dynamics, energy_balance):
+        if fastest * scene.duration > LONG and not energy_balance and taylor_takes(scene, dynamics.model):
             method = "taylor"
         if decay * scene.duration > STIFF and decay > OVERDAMPED * fastest:
             slower, _ = _rates(looked_at, looked_at.engine.pack(q, v), WIDER * STEP)

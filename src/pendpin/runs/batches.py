@@ -21,8 +21,9 @@ from pendpin.dynamics.dynamics import Dynamics
 from pendpin.dynamics.pace import paces_of
 from pendpin.engines import Engine, Moving
 from pendpin.ground.arrays import Array, Indices, Mask, subdivided
-from pendpin.ground.libraries import heyoka, is_there, wait_for
+from pendpin.ground.libraries import heyoka, wait_for
 from pendpin.ground.records import LARGEST
+from pendpin.integrators import taylor_takes
 from pendpin.integrators.taylor import COMPENSATED, LONGEST_STEP, SMALL, expressions, run_time_parameters
 from pendpin.model.build import Model, build, start_state
 from pendpin.runs.run import OFF
@@ -44,15 +45,8 @@ Level = tuple[int, float, int]  # joint, angle in rad of any turn, and direction
 
 def takes(scene: Scene) -> bool:
     """Whether motions of a scene can be run as a batch: smooth, of few joints, by a method that may be Taylor series."""
-    solver = scene.solver
-    return (
-        is_there("heyoka")
-        and scene.duration > 0
-        and solver.method in ("auto", "taylor")
-        and solver.engine == "auto"
-        and all(effect.smooth for effect in scene.effects)
-        and len(build(scene.model).joints) <= MOST_JOINTS
-    )
+    named = scene.solver.method in ("auto", "taylor")
+    return named and scene.duration > 0 and taylor_takes(scene, build(scene.model), MOST_JOINTS)
 
 
 class Cases(NamedTuple):

@@ -109,7 +109,7 @@ def simulate_many(
     progress = function("progress", progress)
     workers = None if workers is None else whole_number("workers", workers)
     auto = scene.solver.method == "auto" and not scene.solver.accuracy
-    free = auto and taylor_takes(scene, dynamics, False, MOST_JOINTS)
+    free = auto and taylor_takes(scene, dynamics.model, MOST_JOINTS)
     if free and choose_method_and_engine(scene, dynamics, q[0], v[0])[0] == "dop853":  # the first start is not stiff
         scene = scene.with_solver(method="taylor")
     series, count = None, len(q)

@@ -24,7 +24,7 @@ from pendpin.motions.crosschecks.routes import (
     recursion_route,
     tree_scale,
 )
-from pendpin.scene import Scene
+from pendpin.scene import Scene, scene_of
 from pendpin.trajectory import HingeReactions, RunRecord
 
 BOUND = 1e-13  # of the rounding scale, for each rod through which errors propagate
@@ -172,8 +172,8 @@ def crosscheck(
 
 def crosscheck_run(trajectory: RunRecord) -> CheckReport | None:
     """The same comparison at some states of a run; None where no two routes cover its model, or this is gone."""
-    with suppress(InputError):  # a user's own class of effects, which no file can name; masses that differ too much
-        dynamics = bind(Scene(**trajectory.scene))
+    with suppress(InputError):  # a saved run of a user's own effects, which no file can name; masses that differ too much
+        dynamics = bind(scene_of(trajectory))
         universal = (rod for rod in dynamics.model.rods if rod.kind == "universal")
         thin = [rod.phi for rod in universal if rod.inertia is not None and rod.inertia.I3 == 0]
         regular = np.flatnonzero((np.abs(np.cos(trajectory.q[:, thin])) > POLE).all(1))

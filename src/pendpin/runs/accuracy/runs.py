@@ -262,7 +262,7 @@ def choose_method(scene: Scene, prepared: Prepared) -> Prepared:
     """A prepared scene, by the series where it names no method and they take it: they are the surest, and cheap for few."""
     few = MAX_JOINTS if (scene.solver.accuracy or 0.0) < SETTING.for_series else FEW_JOINTS
     free = scene.solver.method == "auto" and prepared.scene.solver.method == HIGH_ORDER
-    if free and taylor_takes(scene, prepared.bound, prepared.balance is not None, few):
+    if free and prepared.balance is None and taylor_takes(scene, prepared.bound.model, few):
         return prepared.with_scene(scene.with_solver(method=TAYLOR))
     return prepared
 
