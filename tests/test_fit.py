@@ -16,6 +16,7 @@ import pendpin as pp
 from fit_scenes import ANGLE, ANGLES, NOISE, ROD, scene_of, swings_of
 from pendpin.cli import main
 from pendpin.effects import Anchor, Drag, DryFriction, Effect, Gravity, OnJoints, Viscous
+from pendpin.effects.pace import STEADY, Pace
 from pendpin.fitting import explain_residual
 from pendpin.fitting.data import batch, read_swings, sensors_of
 from pendpin.fitting.fitting import fixed_offsets, prepare
@@ -245,6 +246,9 @@ class Cubic(OnJoints):
     @property
     def resistances(self) -> tuple[str, ...]:
         return ("strength",)
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        return STEADY
 
     def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
         return -self.strength * v**3

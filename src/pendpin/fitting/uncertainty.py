@@ -201,24 +201,21 @@ def _likelihood(
     series: Series, decay: Array, gain: Array, new: Array, blocks: Array, count: int
 ) -> tuple[float, float]:
     """The logarithm of the restricted likelihood of a kind of noise by its filter (N,), and its variance."""
-    rows, rest, log_size = _whiten(blocks, decay, gain, new), 0.0, 0.0
-    for block in np.split(rows, series.edges):
-        products = np.einsum("ni,nj->ij", block, block)  # not @: threads of BLAS cost more than they save here
-        left, size = _project(products, count)
-        rest, log_size = rest + left, log_size + size
-    left, size = _project(np.asarray(rest), blocks.shape[1] - count - 1)
+    pieces = np.split(_whiten(blocks, decay, gain, new), series.edges)
+    # not @: threads of BLAS cost more than they save here
+    rest, log_size = _project(np.array([np.einsum("ni,nj->ij", rows, rows) for rows in pieces]), count)
+    left, size = _project(rest.sum(0), blocks.shape[1] - count - 1)
     freedom = degrees_of_freedom(series, blocks.shape[1] - 1, count)
     variance = max(left[0, 0] / freedom, TINY)
     return -0.5 * (freedom * np.log(variance) + np.log(new).sum()) - log_size - size, variance
 
 
 def _project(products: Array, count: int) -> tuple[Array, float]:
-    """Products (K, K) of columns less what the first `count` of them explain, and the logarithm of the volume of these."""
-    first, mixed = products[:count, :count], products[:count, count:]
-    sizes, axes = np.linalg.eigh(first)
-    sizes = np.maximum(sizes, ROUNDING * sizes.max(initial=TINY))
-    along = (axes.T @ mixed) / np.sqrt(sizes)[:, None]
-    return products[count:, count:] - along.T @ along, 0.5 * float(np.log(sizes).sum())
+    """Products (..., K, K) of columns less what the first `count` of them explain, and the logarithm of their volume."""
+    sizes, axes = np.linalg.eigh(products[..., :count, :count])
+    sizes = np.maximum(sizes, ROUNDING * sizes.max(-1, keepdims=True, initial=TINY))
+    along = (axes.swapaxes(-1, -2) @ products[..., :count, count:]) / np.sqrt(sizes)[..., None]
+    return products[..., count:, count:] - along.swapaxes(-1, -2) @ along, 0.5 * float(np.log(sizes).sum())
 
 
 def degrees_of_freedom(series: Series, unknowns: int, starts: int) -> int:
