@@ -270,6 +270,41 @@ def test_idioms_of_other_languages(code):
     assert {one.verdict for one in pp.diagnose(code).findings} == {"holds"}
 
 
+POLE = """#define TOTAL_MASS (MASSPOLE + MASSCART)  /* of both */
+#define POLEMASS_LENGTH (MASSPOLE * LENGTH)
+costheta = cos(*theta);
+temp = (force + POLEMASS_LENGTH * *theta_dot * *theta_dot * sin(*theta)) / TOTAL_MASS;
+thetaacc = (GRAVITY * sin(*theta) - costheta* temp) / (LENGTH * (FOURTHIRDS - MASSPOLE * costheta * costheta / TOTAL_MASS));
+xacc = temp - POLEMASS_LENGTH * thetaacc* costheta / TOTAL_MASS;
+"""
+NAMES = """a1 = (-g*(2*m1+m2)*sin(t1) - m2*g*sin(t1-2*t2) - 2*sin(t1-t2)*m2*(o2*o2*l2 + o1*o1*l1*cos(t1-t2)))
+    /
+    (l1*(2*m1 + m2 - m2*cos(2*t1-2*t2)));
+a2 = (2*sin(t1-t2)*(o1*o1*l1*(m1+m2) + g*(m1+m2)*cos(t1) + o2*o2*l2*m2*cos(t1-t2)))/(l2*(2*m1 + m2 - m2*cos(2*t1-2*t2)));
+"""
+
+
+@pytest.mark.parametrize(
+    ("code", "names"),
+    [
+        (POLE, {}),
+        (POLE, {"*theta": "self.pole_angle"}),
+        (POLE, {"*theta_dot": "thetaD", "*theta": "theta", "thetaacc": "thetaDD", "xacc": "xDD"}),
+        (NAMES, {"a": "thetapuntopunto", "o": "thetapunto", "t": "theta"}),
+        (NAMES, {r"a(\d)": r"bob\1.acc", r"o(\d)": r"bob\1.speed", r"t(\d)": r"bob\1.theta", r"l(\d)": r"bob\1.leng"}),
+    ],
+    ids=["pointers and definitions", "the angle of a pole", "capital letters", "Spanish", "members of two objects"],
+)
+def test_laws_hold_by_the_names_that_code_has_for_rates(code, names):
+    """A whole left side belongs to its equation: of bob1.acc = ... no letter is lost."""
+    for old, new in names.items():
+        code = re.sub(rf"\b{old}(?=\d)" if len(old) == 1 else old if "(" in old else re.escape(old), new, code)
+    findings = pp.diagnose(code).findings
+    assert {one.verdict for one in findings} == {"holds"}
+    assert len(findings) == (6 if "TOTAL" in code else 2)
+    assert findings[-1].latex[:8] == code.splitlines()[-1][:8]
+
+
 RATES = """def rates(t1, t2, o1, o2):
     d = t1 - t2
     den = 2*m1 + m2 - m2*np.cos(2*d)

@@ -163,7 +163,8 @@ def test_crossings_of_fixed_steps_are_on_the_level() -> None:
 
 
 @pytest.mark.parametrize(
-    "number", [9, 17, 98, pytest.param(12, marks=pytest.mark.slow)]  # 98, across events, once missed a pair
+    "number",
+    [9, 17, 98, pytest.param(12, marks=pytest.mark.slow)],  # 98, across events, once missed a pair
 )
 def test_crossings_are_those_of_a_dense_search(number: int) -> None:
     """Queries of benchmarks/instants.py."""

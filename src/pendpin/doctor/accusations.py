@@ -33,7 +33,7 @@ SHORT = 5  # parts of an equation that may be meant otherwise, unless units show
 SHORTEST = 13  # parts of a wrong definition that only one equation uses
 LONG = 20  # parts of an equation that two changes may accuse, or a letter that nothing else has
 VERY_LONG = 30  # parts of one that a single change may accuse, whatever else the text holds
-SEVERAL = 2  # laws that hold before a term may be called too many or missing
+SEVERAL = 2  # laws that hold before a term may be called too many or missing; of a very long equation one is enough
 OF_BODIES = ((0, 0, 1), (0, 0, -1), (0, 0, -2))  # powers of kg, m, s of periods and frequencies, which tell of a body
 # entries of the mass matrix, and matrices and columns whose rows may all be multiplied by something
 MASSES = ("M11", "M12", "M22", "mass", "turn", "turn2", "turned", "weight", "pull")
@@ -146,7 +146,7 @@ def _objection_to_evidence(case: Case, cases: list[Case]) -> str:
     shown = fits or size >= LONG or laws or beside
     if not shown and (len(cases) > 1 or not _is_law(change.equation, spec)):
         return "no other equation shows that it is meant so"
-    if OF_TERMS.search(change.words) and len(laws) < SEVERAL:
+    if OF_TERMS.search(change.words) and len(laws) < (SEVERAL if change.count > 1 or size < VERY_LONG else 1):
         return f"all that helps is that {change.words}"
     if spec.kind in RODS:
         return ""

@@ -39,6 +39,8 @@ _MARKS = {  # what opens a formula, and what closes it; where that is not said, 
 _BRACED = r"\{(?:[^{}]|\{(?:[^{}]|\{(?:[^{}]|\{[^{}]*\})*\})*\})*\}"
 _PLAIN = (  # other languages in LaTeX and letters
     (r"<sub>(\w+)</sub>", r"_\1"),
+    (r"(?m)^[ \t]*#[ \t]*define[ \t]+([A-Za-z]\w*)[ \t]+(?=[-\w(.])", r"\1 = "),  # of C
+    (r"(?<=[\w;)])[ \t]*/\*[^\n*]*\*/", ""),  # and its comments
     (r"<sup>(\w+)</sup>", r"^\1"),
     (r"(\\begin\{align(?:at|edat)\*?\})\{\d\}", r"\1   "),  # how many columns
     (r"(?ms)^```(?!math|\{)(\w+[^\n]*\n(?:(?!```).)*\n)```", r"~~~\1~~~"),  # code
@@ -117,7 +119,6 @@ _CODE: tuple[tuple[str, str | Callable[[re.Match[str]], str]], ...] = (  # lines
     (r"^\s*\w+\s*=\s*(?:\w+\.)?Eq\(([\s\S]*)\)\s*$", lambda match: " = ".join(_at_marks(match[1]))),  # of sympy
     # of a solver that looks for where expressions vanish
     (r"^\s*[eE][qQ]n?_?\d*\s*=(?=[^=#%]*[*+-])([^=#%;]+?)\s*;?\s*(?:[#%].*)?$", r"\1 = 0"),
-    (r"^\s*\*(?=\w+\s*=(?!=))", ""),  # of what a pointer leads to
     (r"^\s*(\w+)\((?=1:2|2:3|3:4|4:5|5:6)(\d):(\d)\)(?=\s*=(?!=))", r"[\1(\2); \1(\3)]"),  # two entries at once
     # an element by its name: dydx[THETA_1] = y[OMEGA_1]
     (rf"^\s*d\w*\[({_BY_NAME})\](?=\s*=)", lambda match: f"der({match[1].lower()})"),
@@ -318,7 +319,7 @@ def _lines(text: str, covered: list[tuple[int, int]], skipped: list[str]) -> Ite
         bare = re.sub(r"(?:#|//|(?<!\\)%).*|\\[ \t]*(?=\n)", "", bare)
         bracket = bare.count("(") > bare.count(")") or bare.count("[") > bare.count("]")
         following = text[end + 1 : end + MOST_OF_A_LINE]  # in C a line goes on until the semicolon
-        divided = re.match(r"[ \t]*/[ \t]*[(\[\w]", following) or (";" not in bare and _GOES_ON.match(following))
+        divided = re.match(r"[ \t]*/\s*[(\[\w]", following) or (";" not in bare and _GOES_ON.match(following))
         goes_on = bracket or divided or re.search(r"(?:\.\.\.|\\|[-+*/=])\s*&?\s*$", bare)
         if len(whole) < MOST_OF_A_LINE and goes_on and "\\" not in bare.rstrip()[:-1]:
             open_from = begin

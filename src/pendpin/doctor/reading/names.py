@@ -29,14 +29,14 @@ _RATES = tuple(  # how the name of a rate is spelled
     for pattern in (
         r"d(?P<order>2)_?(?P<name>[A-Za-z]+?\d?)_?dt\d?",  # d2x_dt2
         r"d_?(?P<name>[A-Za-z]+?\d?(?:_dot)?)_?dt(?P<last>\d?)",  # dtheta_dt, dwdt1, dtheta_dot_dt
-        r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
+        r"(?P<name>[A-Za-z]+?)_?(?P<index>\d?)_?(?P<order>(?:[dD]|double_?)?[dD]ot(?:_?[dD]ot)?|prime(?:prime)?|punto(?:punto)?|(?<=_)point)_?(?P<last>[\dA-C]?)",
         rf"(?P<order>d(?:d|2)?)_?(?P<name>{_ANGLE}|Theta|Phi|w|v|x|y|z|q|p(?=_?\d))_?(?P<last>[\dA-C]?)",  # ddx1, d2phi
-        rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|(?<![xyz])(?<![xyz]_)(?<!th)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
+        rf"(?P<name>{_ANGLE}|x|y|z|q)_?(?P<index>[123]?)_?(?P<order>d{{1,2}}|D{{1,2}}|(?<![xyz])(?<![xyz]_)(?<!th)(?:t{{1,2}}|p{{1,2}}))(?:_?(?P<last>[123]))?",
         rf"(?P<name>{_ANGLE}|x)_?(?P<index>[12]?)_?(?P<order>acc)",  # thetaacc
         rf"(?P<name>{_ANGLE}|angle|a(?=[12]_))_?(?P<index>[12]?)_(?P<order>vel|acc|(?<=[12e]_)[va])",  # phi_vel, a1_v
     )
 )
-_TWICE = re.compile("2|acc|a|d2|dd|tt|pp|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
+_TWICE = re.compile("2|acc|a|d2|dd|DD|tt|pp|puntopunto|[dD][dD]ot|double_?[dD]ot|[dD]ot_?[dD]ot|primeprime")
 _ELEMENT = re.compile(  # y(2), y[1], y(2, :), y[:, 1], M(2, 1), M[0][1]
     r"([A-Za-z]\w*)[(\[](?::,\s*)?(\d+(?::\d)?)(?:\s*(?:,|\]\s*\[)\s*(?:(\d)|:))?[)\]]"
 )
@@ -49,7 +49,7 @@ _ANGULAR = {
 _MEANT = _meanings(
     """m mass masse masa massa, g gravitationalconstant gravity grav gravite gravedad gravidade,
     I inertia inertie inercia moi, F force,
-    l length len longueur longitud comprimento lunghezza laenge"""
+    l length len leng longueur longitud comprimento lunghezza laenge"""
 )
 _MEANT |= _meanings(
     "cm cm com, pole pole, rod rod, bob bob, cart cart trolley chariot carro, pend pendulum pend pendulo"

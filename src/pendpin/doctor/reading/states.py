@@ -18,6 +18,7 @@ _STATES = set("xyzqsu")  # letters of states with numbers, in x_1' = x_2
 _DAMPINGS = "damping friction drag alpha beta gamma delta zeta eta lambda mu nu"
 DAMPINGS = {*"bcdkfq", *_DAMPINGS.split()}  # letters of dampings
 NOWHERE = (0, 0)  # in the text
+_SPEEDS = ("speed", "vel", "velocity")
 COORDINATE = "coordinate"  # the letter of one for which the text has no name
 MOST_STEPS = 4  # from a name to the state it is a rate of
 
@@ -25,7 +26,7 @@ MOST_STEPS = 4  # from a name to the state it is a rate of
 def find_rename(equations: list[Sides]) -> Rename:
     """What the names of some equations become, one step after another."""
     steps = list[Rename]()
-    for find in (_name_lone_rates, _settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
+    for find in (_name_lone_rates, _name_speeds, _settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
         if change := find(equations):
             steps.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
@@ -70,6 +71,14 @@ def _name_lone_rates(equations: list[Sides]) -> Rename | None:
     written = _written(equations)
     own = {name for name in written if name.letter == "a" and name.dots and replace(name, dots=0) not in written}
     return (lambda name: replace(name, letter="d" * name.dots + "a", dots=0) if name in own else name) if own else None
+
+
+def _name_speeds(equations: list[Sides]) -> Rename | None:
+    """speed_1 beside theta_1, of an object with both, is the rate of that angle."""
+    written = _written(equations)
+    angles = {name.index: name for name in written if name.letter in ("theta", "phi") and not name.dots}
+    speeds = {name: angles[name.index] for name in written if name.letter in _SPEEDS and angles.get(name.index)}
+    return (lambda name: replace(speeds[name], dots=1) if name in speeds else name) if speeds else None
 
 
 def _settle_elements(equations: list[Sides]) -> Rename | None:

@@ -174,11 +174,14 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"\((?:float|double|int|real)\)\s*(?=[\w(])", ""),  # of a value's kind
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b|(?:(?<=\d\.)|(?<=\.\d))_[a-z]\w{0,5}\b", ""),  # of numbers in C and Fortran
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
+    (r"(?:^\s*|(?<=[-+/=(,])\s*|(?<=\*)\s+)\*(?=[A-Za-z])", ""),  # of what a pointer leads to
     (
         r"(?<![\w.])(\d+)\.?(\.\d+)?[dD]0\b|(?<![\w.])(\d+)\.(?=\s+[*/+-]|\s*\))",
         r"\1\2\3",
     ),  # in Fortran, and 3. for 3.0
     (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
+    (r"(?i)\bfour_?thirds\b", "(4/3)"),
+    (r"\b(?:pole|rod|pend|pendulum)_(?=(?:angle|theta)(?![a-z]))", ""),
     (r"(?<=\w['′])([234])(?=[\s*)]|$)", r"^\1"),  # a power that is no longer raised, as in θ1'2
     (r"\b(Pow|Sin|Cos|Tan|Sqrt|(?:sin|cos|tan|sqrt|pow)f)(?=\s*\()", lambda match: match[1].lower().rstrip("f")),
     (r"\.inv\(\)", "^(-1) "),
