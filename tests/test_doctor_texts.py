@@ -429,6 +429,25 @@ def test_heights_may_be_measured_downwards():
     assert [finding.verdict for finding in mixed] == ["holds", "holds", "fails", "holds", "holds"]
 
 
+def test_a_height_under_another_name_shows_no_direction():
+    """y_o = y_1 holds with y upwards and downwards: the one height with a cosine says which way y is measured."""
+    text = """double pendulum
+xo = x1
+yo = y1
+x2 = xo + l2*sin(t2)
+y2 = yo + l2*cos(t2)
+dw1 = (-g*(2*m1+m2)*sin(t1) - m2*g*sin(t1-2*t2) - 2*sin(t1-t2)*m2*(w2**2*l2 + w1**2*l1*cos(t1-t2)))/(l1*(2*m1 + m2 -
+m2*cos(2*t1-2*t2)))
+"""
+    for names in ({}, {"yo": "y_o", "xo": "x_o"}):
+        for old, new in names.items():
+            text = text.replace(old, new)
+        found = pp.diagnose(text).findings
+        assert (found[3].verdict, found[3].remark) == ("not checked", "it holds if y is measured the other way")
+    shown = pp.diagnose(text + "\ny1 = -l1*cos(t1)").findings
+    assert shown[3].verdict == "fails"
+
+
 def test_what_uses_a_name_that_is_not_checked_is_not_accused():
     """A height of which the text says what it is, in a symbol that nobody knows; a torque that is no period."""
     text = rf"A double pendulum of two point masses. $$h_1 = Z (1 - \cos\theta_1)$$ $$V_1 = m_1 g h_1$${LAWS}"

@@ -299,8 +299,8 @@ def _turn_axes(cases: list[Case]) -> None:
     turned, right = defaultdict[str, list[Case]](list), set[str]()
     for case in cases:
         finding, spec = case.finding, case.spec
-        if case.left and case.confirmed:
-            right.add(case.left.letter)
+        if case.left and case.confirmed:  # y_0 = y_1 holds with y downwards, too
+            right |= set() if _holds_turned(case, case.left.letter) else {case.left.letter}
         elif case.left and finding.verdict == "fails" and finding.mends:
             name = case.meaning()
             place = spec.dimensions.get(name) == LENGTH and name not in {*spec.parameters, *spec.coordinates}
@@ -320,8 +320,9 @@ def _turn_axes(cases: list[Case]) -> None:
                 case.says(verdict="holds if", condition=words, mends=(), when="", proved=False)
             elif letter in ("y", "z") and case.spec.kind not in RODS:  # nothing shows which way
                 case.doubt(f"it holds if {words}")
-    shown = {case.left.letter for case in cases if case.left and case.is_true and case.unit == LENGTH}
-    for case in (case for letter in {*"yz"} - shown for case in turned[letter] if case.spec.kind not in RODS):
+    places = [case.left.letter for case in cases if case.left and case.is_true and case.unit == LENGTH]
+    unsaid = {*"yz"} - right.intersection(places)
+    for case in (case for letter in unsaid for case in turned[letter] if case.spec.kind not in RODS):
         equation = case.finding.equation if case.finding.verdict == "fails" else None
         if equation and {*case.finding.mends[0].swaps} <= {*map(id, equation.sides)}:  # of a whole side
             case.doubt(f"it holds if {plain(case.left) if case.left else ''} is measured the other way")
@@ -343,7 +344,8 @@ def _holds_turned(case: Case, letter: str) -> bool:
     equation, states = case.finding.equation, random_states(case.system)
     if equation is None:
         return False
-    nodes = [part for part in parts(equation.sides) if part.written and part.written.letter == letter]
+    named = [(part, equation.definitions.get(str(part.value), part).written) for part in parts(equation.sides)]
+    nodes = [part for part, written in named if written and written.letter == letter]  # or another name of it
     instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
-    off, size = (changed(equation, states, one) for one in (instead, {}))
-    return off is not None and size is not None and bool(np.abs(off).max() < TOLERANCE * np.abs(size).max())
+    off, size = changed(equation, states, instead), max((np.abs(x).max() for x in instead.values()), default=0.0)
+    return off is not None and bool(np.abs(off).max() < TOLERANCE * size)

@@ -56,7 +56,7 @@ _PICTURE = re.compile(
     r'(?P<formula>(?(quoted)[^"\'<>]+|[^\s"\'<>]+))'
 )
 _LOOK = re.compile(r"^(?:\s*\\(?:bg_\w+|fn_\w+|dpi\{\d+\}|inline|(?i:tiny|small|large|huge)\b))+")  # of a picture
-_PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z|(?<!\w)[A-Za-z]\w*\Z")
+_PREFIX = re.compile(r"\\(?:left|[bB]igg?l?|math[a-z]+|rm|it|cal)\s*\Z")
 _HEADING = re.compile(r"(?m)^(?:#+ .*|~~~.*|\\(?:sub)*section\*?\{.*\}|[^\n]+\n(?:===+|---+))$")
 _SENTENCE = re.compile(
     r"(?<=[a-zA-Z0-9)}$\]])[.?!](?=\s+(?:[A-Z$*]|\\\[|$))|\n\s*\n(?=\s*\w)|\$\$\s*\n(?=[A-Z])|\n\s*[-*] "
@@ -224,8 +224,7 @@ def equations_in(formula: str) -> list[tuple[int, str]]:
     equations = list[tuple[int, str]]()
     for piece in found:
         if any(token.kind == "relation" for token in piece):
-            # \left and the like say nothing, but belong to it, as does all of a name that is written otherwise
-            prefix = _PREFIX.search(formula, 0, piece[0].start)
+            prefix = _PREFIX.search(formula, 0, piece[0].start)  # \left and the like say nothing, but belong to it
             start = prefix.start() if prefix else piece[0].start
             equations.append((start, formula[start : piece[-1].end]))
     return equations

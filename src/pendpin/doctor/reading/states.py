@@ -26,7 +26,7 @@ MOST_STEPS = 4  # from a name to the state it is a rate of
 def find_rename(equations: list[Sides]) -> Rename:
     """What the names of some equations become, one step after another."""
     steps = list[Rename]()
-    for find in (_name_lone_rates, _name_speeds, _settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
+    for find in (_name_rates, _settle_elements, _number_bodies, _name_states, _style_matrices, _name_own):
         if change := find(equations):
             steps.append(change)
             equations = [tuple(rename(side, change) for side in sides) for sides in equations]
@@ -66,19 +66,15 @@ def _written(equations: list[Sides]) -> set[Written]:
     return {part.written for sides in equations for part in parts(sides) if part.written}
 
 
-def _name_lone_rates(equations: list[Sides]) -> Rename | None:
-    """a1_v and a1_a have names of their own where a1 is no angle, but another name as tht1."""
-    written = _written(equations)
-    own = {name for name in written if name.letter == "a" and name.dots and replace(name, dots=0) not in written}
-    return (lambda name: replace(name, letter="d" * name.dots + "a", dots=0) if name in own else name) if own else None
-
-
-def _name_speeds(equations: list[Sides]) -> Rename | None:
-    """speed_1 beside theta_1, of an object with both, is the rate of that angle."""
+def _name_rates(equations: list[Sides]) -> Rename | None:
+    """speed_1 is the rate of theta_1 beside it; a1_v and a1_a have names of their own where a1 is no angle."""
     written = _written(equations)
     angles = {name.index: name for name in written if name.letter in ("theta", "phi") and not name.dots}
-    speeds = {name: angles[name.index] for name in written if name.letter in _SPEEDS and angles.get(name.index)}
-    return (lambda name: replace(speeds[name], dots=1) if name in speeds else name) if speeds else None
+    speeds = [name for name in written if name.letter in _SPEEDS and name.index in angles]
+    lone = [name for name in written if name.letter == "a" and name.dots and replace(name, dots=0) not in written]
+    change = {name: replace(angles[name.index], dots=1) for name in speeds}
+    change |= {name: replace(name, letter="d" * name.dots + "a", dots=0) for name in lone}
+    return (lambda name: change.get(name, name)) if change else None
 
 
 def _settle_elements(equations: list[Sides]) -> Rename | None:

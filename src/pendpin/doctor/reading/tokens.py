@@ -243,14 +243,19 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     """The tokens of a text. Raises Unread for one that is too long or too deep."""
     if len(text) > most:
         raise Unread(f"longer than {most:,} characters")
-    latex, text = is_latex(text), rewrite(text, _REWRITTEN)
-    text = rewrite(text, _OF_LATEX if latex else _OF_CODE)
+    latex, read = is_latex(text), rewrite(text, _REWRITTEN)
+    read = rewrite(read, _OF_LATEX if latex else _OF_CODE)
     found, place = list[Token](), 0
     try:
-        while place < len(text):
-            new = list(_scan(text, place, latex))
-            found += [token for token in new if token.kind != "space"]
-            place = new[-1].end
+        while place < len(read):
+            first, *others = _scan(read, place, latex)
+            # of bob1.acc, which is read as acc_1, all is the token
+            shorter = (
+                re.search(r"(?<![\w\\])[A-Za-z]\w*\Z", text[:place]) if read[max(place - 1, 0)].isspace() else None
+            )
+            first = first._replace(start=shorter.start()) if shorter and re.match(r"\w", text[place]) else first
+            found += [token for token in (first, *others) if token.kind != "space"]
+            place = [first, *others][-1].end
     except RecursionError:
         raise Unread("nested too deeply") from None
     return found
