@@ -346,6 +346,8 @@ def _holds_turned(case: Case, letter: str) -> bool:
         return False
     named = [(part, equation.definitions.get(str(part.value), part).written) for part in parts(equation.sides)]
     nodes = [part for part, written in named if written and written.letter == letter]  # or another name of it
-    instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
-    off, size = changed(equation, states, instead), max((np.abs(x).max() for x in instead.values()), default=0.0)
-    return off is not None and bool(np.abs(off).max() < TOLERANCE * size)
+    with suppress(Unread):
+        instead = {id(node): -evaluate(node, equation.context(states)) for node in nodes}
+        off, size = changed(equation, states, instead), max((np.abs(x).max() for x in instead.values()), default=0.0)
+        return off is not None and bool(np.abs(off).max() < TOLERANCE * size)
+    return False

@@ -69,10 +69,10 @@ def _written(equations: list[Sides]) -> set[Written]:
 def _name_rates(equations: list[Sides]) -> Rename | None:
     """speed_1 is the rate of theta_1 beside it; a1_v and a1_a have names of their own where a1 is no angle."""
     written = _written(equations)
-    angles = {name.index: name for name in written if name.letter in ("theta", "phi") and not name.dots}
-    speeds = [name for name in written if name.letter in _SPEEDS and name.index in angles]
+    angles = [name for name in written if name.letter in ("theta", "phi") and not name.dots]
+    beside = {name: [one for one in angles if one.index == name.index] for name in written if name.letter in _SPEEDS}
+    change = {name: replace(one[0], dots=1) for name, one in beside.items() if len(one) == 1}
     lone = [name for name in written if name.letter == "a" and name.dots and replace(name, dots=0) not in written]
-    change = {name: replace(angles[name.index], dots=1) for name in speeds}
     change |= {name: replace(name, letter="d" * name.dots + "a", dots=0) for name in lone}
     return (lambda name: change.get(name, name)) if change else None
 

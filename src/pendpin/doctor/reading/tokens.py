@@ -11,6 +11,7 @@ from pendpin.doctor.reading.names import FUNCTIONS, GREEK, SCRIPT_L, of_word, sp
 from pendpin.doctor.reading.tree import Unread
 
 MOST_CHARACTERS, MOST_TOKENS = 20_000, 2_000  # of one equation
+LONGEST_NAME = 80  # characters of an object's name and its number
 MOST_OF_A_NUMBER = 4  # tokens of the number beside an equation, such as (b_1)
 MATRICES = {"bmatrix", "pmatrix", "matrix", "array", "smallmatrix", "Bmatrix", "pmat"}
 CLOSING = {"(": ")", "[": "]", "{": "}", r"\{": r"\}", **{name: name for name in MATRICES}, "pmat": "}"}
@@ -99,6 +100,7 @@ _SOLVED = re.compile(  # A\b, the solution of A x = b
     rf"\A[^\\{{}}]*[\w)\]]\s*\\\s*(?:[(\[]|(?!(?:{'|'.join(filter(str.isalpha, COMMANDS))})\b)\w+\b)[^\\{{}}]*\Z",
     re.DOTALL,
 )
+_WORD = re.compile(r"(?<![\w\\])[A-Za-z]\w+\Z")
 _UNIT = r"(?:rad|kg|cm|mm|km|Hz|deg|[msNJ])(?:\^\{?-?[123]\}?|[²³]|(?![A-Za-z_^]))"
 # one of many values of a quantity in time: theta1[end], x[i], theta2[0]
 _SAMPLE = r"(?<=\w)(?:\[\s*(?:end|[ijkn]|-1|:)\s*\]|(?<=[a-z]\d)\[\d\])"
@@ -249,13 +251,14 @@ def tokens(text: str, most: int = MOST_CHARACTERS) -> list[Token]:
     try:
         while place < len(read):
             first, *others = _scan(read, place, latex)
-            # of bob1.acc, which is read as acc_1, all is the token
-            shorter = (
-                re.search(r"(?<![\w\\])[A-Za-z]\w*\Z", text[:place]) if read[max(place - 1, 0)].isspace() else None
-            )
-            first = first._replace(start=shorter.start()) if shorter and re.match(r"\w", text[place]) else first
+            end = others[-1].end if others else first.end
+            if (
+                read[place - 1 : place] == " " != text[place - 1 : place]
+            ):  # of bob1.acc, read as acc_1, all is the token
+                word = _WORD.search(text, max(0, place - LONGEST_NAME), place + 1)
+                first = first._replace(start=word.start()) if word else first
             found += [token for token in (first, *others) if token.kind != "space"]
-            place = [first, *others][-1].end
+            place = end
     except RecursionError:
         raise Unread("nested too deeply") from None
     return found

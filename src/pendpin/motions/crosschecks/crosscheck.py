@@ -172,9 +172,8 @@ def crosscheck(
 
 def crosscheck_run(trajectory: RunRecord) -> CheckReport | None:
     """The same comparison at some states of a run; None where no two routes cover its model, or this is gone."""
-    with suppress(
-        InputError
-    ):  # a saved run of a user's own effects, which no file can name; masses that differ too much
+    # a saved run has effects of a user's own that no file can name; or masses differ too much
+    with suppress(InputError):
         dynamics = bind(scene_of(trajectory))
         universal = (rod for rod in dynamics.model.rods if rod.kind == "universal")
         thin = [rod.phi for rod in universal if rod.inertia is not None and rod.inertia.I3 == 0]
