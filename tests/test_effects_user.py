@@ -9,6 +9,7 @@ import pytest
 
 import pendpin as pp
 from effect_cases import MODELS, on_both, states
+from pendpin.effects.pace import Pace
 from pendpin.engines import Revolute, Spherical
 from pendpin.graphics.run_drawing import drawing_of
 from pendpin.model import kinematics
@@ -135,6 +136,60 @@ def test_a_sweep_takes_a_law_that_a_run_takes() -> None:
         assert abs(end - pp.simulate(scene.replace({"start.positions[0]": theta}))["theta"][-1]) < 1e-8
     with pytest.raises(pp.InputError, match="roughness does not run on symbols"):
         pp.sweep(scene.with_solver(method="taylor"), {"start.positions[0]": [0.5, 0.7]}, ["theta.final"])
+
+
+class Siren(pp.effects.JointEffect):
+    """A torque of one's own of a frequency in Hz."""
+
+    kind: Literal["siren"] = "siren"
+    amplitude: float
+    frequency: float
+
+    def pace(self, begin: float, end: float, negligible: float) -> Pace:
+        return Pace.even(0.5 / self.frequency)
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return self.amplitude * xp.sin(2 * np.pi * self.frequency * t) + 0 * q
+
+
+def test_a_frequency_of_ones_own_is_no_period() -> None:
+    """Nobody knows its unit: the period is asked for, and with it the orbit is that of the built-in motor."""
+    model, orbits = pp.Chain(rods=[pp.Rod(length=1.0, mass=1.0, joint="hinge")]), []
+    for drive in (
+        Siren(amplitude=0.3, frequency=0.4),
+        pp.effects.Motor(joint="theta", amplitude=0.3, frequency=0.8 * np.pi),
+    ):
+        scene = pp.Scene(model=model, effects=(pp.effects.Gravity(), pp.effects.Viscous(coefficient=0.5), drive))
+        orbits.append(pp.periodic_orbit(scene, period=2.5).orbit.q)
+        if isinstance(drive, Siren):
+            with pytest.raises(pp.InputError, match="give its period in s"):
+                pp.periodic_orbit(scene)
+    np.testing.assert_allclose(*orbits, rtol=0, atol=1e-10)
+
+
+def test_a_number_without_derivative_is_refused_by_name() -> None:
+    """What a class does not name in its parameters stands in the equations as a constant: its derivative is not 0."""
+
+    class Named(Brake):
+        """The same with its number among the parameters."""
+
+        kind: Literal["named"] = "named"
+        parameters = ("strength",)
+
+    found, key = [], "effects[1].strength"
+    for brake in (Named, Brake):
+        effects = (pp.effects.Gravity(), brake(strength=0.1))
+        scene = pp.Scene(duration=1.0, model=MODELS["one rod"], effects=effects, start=pp.Start(positions=(0.7, 0.1)))
+        run = pp.simulate(scene)
+        if brake is Named:
+            ends = [pp.simulate(scene.replace({key: x}), tolerance=1e-13)["theta"][-1] for x in (0.1001, 0.0999)]
+            found.append(run.sensitivity([key], of="theta.final")[0])
+            assert found[0] == pytest.approx((ends[0] - ends[1]) / 0.0002, rel=1e-6)
+        else:
+            with pytest.raises(
+                pp.InputError, match=r'this number has no derivative; .* Brake: parameters = \("strength",\)'
+            ):
+                run.sensitivity([key], of="theta.final")
 
 
 def test_a_saved_run_is_drawn_without_the_class(example: dict[str, Any], tmp_path: Path) -> None:

@@ -151,6 +151,15 @@ def test_a_number_may_be_0(key: str) -> None:
     np.testing.assert_allclose(found, own, atol=1e-8)
 
 
+@pytest.mark.parametrize("values", [[0.0, 1.2], [1.2, 0.0]])
+def test_a_case_may_be_less_smooth_than_the_scene(values: list[float]) -> None:
+    """A quadratic drag that is 0 in the scene, and in some cases, has corners in others."""
+    given = scene(fx.Drag(density=0.0, linear=0.1, diameter=0.02), duration=1.0)
+    found = pp.sweep(given, {"effects[1].density": values}, ["theta_1.final"])["theta_1.final"].values
+    own = [pp.simulate(given.replace({"effects[1].density": x}))["theta_1"][-1] for x in values]
+    np.testing.assert_allclose(found, own, atol=1e-8)
+
+
 def test_what_has_corners_is_simulated_on_its_own() -> None:
     """Dry friction: no vectors, the same measures."""
     task = Task(scene(fx.DryFriction(kinetic=0.2), duration=1.0), plan.grid({KEYS[0]: [0.5, 1.0]}), ("swing",))

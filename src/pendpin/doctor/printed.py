@@ -187,9 +187,8 @@ class Text:
             mark = (i, system, *(meanings[name] for name in self._telling[i]))
             if mark not in self._bound:
                 every = [(each, tight) for sides, tight in one.ways for each in as_derivatives(_styled(sides))]
-                ways = [
-                    (_with_drives(tuple(bound(side, words) for side in sides), words), tight) for sides, tight in every
-                ]
+                meant = ((tuple(bound(side, words) for side in sides), tight) for sides, tight in every)
+                ways = [(_with_drives(sides, words), tight) for sides, tight in meant]
                 for left in (bound(name, words) for name in self._names[i]):
                     if left.kind == "symbol" and not left.value.startswith("?"):
                         ways = [((left, *sides), tight) for sides, tight in ways] + ways

@@ -219,6 +219,12 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
     if name not in fields or isinstance(fields[name], int):  # a whole number, as the copies of a rod
         raise InputError(f"{written(path)}: this number has no derivative; lengths, masses and coefficients have one")
 
+    own = type(record)
+    if isinstance(record, Effect) and not own.__module__.startswith("pendpin.") and name not in record.parameters:
+        # it stands in the equations as a constant
+        told = f'tell it to the class, {own.__name__}: parameters = ("{name}",)'
+        raise InputError(f"{written(path)}: this number has no derivative; {told}")
+
     def stepped(value: Any, rest: KeyPath) -> Any:
         """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
         if not rest:

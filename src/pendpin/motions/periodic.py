@@ -233,14 +233,16 @@ def integrate_period(scene: Scene, y: Array, period: float, key: str | None = No
 def frequencies_of(scene: Scene) -> set[float | None]:
     """The frequencies in rad/s at which a scene is driven; None stands for a change with time that has no frequency."""
     run = scene.start.time, scene.duration, TIGHT
-    return {getattr(effect, "frequency", None) for effect in scene.effects if changes_with_time(effect, *run)}
+    driven = (effect for effect in scene.effects if changes_with_time(effect, *run))
+    return {getattr(effect, "frequency", None) if effect.sinusoidal else None for effect in driven}
 
 
 def period_of(scene: Scene) -> float | None:
     """The period in s of the drive; None where nothing changes with time. InputError if it is not one."""
     frequencies = frequencies_of(scene)
     if len(frequencies) > 1 or None in frequencies:
-        raise InputError("period: the scene is not driven by one frequency; give its period in s")
+        own = "an effect of your own is steady if its `pace` is STEADY"
+        raise InputError(f"period: the scene is not driven by one frequency; give its period in s ({own})")
     frequency = next(iter(frequencies), None)
     return 2 * np.pi / frequency if frequency else None
 

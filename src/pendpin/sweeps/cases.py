@@ -75,8 +75,9 @@ class Task:
             return None
         if solver.accuracy is not None and solver.accuracy < VECTOR.finest:
             return None
-        batch = from_a_case(self, partial(Batch, self))
-        return batch if batch.series[0].covered else None
+        # one with the numbers of a case may be less smooth, as where a drag is 0 in the scene
+        batch = from_a_case(self, lambda scene: Batch(self, scene) if takes(scene) else None)
+        return batch if batch and batch.series[0].covered else None
 
     def __reduce__(self) -> tuple[type["Task"], tuple[Any, ...]]:
         """What is sent to another process: what is given, and nothing that follows from it."""

@@ -213,9 +213,8 @@ def _derivative(node: Node, context: Context) -> Values:
         raise Unread("the rate of an acceleration or reaction is not known", node.span[0]) from None
     lone = below.kind == "symbol" and name in spec.coordinates and quantities.xp is np and value.ndim == 1
     if lone and context.equation.meaning(below.value) not in {"T", *ENERGIES, *spec.unknowns} and not np.any(value):
-        raise Unread(
-            "the derivative of a constant", node.span[0]
-        )  # as of W, a weight, where it is a function of action
+        # as of W, a weight, where it is a function of action
+        raise Unread("the derivative of a constant", node.span[0])
     return value
 
 

@@ -45,10 +45,8 @@ _PLAIN = (  # other languages in LaTeX and letters
     (r"(\\begin\{align(?:at|edat)\*?\})\{\d\}", r"\1   "),  # how many columns
     (r"(?ms)^```(?!math|\{)(\w+[^\n]*\n(?:(?!```).)*\n)```", r"~~~\1~~~"),  # code
     (rf"\\[hv]?phantom\*?\s*{_BRACED}", " "),  # also where it holds an equals sign
-    (
-        r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt|begin|end)\b)",
-        r" \\",
-    ),  # in strings
+    # in strings
+    (r"(?<!\\)\\\\(?=(?:d?frac|d?dot|theta|phi|omega|partial|sin|cos|left|right|mathcal|sqrt|begin|end)\b)", r" \\"),
 )
 _OPENERS = re.compile("|".join(f"({opener})" for opener in _MARKS))
 _PICTURE = re.compile(

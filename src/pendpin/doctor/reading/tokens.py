@@ -177,10 +177,8 @@ _OF_CODE: tuple[Rewriting, ...] = (
     (r"(?<=\d\.\d)f\b|(?<=\d\.)f\b|(?:(?<=\d\.)|(?<=\.\d))_[a-z]\w{0,5}\b", ""),  # of numbers in C and Fortran
     (r"(?<![\w\]})^_])_(?=[A-Za-z]\w*)", ""),  # a name that begins with _
     (r"(?:^\s*|(?<=[-+/=(,])\s*|(?<=\*)\s+)\*(?=[A-Za-z])", ""),  # of what a pointer leads to
-    (
-        r"(?<![\w.])(\d+)\.?(\.\d+)?[dD]0\b|(?<![\w.])(\d+)\.(?=\s+[*/+-]|\s*\))",
-        r"\1\2\3",
-    ),  # in Fortran, and 3. for 3.0
+    # in Fortran, and 3. for 3.0
+    (r"(?<![\w.])(\d+)\.?(\.\d+)?[dD]0\b|(?<![\w.])(\d+)\.(?=\s+[*/+-]|\s*\))", r"\1\2\3"),
     (r"\b(?:M_PI|(?:Mathf\.)?PI)\b", "pi"),
     (r"(?i)\bfour_?thirds\b", "(4/3)"),
     (r"\b(?:pole|rod|pend|pendulum)_(?=(?:angle|theta)(?![a-z]))", ""),
