@@ -192,6 +192,29 @@ def test_a_number_without_derivative_is_refused_by_name() -> None:
                 run.sensitivity([key], of="theta.final")
 
 
+class Coil(pp.effects.JointEffect):
+    """A spring of one's own whose potential has the shape that `power` says."""
+
+    kind: Literal["coil"] = "coil"
+    power: int
+
+    def torques(self, t: Any, q: np.ndarray, v: np.ndarray, xp: Any = np) -> np.ndarray:
+        return -q
+
+    def potential(self, q: np.ndarray) -> Any:
+        return [(q**2).sum(1) / 2, q[0] ** 2, 1.0, q**2 / 2][self.power]
+
+
+@pytest.mark.parametrize("power", [1, 2, 3])
+def test_a_potential_of_another_shape_is_refused_by_name(power: int) -> None:
+    """One number for each row of positions is wanted: (n,) of q (n, 2)."""
+    start = pp.Start(positions=(0.7, 0.1))
+    given = {"duration": 1.0, "model": MODELS["one rod"], "start": start}
+    assert pp.simulate(pp.Scene(effects=(pp.effects.Gravity(), Coil(power=0)), **given)).energy().drift < 1e-8
+    with pytest.raises(pp.InputError, match=r"coil: its potential returned shape .*, where \(31,\) is wanted"):
+        pp.simulate(pp.Scene(effects=(pp.effects.Gravity(), Coil(power=power)), **given), samples=31)
+
+
 def test_a_saved_run_is_drawn_without_the_class(example: dict[str, Any], tmp_path: Path) -> None:
     """Its scene cannot be built again, yet nothing that shows the run needs that."""
     checked = crosscheck_run(example["run"])  # while the class is there

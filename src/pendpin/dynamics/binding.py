@@ -16,6 +16,7 @@ import numpy as np
 from pendpin.dynamics.acting import chosen_bodies, chosen_joints, in_order, law, plain_arithmetic
 from pendpin.dynamics.parameters import GIVEN, Numbers
 from pendpin.effects import Bodies, BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Motion, Push
+from pendpin.effects.base import returned
 from pendpin.engines import GivenTorque, Loads
 from pendpin.equations.trees import total
 from pendpin.errors import InputError, PendpinError, shown
@@ -201,11 +202,15 @@ class Bound(ABC):
         """Its potential (n,) in J; None if it has none."""
 
     def _where_offered(self, potential: Potential) -> Potential | None:
-        """The potential, or None if its value is None."""
-        model = self.binding.model
+        """The potential, or None if its value is None; the shape of a user's own is checked."""
+        model, what = self.binding.model, f"effects: {self.effect.kind}: its potential"
         q = np.zeros((1, len(model.joints)))
         with np.errstate(all="ignore"):
-            return None if potential(q, kinematics.poses(model, q)) is None else potential
+            if potential(q, kinematics.poses(model, q)) is None:
+                return None
+        if type(self.effect).__module__.startswith("pendpin."):
+            return potential
+        return lambda q, poses: returned(what, potential(q, poses), (len(q),))
 
 
 class BoundField(Bound):
