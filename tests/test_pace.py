@@ -415,7 +415,19 @@ class Misdeclared(PacedPulse):
         return Pace(np.array([1.0, 2.0]), np.array([0.1]))
 
 
+class Number(PacedPulse):
+    """A pulse whose pace is a time in s."""
+
+    kind: Literal["number"] = "number"
+
+    def pace(self, begin, end, negligible):
+        """The shortest time alone."""
+        return 0.1
+
+
 def test_a_pace_that_makes_no_sense_is_refused() -> None:
     """In one line that names the effect and what would be right."""
     with pytest.raises(pp.InputError, match=r"misdeclared: its pace has corners .* one more than corners"):
         run_of(Misdeclared(at=1.0, width=0.1, impulse=0.1), method="dop853", tolerance=1e-9, duration=3.0)
+    with pytest.raises(pp.InputError, match=r"number: its pace returned 0.1; return a Pace, such as Pace.even"):
+        run_of(Number(at=1.0, width=0.1, impulse=0.1), method="dop853", tolerance=1e-9, duration=3.0)

@@ -12,7 +12,7 @@ from pendpin.dynamics.binding import Binding, BoundField, BoundWrench
 from pendpin.dynamics.dynamics import Dynamics
 from pendpin.effects import BodyEffect, Effect, FieldEffect, FrameEffect, JointEffect, Torque
 from pendpin.effects.pace import STEADY, Pace, join_paces, measure_pace, remove_jumps
-from pendpin.errors import InputError
+from pendpin.errors import InputError, shown
 from pendpin.ground.arrays import Array
 
 LAWS = {FrameEffect: "acceleration", FieldEffect: "field", JointEffect: "torques", BodyEffect: "wrench"}
@@ -114,6 +114,9 @@ def declared_pace(effect: Effect, start: float, duration: float, negligible: flo
         pace = moved.pace(early, early + duration, negligible) if issubclass(declares, law) else None
     if pace is None:
         return None
+    if not isinstance(pace, Pace):
+        right = "return a Pace, such as Pace.even(x) for a change within x s"
+        raise InputError(f"{effect.kind}: its pace returned {shown(pace)}; {right}")
     corners, shortest = np.asarray(pace.corners, float), np.asarray(pace.shortest, float)
     rises = corners.ndim == 1 and np.isfinite(corners).all() and (np.diff(corners) > 0).all()
     if not rises or shortest.shape != (len(corners) + 1,) or not (shortest > 0).all():
