@@ -341,3 +341,19 @@ def test_functions_of_csharp_are_functions():
     line = "alpha = -(g / l) * (float)Math.Sin (theta);\nomega += alpha * dt;\ntheta += omega * dt;"
     assert pp.diagnose(line).findings[0].verdict == "holds"
     assert pp.diagnose(line.replace("Sin", "Cos")).findings[0].verdict != "holds"
+
+
+def test_a_term_is_missing_in_a_very_long_law_beside_one_that_holds():
+    """Of a short one two have to hold: another body has other terms."""
+    text = """double pendulum
+d = t1 - t2
+M = m1 + m2
+den = 2*m1 + m2 - m2*cos(2*d)
+dw1 = (-g*(2*m1+m2)*sin(t1) - m2*g*sin(t1-2*t2) - 2*sin(d)*m2*(w2**2*l2 + w1**2*l1*cos(d)))/(l1*den)
+dw2 = (2*sin(d)*(w1**2*l1*(m1+m2) + g*M*cos(t1) + w2**2*l2*m2*cos(d)))/(l2*den)
+"""
+    assert {one.verdict for one in pp.diagnose(text).findings} == {"holds"}
+    (wrong,) = (one for one in pp.diagnose(text.replace("g*(2*m1+m2)", "g*(2*M)")).findings if one.verdict == "fails")
+    assert wrong.mends[0].words == "the term - m2 is missing"
+    short = r"$$\ddot\theta = -\frac gl\sin\theta$$ $$L = \frac12 m l^2\dot\theta^2$$"
+    assert pp.diagnose(short).findings[1].verdict == "not checked"

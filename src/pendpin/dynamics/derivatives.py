@@ -222,8 +222,8 @@ def _step_numbers(records: Sequence[Record], path: KeyPath, depth: int) -> tuple
     own = type(record)
     if isinstance(record, Effect) and not own.__module__.startswith("pendpin.") and name not in record.parameters:
         # it stands in the equations as a constant
-        told = f'tell it to the class, {own.__name__}: parameters = ("{name}",)'
-        raise InputError(f"{written(path)}: this number has no derivative; {told}")
+        remedy = f'name it in the class, {own.__name__}: parameters = ("{name}",)'
+        raise InputError(f"{written(path)}: this number has no derivative; {remedy}")
 
     def stepped(value: Any, rest: KeyPath) -> Any:
         """A number with an imaginary part, or a list of numbers with one in that at its place `rest`."""
